@@ -1,0 +1,58 @@
+# sextant_module(NAME [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
+#
+# Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the
+# current folder, and the test program NAME_test from its *_test.cc files. ctest
+# names are NAME/Suite.Case. Headers are included as "sextant/<folder>/file.h",
+# where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h".
+function(sextant_module NAME)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
+  file(GLOB headers CONFIGURE_DEPENDS *.h)
+  file(GLOB sources CONFIGURE_DEPENDS *.cc)
+  file(GLOB tests CONFIGURE_DEPENDS *_test.cc)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cc$|/main\\.cc$")
+
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REGEX REPLACE "^lib/" "" folder ${folder})
+  get_filename_component(parent ${PROJECT_BINARY_DIR}/include/sextant/${folder} DIRECTORY)
+  file(MAKE_DIRECTORY ${parent})
+  sextant_link_headers(${folder})
+
+  set(target sextant_${NAME})
+  if(sources)
+    set(scope PUBLIC)
+    add_library(${target} STATIC ${sources} ${headers})
+  else()
+    set(scope INTERFACE)
+    add_library(${target} INTERFACE ${headers})
+  endif()
+  add_library(Sextant::${NAME} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
+  target_include_directories(${target} ${scope}
+    $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(${target} ${scope} sextant_flags ${ARG_DEPENDS})
+  if(ARG_PRIVATE)
+    target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
+  endif()
+  set_property(GLOBAL APPEND PROPERTY SEXTANT_MODULES ${target})
+  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sextant/${folder})
+
+  if(SEXTANT_TESTS AND tests)
+    add_executable(${NAME}_test ${tests})
+    target_link_libraries(${NAME}_test PRIVATE ${target} GTest::gtest GTest::gmock GTest::gtest_main ${ARG_TEST_DEPENDS})
+    include(GoogleTest)
+    gtest_discover_tests(${NAME}_test TEST_PREFIX ${NAME}/ DISCOVERY_TIMEOUT 60)
+  endif()
+endfunction()
+
+# The folder as seen by #include: a tree of links in the build folder, one link a header, so that
+# folders may lie inside one another (datasets/ and datasets/codec/).
+function(sextant_link_headers folder)
+  set(view ${PROJECT_BINARY_DIR}/include/sextant/${folder})
+  file(MAKE_DIRECTORY ${view})
+  file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.h)
+  foreach(header ${headers})
+    get_filename_component(name ${header} NAME)
+    file(CREATE_LINK ${header} ${view}/${name} SYMBOLIC)
+  endforeach()
+endfunction()

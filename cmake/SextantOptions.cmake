@@ -1,0 +1,35 @@
+# Language level, warnings and sanitizers for every target.
+option(SEXTANT_TESTS "Build the tests" ON)
+option(SEXTANT_BENCHMARKS "Build the Google Benchmark programs" ON)
+option(SEXTANT_WERROR "Treat warnings as errors" OFF)
+set(SEXTANT_SANITIZE "" CACHE STRING "Sanitizers, e.g. 'address,undefined' or 'thread'")
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set_property(GLOBAL PROPERTY GLOBAL_DEPENDS_NO_CYCLES ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+# -O2 costs the solver a third of its speed; assertions stay out of Release.
+set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+add_library(sextant_flags INTERFACE)
+target_compile_features(sextant_flags INTERFACE cxx_std_20)
+# -ffp-contract=off: a fused multiply-add on one machine and none on another
+# would give different last digits for the same seed.
+target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>)
+if(SEXTANT_WERROR)
+  target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
+endif()
+if(SEXTANT_SANITIZE)
+  target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${SEXTANT_SANITIZE};-fno-omit-frame-pointer;-fno-sanitize-recover=all>)
+  target_link_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${SEXTANT_SANITIZE}>)
+endif()

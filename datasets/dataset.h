@@ -1,0 +1,86 @@
+#pragma once
+
+// Where data come from. A SOURCE is "adapter:path[#sequence][@first-last]"; an adapter opens it as one
+// Sequence. How to add a data set:
+//   1. write datasets/<name>.cc with a class derived from Sequence and a function open_<name>(SourceSpec);
+//   2. declare that function and add one line to the table in registry.cc.
+// The parametrised test in registry_test.cc then runs over it.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/base/options.h"
+#include "sextant/geometry/camera.h"
+#include "sextant/measurement/frame.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+/// A parsed SOURCE.
+struct SourceSpec {
+  std::string text;      ///< as given
+  std::string adapter;   ///< "vdo"
+  std::string path;      ///< folder, or a scenario's name
+  std::string sequence;  ///< after '#', may be empty
+  std::optional<int> first, last;  ///< after '@', inclusive frame numbers
+  Json options = Json::object();   ///< the adapter's own options (strict)
+
+  /// Throws Error that shows the expected form.
+  static SourceSpec parse(const std::string& text);
+};
+
+struct SequenceInfo {
+  std::string dataset;    ///< adapter name, as in records
+  std::string sequence;   ///< sequence name, as in records
+  StereoCamera camera;
+  double rate_hz = 0;
+  int width = 0;
+  int height = 0;
+  int first_frame = 0;    ///< inclusive, after @first-last
+  int last_frame = 0;
+  Channels channels;      ///< what read() can give
+  std::vector<std::string> warnings;  ///< for the user, one line each
+  std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
+};
+
+class Sequence {
+ public:
+  virtual ~Sequence() = default;
+
+  virtual const SequenceInfo& info() const = 0;
+  /// Ground truth known without images (poses, object tracks); may be empty.
+  virtual const SequenceTruth& truth() const = 0;
+  /// Decodes the asked channels of one frame. Safe to call from several threads. The last frame of a
+  /// source may lack flow (it has no successor): an empty image then. Throws Error on missing or bad files.
+  virtual Frame read(int frame, Channels channels) const = 0;
+  /// Dense true flow to the next frame, where the data set has it.
+  virtual std::optional<Image<Flow>> true_flow(int /*frame*/) const { return std::nullopt; }
+  /// Checks that every file a run over all frames needs is there, without decoding; throws on the first that is not.
+  virtual void check_files() const = 0;
+
+  /// All files read so far.
+  InputLog& inputs() const { return inputs_; }
+
+ private:
+  mutable InputLog inputs_;
+};
+
+struct Adapter {
+  std::string name;
+  std::string description;  ///< one line for `sextant data list`
+  std::string example;      ///< an example SOURCE
+  std::function<std::unique_ptr<Sequence>(const SourceSpec&)> open;
+  std::function<std::vector<OptionHelp>()> options;
+};
+
+std::span<const Adapter> adapters();
+
+/// Parses SOURCE and opens it.
+std::unique_ptr<Sequence> open_source(const SourceSpec& source);
+
+}  // namespace sextant

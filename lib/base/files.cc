@@ -1,0 +1,95 @@
+#include "sextant/base/files.h"
+
+#include <fcntl.h>
+#include <openssl/sha.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+std::string read_file(const std::filesystem::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0) fail("{}: cannot open: {}", path.string(), std::strerror(errno));
+  struct stat info {};
+  if (::fstat(file.get(), &info) != 0) fail("{}: cannot stat: {}", path.string(), std::strerror(errno));
+  if (S_ISDIR(info.st_mode)) fail("{}: is a folder, expected a file", path.string());
+  std::string bytes(static_cast<size_t>(info.st_size), '\0');
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail("{}: cannot read: {}", path.string(), std::strerror(errno));
+    if (n == 0) break;
+    done += static_cast<size_t>(n);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  const auto give_up = [&](const char* what) {
+    const int reason = errno;
+    ::unlink(temporary.c_str());
+    fail("{}: cannot {}: {}", path.string(), what, std::strerror(reason));
+  };
+  {
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+    if (file.get() < 0) give_up("create");
+    size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) give_up("write");
+      done += static_cast<size_t>(n);
+    }
+  }
+  if (::rename(temporary.c_str(), path.c_str()) != 0) give_up("rename");
+}
+
+std::string sha256(std::string_view bytes) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  ::SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  std::string text;
+  for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+std::string InputLog::read(const std::filesystem::path& path) {
+  std::string bytes = read_file(path);
+  Entry entry{bytes.size(), sha256(bytes)};
+  const std::scoped_lock lock(mutex_);
+  entries_[path.string()] = std::move(entry);
+  return bytes;
+}
+
+std::map<std::string, InputLog::Entry> InputLog::entries() const {
+  const std::scoped_lock lock(mutex_);
+  return entries_;
+}
+
+}  // namespace sextant

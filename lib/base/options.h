@@ -1,0 +1,163 @@
+#pragma once
+
+// Options are plain structs with defaults. One `visit` function per struct lists every field once, with
+// its unit and meaning; from it follow the strict JSON reader (an unknown key is an error that names the
+// nearest one), the JSON writer for provenance, and the help text. Example:
+//
+//   struct RansacOptions {
+//     int max_iterations = 500;
+//     double inlier_threshold_px = 0.4;
+//     template <typename V> void visit(V& v) {
+//       v("max_iterations", max_iterations, "count", "upper limit of samples drawn");
+//       v("inlier_threshold_px", inlier_threshold_px, "px", "largest reprojection error of an inlier");
+//     }
+//     void check() const {
+//       check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0");
+//     }
+//   };
+//
+// A field may itself be such a struct: v("ransac", ransac, "", "robust start").
+// Supported leaf types: bool, int, uint64_t, double, std::string.
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <concepts>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/base/error.h"
+#include "sextant/base/text.h"
+
+namespace sextant {
+
+using Json = nlohmann::ordered_json;
+
+namespace internal {
+
+struct NoVisitor {
+  template <typename T>
+  void operator()(const char*, T&, const char*, const char*) {}
+};
+
+template <typename T>
+concept OptionStruct = requires(T t, NoVisitor v) { t.visit(v); };
+
+[[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
+void read_leaf(const std::string& where, const Json& value, bool& field);
+void read_leaf(const std::string& where, const Json& value, int& field);
+void read_leaf(const std::string& where, const Json& value, uint64_t& field);
+void read_leaf(const std::string& where, const Json& value, double& field);
+void read_leaf(const std::string& where, const Json& value, std::string& field);
+
+}  // namespace internal
+
+/// Throws Error "option NAME = VALUE: must be REQUIREMENT" unless `ok`.
+template <typename T>
+void check_option(bool ok, std::string_view name, const T& value, std::string_view requirement) {
+  if (!ok) fail("option {} = {}: must be {}", name, value, requirement);
+}
+
+/// Overwrites the fields of `options` that `json` names. Strict: unknown keys, wrong types and values that
+/// options.check() refuses throw Error; `where` is the prefix in messages ("pipeline").
+template <internal::OptionStruct T>
+void read_options(const Json& json, T& options, const std::string& where = "");
+
+/// All fields, with their present values.
+template <internal::OptionStruct T>
+Json write_options(const T& options);
+
+/// One line of help.
+struct OptionHelp {
+  std::string key;  ///< dotted path
+  std::string default_value;
+  std::string unit;
+  std::string meaning;
+};
+
+/// Every leaf option below `T`, with the value it has in `options`.
+template <internal::OptionStruct T>
+std::vector<OptionHelp> describe_options(const T& options, const std::string& prefix = "");
+
+// ---- implementation
+
+namespace internal {
+
+struct Reader {
+  const Json& json;
+  const std::string& where;
+  std::vector<std::string> known{};
+
+  template <typename T>
+  void operator()(const char* name, T& field, const char*, const char*) {
+    known.emplace_back(name);
+    const auto it = json.find(name);
+    if (it == json.end()) return;
+    const std::string path = where.empty() ? name : where + "." + name;
+    if constexpr (OptionStruct<T>) {
+      read_options(*it, field, path);
+    } else {
+      read_leaf(path, *it, field);
+    }
+  }
+};
+
+struct Writer {
+  Json json = Json::object();
+  template <typename T>
+  void operator()(const char* name, T& field, const char*, const char*) {
+    if constexpr (OptionStruct<T>) {
+      json[name] = write_options(field);
+    } else {
+      json[name] = field;
+    }
+  }
+};
+
+struct Describer {
+  const std::string& prefix;
+  std::vector<OptionHelp> lines{};
+  template <typename T>
+  void operator()(const char* name, T& field, const char* unit, const char* meaning) {
+    const std::string key = prefix.empty() ? name : prefix + "." + name;
+    if constexpr (OptionStruct<T>) {
+      for (OptionHelp& line : describe_options(field, key)) lines.push_back(std::move(line));
+    } else {
+      lines.push_back({key, Json(field).dump(), unit, meaning});
+    }
+  }
+};
+
+}  // namespace internal
+
+template <internal::OptionStruct T>
+void read_options(const Json& json, T& options, const std::string& where) {
+  if (!json.is_object()) internal::wrong_type(where.empty() ? "options" : where, "an object", json);
+  internal::Reader reader{json, where};
+  options.visit(reader);
+  for (const auto& item : json.items()) {
+    if (std::find(reader.known.begin(), reader.known.end(), item.key()) == reader.known.end()) {
+      fail("unknown option key '{}{}{}': {}", where, where.empty() ? "" : ".", item.key(),
+           suggest(item.key(), reader.known));
+    }
+  }
+  if constexpr (requires { options.check(); }) options.check();
+}
+
+template <internal::OptionStruct T>
+Json write_options(const T& options) {
+  internal::Writer writer;
+  const_cast<T&>(options).visit(writer);  // the writer only reads
+  return writer.json;
+}
+
+template <internal::OptionStruct T>
+std::vector<OptionHelp> describe_options(const T& options, const std::string& prefix) {
+  internal::Describer describer{prefix};
+  const_cast<T&>(options).visit(describer);  // the describer only reads
+  return describer.lines;
+}
+
+}  // namespace sextant

@@ -1,0 +1,29 @@
+#pragma once
+
+// What became of one body in one frame pair. Every object that truth or a detection knows gets a status;
+// none is silently skipped.
+
+#include <string_view>
+
+namespace sextant {
+
+enum class Status {
+  ok,              ///< estimated
+  no_truth,        ///< estimated, but there is no ground truth to compare with
+  not_detected,    ///< ground truth exists, no mask does
+  lost,            ///< detected in one of the two frames only
+  diverged,        ///< the solver did not reach a finite optimum
+  too_few_points,  ///< fewer points (or inliers) than the options ask for
+  gated,           ///< left out on purpose: too far, too small, or static (see Gate)
+};
+
+std::string_view to_string(Status status);
+/// Throws Error on an unknown name.
+Status status_from_string(std::string_view name);
+
+/// Why an object is `gated`.
+enum class Gate { none, distance, area, is_static };
+
+std::string_view to_string(Gate gate);
+
+}  // namespace sextant

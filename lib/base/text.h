@@ -1,0 +1,24 @@
+#pragma once
+
+// Small text helpers for messages.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sextant {
+
+/// Levenshtein distance.
+int edit_distance(std::string_view a, std::string_view b);
+
+/// The name nearest to `word`, or an empty view when none is near enough to be a likely misspelling.
+std::string_view nearest_name(std::string_view word, std::span<const std::string> names);
+
+/// "did you mean 'x'? " or "" plus "known: a, b, c".
+std::string suggest(std::string_view word, std::span<const std::string> names);
+
+/// The pieces of `text` between `separator`s (n separators give n + 1 pieces).
+std::vector<std::string> split(std::string_view text, char separator);
+
+}  // namespace sextant

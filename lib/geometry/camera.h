@@ -1,0 +1,57 @@
+#pragma once
+
+// Rectified pinhole and stereo cameras: x right, y down, z forward; pixel centres at integers.
+//
+//   project:      u = fx x/z + cx,  v = fy y/z + cy                    (px; defined for z > 0)
+//   backproject:  p = z * ray(u, v),  ray = [(u-cx)/fx, (v-cy)/fy, 1]  (m; z is the depth, not the range)
+//   stereo:       disparity = bf / z,  bf = focal length * baseline    (px m)
+//   depth noise:  sigma(z) = z^2 / bf * delta_d                        (m; delta_d = disparity accuracy, px)
+
+#include <Eigen/Core>
+
+namespace sextant {
+
+struct PinholeCamera {
+  double fx = 0;  ///< px
+  double fy = 0;  ///< px
+  double cx = 0;  ///< px
+  double cy = 0;  ///< px
+
+  Eigen::Vector2d project(const Eigen::Vector3d& p) const {
+    return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
+  }
+  /// d project / d p (px per m).
+  Eigen::Matrix<double, 2, 3> project_jacobian(const Eigen::Vector3d& p) const {
+    const double iz = 1.0 / p.z();
+    Eigen::Matrix<double, 2, 3> j;
+    j << fx * iz, 0, -fx * p.x() * iz * iz, 0, fy * iz, -fy * p.y() * iz * iz;
+    return j;
+  }
+  /// d project(exp(xi) * p) / d xi at xi = 0, xi = [rho; omega] (px per m, px per rad).
+  Eigen::Matrix<double, 2, 6> motion_jacobian(const Eigen::Vector3d& p) const;
+
+  Eigen::Vector3d ray(double u, double v) const { return {(u - cx) / fx, (v - cy) / fy, 1.0}; }
+  Eigen::Vector3d backproject(double u, double v, double z) const { return z * ray(u, v); }
+
+  /// Throws Error unless all four numbers are finite and the focal lengths positive.
+  void check() const;
+};
+
+struct StereoCamera {
+  PinholeCamera left;
+  double bf = 0;  ///< focal length times baseline, px m
+
+  double depth_m(double disparity_px) const { return bf / disparity_px; }
+  double disparity_px(double z_m) const { return bf / z_m; }
+  /// d depth / d disparity (m per px).
+  double depth_jacobian(double disparity_px) const { return -bf / (disparity_px * disparity_px); }
+  double depth_sigma_m(double z_m, double delta_d_px) const { return z_m * z_m / bf * delta_d_px; }
+
+  /// [u, v, u_right] of a point, and its Jacobian (px per m).
+  Eigen::Vector3d project(const Eigen::Vector3d& p) const;
+  Eigen::Matrix3d project_jacobian(const Eigen::Vector3d& p) const;
+
+  void check() const;
+};
+
+}  // namespace sextant

@@ -1,0 +1,32 @@
+#pragma once
+
+// Point measurements between two frames, as structure of arrays; all arrays have the same length.
+//
+//   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
+//   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none.
+//   METHOD section 2.
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace sextant {
+
+struct Correspondences {
+  std::vector<double> u;           ///< px
+  std::vector<double> v;           ///< px
+  std::vector<double> depth;       ///< m, previous frame
+  std::vector<double> flow_u;      ///< px
+  std::vector<double> flow_v;      ///< px
+  std::vector<double> depth_curr;  ///< m, current frame; NaN = none
+
+  size_t size() const { return u.size(); }
+  bool empty() const { return u.empty(); }
+  void reserve(size_t n);
+  void push_back(double u_px, double v_px, double depth_m, double flow_u_px, double flow_v_px,
+                 double depth_curr_m = NAN);
+  /// The points whose mask entry is non-zero.
+  Correspondences subset(const std::vector<unsigned char>& keep) const;
+};
+
+}  // namespace sextant

@@ -1,0 +1,36 @@
+#pragma once
+
+// Ground truth of a sequence. Only metrics, noise checks, data sets and the experiment that joins them may
+// include this; estimators never see it (scripts/check_layers.py enforces it).
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "sextant/geometry/trajectory.h"
+#include "sextant/measurement/image.h"
+
+namespace sextant {
+
+struct ObjectTruth {
+  int id = 0;                       ///< id in the source's masks (KITTI track id + 1 in VDO folders)
+  SE3 T_camera_object;              ///< object pose in the camera frame of its own instant
+  std::optional<double> left, top, right, bottom;  ///< 2-D box, px
+  std::optional<bool> moving;       ///< the data set's own dynamic/static flag, if it has one
+  bool interpolated = false;        ///< pose made by interpolation between labelled frames
+};
+
+class SequenceTruth {
+ public:
+  Trajectory camera;                                ///< T_world_camera
+  std::map<int, std::vector<ObjectTruth>> objects;  ///< by frame number, ordered by id
+
+  const ObjectTruth* find(int frame, int id) const;
+
+  /// T_curr_prev of one rigid body: maps its points from previous to current camera coordinates.
+  /// Ego / background: inverse of the camera's own motion. Empty when truth is missing in either frame.
+  std::optional<SE3> background_motion(int prev, int curr) const;
+  std::optional<SE3> object_motion(int id, int prev, int curr) const;
+};
+
+}  // namespace sextant
