@@ -1,0 +1,105 @@
+#pragma once
+
+// The multi-body visual odometry pipeline of Zhang et al. (IROS 2020), sections III-IV, on the measurements
+// of consecutive frame pairs:
+//
+//   ego motion (robust start vs. the propagated motion, refinement)  ->  scene flow, dynamic or static  ->
+//   labels by majority vote  ->  gates  ->  object motion  ->  velocity
+//
+// FrameEstimator keeps what is propagated: the last camera motion, object motions and labels. Pairs must
+// be given in order. The outcome is a pure function of the pairs and options.
+
+#include <map>
+#include <memory>
+
+#include "sextant/estimator/classification.h"
+#include "sextant/estimator/estimator.h"
+#include "sextant/estimator/robust_start.h"
+#include "sextant/measurement/frame_pair.h"
+
+namespace sextant {
+
+struct PipelineOptions {
+  RobustStartOptions start;
+  ClassificationOptions classification;
+  double max_object_distance_m = 25.0;
+  double min_object_area = 0.005;
+  int min_object_points = 30;
+  bool estimate_static_objects = false;
+
+  template <typename V>
+  void visit(V& v) {
+    v("start", start, "", "RANSAC against the propagated motion");
+    v("classification", classification, "", "dynamic or static");
+    v("max_object_distance_m", max_object_distance_m, "m", "gate on the median depth of an object (paper: 25)");
+    v("min_object_area", min_object_area, "fraction of the image", "gate on an object's area (paper: 0.005)");
+    v("min_object_points", min_object_points, "count", "fewest points and fewest inliers of an object");
+    v("estimate_static_objects", estimate_static_objects, "", "also estimate objects classified static");
+  }
+  void check() const;
+};
+
+/// Wall-clock of one body, ms.
+struct BodyTimes {
+  double start_ms = 0;
+  double refine_ms = 0;
+  double other_ms = 0;
+  double total_ms() const { return start_ms + refine_ms + other_ms; }
+};
+
+/// One body of one frame pair. body.instance 0 is the background.
+struct BodyResult {
+  int instance = 0;
+  int track = 0;  ///< label of the tracker: 0 = background or static, 1.. = moving objects
+  Status status = Status::ok;
+  Gate gate = Gate::none;
+  Correspondences points;   ///< all points offered to the estimator
+  MotionEstimate estimate;  ///< meaningful when status == ok
+  int n_points = 0;
+  int n_inliers = 0;
+  bool start_propagated = false;    ///< the propagated motion won against RANSAC
+  double area_fraction = 0;         ///< of the image
+  double distance_m = 0;            ///< median depth of the points; NaN without points
+  double moving_share = 0;          ///< share of points with scene flow above the threshold; NaN if unknown
+  bool is_dynamic = false;
+  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();  ///< of the inliers, previous camera coordinates
+  double speed_mps = 0;             ///< |t - (I - R) c| / dt; NaN when not estimated
+  BodyTimes times;
+};
+
+struct FrameResult {
+  int prev = 0;
+  int curr = 0;
+  double dt_s = 0;
+  BodyResult ego;
+  std::vector<BodyResult> objects;  ///< every instance of either frame, in order of id
+};
+
+/// Motion of an object's points in previous camera coordinates, H = T_prev_curr * X (paper eq. (9)).
+SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object);
+
+/// v = |t - (I - R) c| / dt (m/s) of the points around c moved by H (both in one frame); paper sec. V.
+double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s);
+
+class FrameEstimator {
+ public:
+  FrameEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator);
+  FrameResult process(const FramePair& pair);
+
+ private:
+  BodyResult estimate_ego(const FramePair& pair);
+  BodyResult estimate_object(const FramePair& pair, const ObjectObservation& object, const BodyResult& ego);
+  int vote_label(const ObjectObservation& object) const;
+
+  PipelineOptions options_;
+  std::shared_ptr<const Estimator> estimator_;
+  int last_curr_ = 0;                   ///< frame number that the state below belongs to
+  bool has_last_ = false;
+  SE3 last_camera_motion_;              ///< T_curr_prev of the background, last pair
+  bool has_camera_motion_ = false;
+  std::map<int, int> track_of_instance_;  ///< of the last current frame
+  std::map<int, SE3> motion_of_track_;    ///< H in the coordinates of the last current camera
+  int next_track_ = 1;
+};
+
+}  // namespace sextant

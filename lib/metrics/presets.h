@@ -1,0 +1,30 @@
+#pragma once
+
+// A preset bundles the definitions behind one column of a table: object frame, aggregate and velocity truth.
+// Its name is printed in every table. The keys are those of a record's "errors" (docs/metrics.md).
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace sextant {
+
+enum class Aggregate { mean, rmse, median, max };
+std::string_view to_string(Aggregate aggregate);
+/// Aggregate of finite values; throws InternalError on an empty span.
+double aggregate(Aggregate how, std::span<const double> values);
+
+struct MetricPreset {
+  std::string name;
+  std::string description;
+  std::string object_Et_key;   ///< which recorded translation error, m
+  std::string object_ER_key;   ///< which recorded rotation error, deg
+  std::string velocity_key;    ///< which recorded velocity error, km/h
+  std::string velocity_truth_key;  ///< which recorded true velocity, km/h ("values")
+  Aggregate aggregate = Aggregate::mean;
+};
+
+std::span<const MetricPreset> metric_presets();
+const MetricPreset& find_preset(std::string_view name);
+
+}  // namespace sextant
