@@ -1,6 +1,6 @@
 # Language level, warnings and sanitizers for every target.
-option(SEXTANT_TESTS "Build the tests" ON)
-option(SEXTANT_BENCHMARKS "Build the Google Benchmark programs" ON)
+option(SEXTANT_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
+option(SEXTANT_BENCHMARKS "Build the Google Benchmark programs" ${PROJECT_IS_TOP_LEVEL})
 option(SEXTANT_WERROR "Treat warnings as errors" OFF)
 set(SEXTANT_SANITIZE "" CACHE STRING "Sanitizers, e.g. 'address,undefined' or 'thread'")
 
@@ -8,6 +8,7 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set_property(GLOBAL PROPERTY GLOBAL_DEPENDS_NO_CYCLES ON)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""Checks that includes follow the layers of docs/architecture.md.
+
+usage: scripts/check_layers.py [--root DIR] [--self-test]
+
+1. A file includes project headers as "sextant/<folder>/<file>.h", and the header exists.
+2. A folder includes only the folders that LAYERS allows it.
+3. Only TRUTH_READERS include sextant/truth/ directly.
+4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
+   the ground truth cannot be evaluated with it.
+
+Tests (*_test.cc, testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
+"""
+
+import argparse
+import fnmatch
+import pathlib
+import re
+import sys
+import tempfile
+
+# Folder -> the folders it may include, bottom to top. A folder may always include itself.
+_MEASUREMENT = ["base", "geometry", "measurement"]
+_LIB = _MEASUREMENT + ["truth", "noise", "estimator", "metrics", "stats"]
+_DATASETS = ["datasets/codec", "datasets/synthetic", "datasets"]
+LAYERS = {
+    "base": [],
+    "geometry": ["base"],
+    "measurement": ["base", "geometry"],
+    "truth": _MEASUREMENT,
+    "noise": _MEASUREMENT + ["truth"],  # truth: *verification* only, see TRUTH_READERS
+    "estimator": _MEASUREMENT,
+    "metrics": _MEASUREMENT + ["truth", "noise", "estimator"],
+    "stats": ["base"],
+    "datasets/codec": _MEASUREMENT,
+    "datasets/synthetic": _MEASUREMENT + ["truth", "noise", "datasets/codec"],
+    "datasets": _MEASUREMENT + ["truth", "noise", "datasets/codec", "datasets/synthetic"],
+    "eval/experiment": _LIB + _DATASETS,
+    "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
+    "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
+    "eval/external": _LIB + _DATASETS + ["eval/experiment"],
+    "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/gate", "eval/external"],
+}
+
+# Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".
+TRUTH_READERS = [
+    "truth/*",
+    "metrics/*",
+    "noise/*verification*",
+    "datasets/*",
+    "eval/experiment/*",
+    "eval/external/*",
+]
+TRUTH_READERS_EXCEPT = ["datasets/codec/*"]
+TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*", "datasets/codec/*"]
+TRUTH_FREE_EXCEPT = ["noise/*verification*"]
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+
+
+def matches(name, patterns):
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def folder_of(name):
+    return name.rpartition("/")[0]
+
+
+def read_tree(root):
+    """{"geometry/se3.h": (path, [(line, include text), ...])} for every non-test source."""
+    files = {}
+    for top in ("lib", "datasets", "eval"):
+        for path in sorted((root / top).rglob("*")):
+            if path.suffix not in (".h", ".cc") or path.name.endswith("_test.cc") or path.name == "testing.h":
+                continue
+            name = path.relative_to(root).as_posix().removeprefix("lib/")
+            text = path.read_text(encoding="utf-8")
+            includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
+            files[name] = (path.relative_to(root).as_posix(), includes)
+    return files
+
+
+def path_to_truth(files, start):
+    """The chain of headers from `start` to the first one under truth/, or None."""
+    seen = {start}
+    queue = [[start]]
+    while queue:
+        chain = queue.pop(0)
+        for _, include in files[chain[-1]][1]:
+            header = include.removeprefix("sextant/")
+            if header.startswith("truth/"):
+                return chain + [header]
+            if header in files and header not in seen:
+                seen.add(header)
+                queue.append(chain + [header])
+    return None
+
+
+def check(root):
+    files = read_tree(root)
+    problems = []
+    for name, (path, includes) in files.items():
+        folder = folder_of(name)
+        if folder not in LAYERS:
+            problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/check_layers.py")
+            continue
+        for line, include in includes:
+            where = f"{path}:{line}"
+            header = include.removeprefix("sextant/")
+            if header == include:
+                problems.append(f'{where}: "{include}": write project includes as "sextant/<folder>/<file>.h"')
+                continue
+            if header not in files:
+                problems.append(f'{where}: "{include}": there is no such header')
+                continue
+            target = folder_of(header)
+            if target != folder and target not in LAYERS[folder]:
+                allowed = ", ".join(LAYERS[folder]) or "nothing"
+                problems.append(f"{where}: {folder} may not include {target} (it may include {allowed})")
+            if target == "truth" and (
+                not matches(name, TRUTH_READERS) or matches(name, TRUTH_READERS_EXCEPT)
+            ):
+                problems.append(f"{where}: {folder} may not see the ground truth")
+        if matches(name, TRUTH_FREE) and not matches(name, TRUTH_FREE_EXCEPT):
+            chain = path_to_truth(files, name)
+            if chain:
+                problems.append(f"{path}: reaches the ground truth: {' -> '.join(chain)}")
+    return problems, len(files)
+
+
+def self_test():
+    """Plants one violation of each kind in a small tree and sees it caught."""
+    clean = {
+        "lib/base/error.h": "",
+        "lib/geometry/se3.h": '#include "sextant/base/error.h"\n',
+        "lib/truth/truth.h": '#include "sextant/geometry/se3.h"\n',
+        "lib/estimator/estimator.h": '#include "sextant/geometry/se3.h"\n',
+        "lib/estimator/estimator_test.cc": '#include "sextant/truth/truth.h"\n',
+        "lib/noise/depth.h": "#include <vector>\n",
+        "lib/noise/verification.h": '#include "sextant/truth/truth.h"\n',
+        "datasets/dataset.h": '#include "sextant/truth/truth.h"\n',
+        "eval/report/table.h": '#include "sextant/base/error.h"\n',
+    }
+    planted = [
+        ("upward include", "lib/base/error.h", "sextant/geometry/se3.h", "base may not include geometry"),
+        ("truth in the estimator", "lib/estimator/estimator.h", "sextant/truth/truth.h", "may not see"),
+        ("truth in the report", "eval/report/table.h", "sextant/truth/truth.h", "may not see"),
+        ("truth through a header", "lib/noise/depth.h", "sextant/noise/verification.h", "reaches the ground"),
+        ("truth in the estimator through a data set", "lib/estimator/estimator.h", "sextant/datasets/dataset.h",
+         "estimator/estimator.h -> datasets/dataset.h -> truth/truth.h"),
+        ("relative include", "lib/geometry/se3.h", "../base/error.h", "write project includes"),
+        ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
+        ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),
+    ]
+    failures = 0
+    for what, file, include, expected in [("clean tree", None, None, None)] + planted:
+        with tempfile.TemporaryDirectory() as folder:
+            tree = dict(clean)
+            if file:
+                tree[file] = tree.get(file, "") + f'#include "{include}"\n'
+            for name, text in tree.items():
+                path = pathlib.Path(folder) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            problems, _ = check(pathlib.Path(folder))
+        good = any(expected in problem for problem in problems) if expected else not problems
+        print(f"{'ok  ' if good else 'FAIL'} {what}" + ("" if good else f": got {problems}"))
+        failures += not good
+    return 1 if failures else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent.parent)
+    parser.add_argument("--self-test", action="store_true", help="plant violations and see them caught")
+    arguments = parser.parse_args()
+    if arguments.self_test:
+        return self_test()
+    problems, count = check(arguments.root)
+    for problem in problems:
+        print(problem)
+    if count == 0:
+        print(f"{arguments.root}: no sources found", file=sys.stderr)
+        return 2
+    print(f"{count} files, {len(problems)} violations")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

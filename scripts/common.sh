@@ -1,0 +1,45 @@
+# Shared by the scripts of this folder: source it, do not run it.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+say() { printf '\033[1m==> %s\033[0m\n' "$*" | if [[ -t 1 ]]; then cat; else sed 's/\x1b\[[0-9]*m//g'; fi; }
+die() {
+  printf '%s: %s\n' "scripts/$(basename "$0")" "$*" >&2
+  exit 2
+}
+
+# Prints the comment block at the top of the calling script, which is its help text.
+usage() { sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"; }
+
+# Compilers at once: the cores, but no more than memory for them (the largest sources need over 1 GB).
+build_jobs() {
+  local cores memory_kb
+  cores=$(nproc)
+  memory_kb=$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)
+  local by_memory=$((memory_kb / 1500000))
+  ((by_memory >= 1)) || by_memory=1
+  echo "${SEXTANT_JOBS:-$((cores < by_memory ? cores : by_memory))}"
+}
+
+# build_preset PRESET [TARGET...]: configures quietly and builds with a progress line.
+build_preset() {
+  local preset=$1 log=$root/build/$1-configure.log
+  shift
+  mkdir -p "$root/build"
+  say "configure build/$preset"
+  if ! (cd "$root" && cmake --preset "$preset") >"$log" 2>&1; then
+    tail -n 40 "$log" >&2
+    die "configuring failed; the whole output is in $log"
+  fi
+  say "build build/$preset with $(build_jobs) jobs"
+  local command=(cmake --build "$root/build/$preset" -j "$(build_jobs)")
+  if (($# > 0)); then command+=(--target "$@"); fi
+  export NINJA_STATUS='[%f/%t, %e s] '
+  if [[ -t 1 ]]; then
+    "${command[@]}"
+  else
+    # In a pipe ninja prints a line per step: keep every 25th, and everything that is not a step.
+    "${command[@]}" 2>&1 | awk '/^\[[0-9]+\/[0-9]+, / { if (++n % 25 == 0) { print; fflush() } last = $0; next }
+                                { print; fflush() } END { if (last) print last }'
+  fi
+}
