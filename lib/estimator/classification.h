@@ -7,6 +7,7 @@
 // The vertical component is left out by default, as in the published code: cars move on the ground plane,
 // and the vertical scene flow adds depth noise only.
 
+#include "sextant/base/options.h"
 #include "sextant/geometry/se3.h"
 #include "sextant/measurement/problem.h"
 

@@ -6,6 +6,10 @@
 // cell, so that they cover the image. Object samples: every n-th pixel in x and y of the previous frame's
 // instances whose flow lands on an instance of the current frame.
 
+#include <functional>
+#include <vector>
+
+#include "sextant/base/options.h"
 #include "sextant/measurement/frame.h"
 #include "sextant/measurement/frame_pair.h"
 
@@ -17,7 +21,6 @@ struct ExtractionOptions {
   int features_per_cell = 2;
   int mask_margin_px = 2;
   double max_static_depth_m = 40.0;
-  double max_object_depth_m = 25.0;
   int object_step_px = 3;
 
   template <typename V>
@@ -27,7 +30,6 @@ struct ExtractionOptions {
     v("features_per_cell", features_per_cell, "count", "strongest corners kept per cell");
     v("mask_margin_px", mask_margin_px, "px", "static features keep this distance from instances");
     v("max_static_depth_m", max_static_depth_m, "m", "farthest static feature");
-    v("max_object_depth_m", max_object_depth_m, "m", "farthest object point (paper: 25)");
     v("object_step_px", object_step_px, "px", "object points are every n-th pixel (paper: 3)");
   }
   void check() const;
@@ -40,8 +42,9 @@ struct Feature {
   bool operator==(const Feature&) const = default;
 };
 
-/// Spread FAST corners where mask == 0 (with margin), row by row of cells.
-std::vector<Feature> detect_features(const Image<uint8_t>& gray, const Image<uint16_t>& mask,
+/// The strongest FAST corners of every cell among those that `usable(x, y)` admits; cells row by row,
+/// within a cell by falling response, then by row and column.
+std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::function<bool(int, int)>& usable,
                                      const ExtractionOptions& options);
 
 /// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is one.

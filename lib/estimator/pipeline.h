@@ -31,7 +31,7 @@ struct PipelineOptions {
   void visit(V& v) {
     v("start", start, "", "RANSAC against the propagated motion");
     v("classification", classification, "", "dynamic or static");
-    v("max_object_distance_m", max_object_distance_m, "m", "gate on the median depth of an object (paper: 25)");
+    v("max_object_distance_m", max_object_distance_m, "m", "gate on the median depth of an object, and farthest object point (paper: 25)");
     v("min_object_area", min_object_area, "fraction of the image", "gate on an object's area (paper: 0.005)");
     v("min_object_points", min_object_points, "count", "fewest points and fewest inliers of an object");
     v("estimate_static_objects", estimate_static_objects, "", "also estimate objects classified static");
@@ -87,9 +87,10 @@ class FrameEstimator {
   FrameResult process(const FramePair& pair);
 
  private:
-  BodyResult estimate_ego(const FramePair& pair);
-  BodyResult estimate_object(const FramePair& pair, const ObjectObservation& object, const BodyResult& ego);
-  int vote_label(const ObjectObservation& object) const;
+  BodyResult estimate_ego(const FramePair& pair) const;
+  BodyResult gate_and_classify(const FramePair& pair, const ObjectObservation& object, const BodyResult& ego) const;
+  std::map<int, int> associate(const FramePair& pair, const std::vector<BodyResult>& objects);
+  void estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const;
 
   PipelineOptions options_;
   std::shared_ptr<const Estimator> estimator_;

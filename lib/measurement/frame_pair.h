@@ -13,7 +13,7 @@ namespace sextant {
 /// One instance of the current frame's mask, with the points of the previous frame whose flow lands on it.
 struct ObjectObservation {
   int instance = 0;                     ///< id in the current mask
-  double area_fraction = 0;             ///< its share of the previous image (all pixels of `instance`), 0..1
+  double area_fraction = 0;             ///< its share of the current image, 0..1
   Correspondences points;               ///< every n-th pixel of the previous frame's instances
   std::vector<uint16_t> instance_prev;  ///< per point: id in the previous mask (never 0)
   int n_background = 0;                 ///< samples that land here from the previous background

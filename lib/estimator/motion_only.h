@@ -1,0 +1,39 @@
+#pragma once
+
+// motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
+// covariance Sigma_1 = sigma^2 I. The flow is not refined.
+
+#include "sextant/estimator/estimator.h"
+#include "sextant/estimator/reprojection_solver.h"
+
+namespace sextant {
+
+struct MotionOnlyOptions {
+  double sigma_px = 1.0;
+  double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
+  SolverOptions solver;
+
+  template <typename V>
+  void visit(V& v) {
+    v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
+    v("huber", huber, "sigmas", "Huber threshold");
+    v("solver", solver, "", "Levenberg-Marquardt");
+  }
+  void check() const;
+};
+
+class MotionOnly : public Estimator {
+ public:
+  explicit MotionOnly(const MotionOnlyOptions& options) : options_(options) {}
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  Json options() const override { return write_options(options_); }
+
+ private:
+  MotionOnlyOptions options_;
+};
+
+/// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
+MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, const HuberKernel& kernel,
+                                    const SolverOptions& options);
+
+}  // namespace sextant

@@ -1,0 +1,243 @@
+#include "sextant/estimator/pipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace sextant {
+namespace {
+
+class Stopwatch {
+ public:
+  /// Milliseconds since construction or the last lap.
+  double lap_ms() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double median(std::vector<double> values) {
+  if (values.empty()) return nan;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Correspondences nearer_than(const Correspondences& points, double max_depth_m) {
+  std::vector<unsigned char> keep(points.size());
+  std::transform(points.depth.begin(), points.depth.end(), keep.begin(),
+                 [&](double depth) { return depth <= max_depth_m ? 1 : 0; });
+  return points.subset(keep);
+}
+
+Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsigned char>& inliers) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int n = 0;
+  for (size_t i = 0; i < inliers.size(); ++i) {
+    if (inliers[i] == 0) continue;
+    sum += problem.camera.left.backproject(problem.points.u[i], problem.points.v[i], problem.points.depth[i]);
+    ++n;
+  }
+  return sum / n;
+}
+
+/// Robust start and refinement of one body: fills points, estimate, status, counts and times.
+void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_points,
+                   const RobustStartOptions& options, const Estimator& estimator, BodyResult& body) {
+  Stopwatch watch;
+  body.points = problem.points;
+  body.n_points = static_cast<int>(problem.points.size());
+  const RobustStart start = robust_start(problem, propagated, options);
+  body.times.start_ms = watch.lap_ms();
+  body.n_inliers = start.n_inliers;
+  body.start_propagated = start.propagated;
+  body.status = start.status;
+  if (start.status != Status::ok) return;
+  if (start.n_inliers < min_points) {
+    body.status = Status::too_few_points;
+    return;
+  }
+  body.estimate = estimator.estimate(problem, start.start);
+  body.status = body.estimate.status;
+  body.times.refine_ms = watch.lap_ms();
+}
+
+}  // namespace
+
+void PipelineOptions::check() const {
+  start.check();
+  classification.check();
+  check_option(max_object_distance_m > 0, "max_object_distance_m", max_object_distance_m, "> 0");
+  check_option(min_object_area >= 0 && min_object_area < 1, "min_object_area", min_object_area, "in [0, 1)");
+  check_option(min_object_points >= 4, "min_object_points", min_object_points, ">= 4");
+}
+
+SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object) {
+  return T_curr_prev_background.inverse() * T_curr_prev_object;
+}
+
+double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s) {
+  return (H * centroid - centroid).norm() / dt_s;
+}
+
+FrameEstimator::FrameEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
+    : options_(options), estimator_(std::move(estimator)) {
+  options_.check();
+}
+
+FrameResult FrameEstimator::process(const FramePair& pair) {
+  if (!has_last_ || pair.prev != last_curr_) {  // a new sequence, or a gap: nothing to propagate
+    has_camera_motion_ = false;
+    track_of_instance_.clear();
+    motion_of_track_.clear();
+  }
+  FrameResult result;
+  result.prev = pair.prev;
+  result.curr = pair.curr;
+  result.dt_s = pair.dt_s;
+  result.ego = estimate_ego(pair);
+
+  for (const ObjectObservation& object : pair.objects) {
+    result.objects.push_back(gate_and_classify(pair, object, result.ego));
+  }
+  const std::map<int, int> tracks = associate(pair, result.objects);
+  std::map<int, SE3> motions;
+  for (BodyResult& body : result.objects) {
+    body.track = tracks.at(body.instance);
+    if (body.status == Status::ok) estimate_object(pair, result.ego, body);
+    if (body.status == Status::ok && body.track != 0 && result.ego.status == Status::ok) {
+      const SE3& X = result.ego.estimate.T_curr_prev;
+      const SE3 H = object_motion_prev(X, body.estimate.T_curr_prev);
+      motions[body.track] = X * H * X.inverse();  // to the coordinates of the current camera
+    }
+  }
+  for (const int id : pair.lost_instances) {
+    BodyResult body;
+    body.instance = id;
+    body.status = Status::lost;
+    body.distance_m = body.moving_share = body.speed_mps = nan;
+    result.objects.push_back(std::move(body));
+  }
+  std::sort(result.objects.begin(), result.objects.end(),
+            [](const BodyResult& a, const BodyResult& b) { return a.instance < b.instance; });
+
+  last_curr_ = pair.curr;
+  has_last_ = true;
+  has_camera_motion_ = result.ego.status == Status::ok;
+  last_camera_motion_ = result.ego.estimate.T_curr_prev;
+  track_of_instance_ = tracks;
+  motion_of_track_ = std::move(motions);
+  return result;
+}
+
+BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
+  constexpr int min_ego_inliers = 10;
+  BodyResult ego;
+  ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
+  const std::optional<SE3> propagated =
+      has_camera_motion_ ? std::optional<SE3>(last_camera_motion_) : std::nullopt;
+  estimate_body({pair.camera, pair.background}, propagated, min_ego_inliers, options_.start, *estimator_, ego);
+  return ego;
+}
+
+BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const ObjectObservation& object,
+                                             const BodyResult& ego) const {
+  Stopwatch watch;
+  BodyResult body;
+  body.instance = object.instance;
+  body.area_fraction = object.area_fraction;
+  body.distance_m = median(object.points.depth);
+  body.moving_share = body.speed_mps = nan;
+  body.is_dynamic = true;
+  const Problem near{pair.camera, nearer_than(object.points, options_.max_object_distance_m)};
+  body.n_points = static_cast<int>(near.points.size());
+  const auto gate = [&](Gate reason) {
+    body.status = Status::gated;
+    body.gate = reason;
+  };
+  if (ego.status == Status::ok) {
+    const MotionClass motion =
+        classify_motion(near, ego.estimate.T_curr_prev, pair.dt_s, options_.classification);
+    body.moving_share = motion.moving_share;
+    body.is_dynamic = motion.is_dynamic;
+  }
+  if (object.points.empty()) {
+    body.status = Status::lost;
+  } else if (object.area_fraction < options_.min_object_area) {
+    gate(Gate::area);
+  } else if (body.distance_m > options_.max_object_distance_m) {
+    gate(Gate::distance);
+  } else if (body.n_points < options_.min_object_points) {
+    body.status = Status::too_few_points;
+  } else if (!body.is_dynamic && !options_.estimate_static_objects) {
+    gate(Gate::is_static);
+  }
+  body.points = near.points;
+  body.times.other_ms = watch.lap_ms();
+  return body;
+}
+
+/// Track labels of the current frame (paper sec. IV-C2): a static object has 0; a dynamic one takes the label
+/// that most of its points had, a new one if that is 0. A label goes to the object with most votes for it.
+std::map<int, int> FrameEstimator::associate(const FramePair& pair, const std::vector<BodyResult>& objects) {
+  struct Claim {
+    int instance;
+    int votes;
+  };
+  std::map<int, int> tracks;
+  std::map<int, Claim> claims;  // by label
+  std::vector<int> unlabelled;
+  for (size_t i = 0; i < objects.size(); ++i) {
+    const int instance = objects[i].instance;
+    tracks[instance] = 0;
+    if (!objects[i].is_dynamic || objects[i].status == Status::lost) continue;
+    std::map<int, int> votes{{0, pair.objects[i].n_background}};
+    for (const uint16_t before : pair.objects[i].instance_prev) {
+      const auto known = track_of_instance_.find(before);
+      ++votes[known == track_of_instance_.end() ? 0 : known->second];
+    }
+    const auto winner = std::max_element(votes.begin(), votes.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto claimed = claims.find(winner->first);
+    if (winner->first == 0) {
+      unlabelled.push_back(instance);
+    } else if (claimed == claims.end()) {
+      claims[winner->first] = {instance, winner->second};
+    } else if (winner->second > claimed->second.votes) {
+      unlabelled.push_back(claimed->second.instance);
+      claimed->second = {instance, winner->second};
+    } else {
+      unlabelled.push_back(instance);
+    }
+  }
+  for (const auto& [label, claim] : claims) tracks[claim.instance] = label;
+  std::sort(unlabelled.begin(), unlabelled.end());
+  for (const int instance : unlabelled) tracks[instance] = next_track_++;
+  return tracks;
+}
+
+void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const {
+  std::optional<SE3> propagated;
+  const auto known = motion_of_track_.find(body.track);
+  if (ego.status == Status::ok && known != motion_of_track_.end()) {
+    propagated = ego.estimate.T_curr_prev * known->second;
+  }
+  const Problem problem{pair.camera, std::move(body.points)};
+  estimate_body(problem, propagated, options_.min_object_points, options_.start, *estimator_, body);
+  if (body.status != Status::ok) return;
+  body.centroid_m = inlier_centroid(problem, body.estimate.inliers);
+  if (ego.status == Status::ok) {
+    const SE3 H = object_motion_prev(ego.estimate.T_curr_prev, body.estimate.T_curr_prev);
+    body.speed_mps = speed_mps(H, body.centroid_m, pair.dt_s);
+  }
+}
+
+}  // namespace sextant

@@ -1,0 +1,38 @@
+#include "sextant/base/registry.h"
+
+#include "sextant/estimator/ceres_reference.h"
+#include "sextant/estimator/estimator.h"
+#include "sextant/estimator/joint_flow.h"
+#include "sextant/estimator/motion_only.h"
+
+namespace sextant {
+namespace {
+
+template <typename E, typename Options>
+EstimatorEntry entry(const char* name, const char* description) {
+  return {name, description,
+          [](const Json& json) -> std::unique_ptr<Estimator> {
+            Options options;
+            read_options(json, options, "estimator");
+            return std::make_unique<E>(options);
+          },
+          [] { return describe_options(Options{}, "estimator"); }};
+}
+
+}  // namespace
+
+std::span<const EstimatorEntry> estimators() {
+  static const std::vector<EstimatorEntry> table = {
+      entry<JointFlow, JointFlowOptions>("joint_flow", "motion and refined flow, paper eq. (11), closed form"),
+      entry<MotionOnly, MotionOnlyOptions>("motion_only", "motion from given flow, paper eq. (4) and (10)"),
+      entry<JointFlowCeres, JointFlowOptions>("joint_flow_ceres", "reference of joint_flow in Ceres (slow)"),
+      entry<MotionOnlyCeres, MotionOnlyOptions>("motion_only_ceres", "reference of motion_only in Ceres (slow)"),
+  };
+  return table;
+}
+
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const Json& options) {
+  return find_entry(estimators(), name, "estimator").make(options);
+}
+
+}  // namespace sextant

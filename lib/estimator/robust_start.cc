@@ -1,0 +1,139 @@
+#include "sextant/estimator/robust_start.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+
+#include "sextant/estimator/reprojection_solver.h"
+
+namespace sextant {
+namespace {
+
+/// SplitMix64 (Steele, Lea & Flood 2014) of a counter: the same sample for the same index, always.
+uint64_t mix(uint64_t counter) {
+  uint64_t z = counter + 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+/// Three distinct indices below n, a function of (n, sample) only.
+std::array<size_t, 3> draw_sample(size_t n, int sample) {
+  std::array<size_t, 3> indices{};
+  uint64_t counter = mix(n) ^ (static_cast<uint64_t>(sample) << 32U);
+  for (size_t k = 0; k < 3;) {
+    indices[k] = mix(counter++) % n;
+    if (std::find(indices.begin(), indices.begin() + k, indices[k]) == indices.begin() + k) ++k;
+  }
+  return indices;
+}
+
+/// Samples needed to draw one without outliers with the given confidence.
+int iterations_needed(double inlier_share, double confidence) {
+  const double good = std::pow(inlier_share, 3);
+  if (good >= 1.0 - 1e-12) return 1;
+  if (good < 1e-9) return std::numeric_limits<int>::max();
+  const double n = std::log(1 - confidence) / std::log(1 - good);
+  return n < 1e9 ? static_cast<int>(std::ceil(n)) : std::numeric_limits<int>::max();
+}
+
+class P3P {
+ public:
+  explicit P3P(const ReprojectionData& data) : data_(data) {
+    const PinholeCamera& camera = data.camera();
+    camera_ = cv::Matx33d(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+  }
+
+  /// Up to four motions through three correspondences.
+  std::vector<SE3> solve(const std::array<size_t, 3>& sample) const {
+    std::array<cv::Point3d, 3> points;
+    std::array<cv::Point2d, 3> pixels;
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t i = sample[k];
+      points[k] = {data_.x()[i], data_.y()[i], data_.z()[i]};
+      pixels[k] = {data_.target_u()[i], data_.target_v()[i]};
+    }
+    std::vector<cv::Vec3d> rotations;
+    std::vector<cv::Vec3d> translations;
+    cv::solveP3P(points, pixels, camera_, cv::noArray(), rotations, translations, cv::SOLVEPNP_AP3P);
+    std::vector<SE3> motions;
+    for (size_t k = 0; k < rotations.size(); ++k) {
+      const Eigen::Vector3d omega(rotations[k][0], rotations[k][1], rotations[k][2]);
+      const SE3 T(so3_exp(omega), Eigen::Vector3d(translations[k][0], translations[k][1], translations[k][2]));
+      if (T.is_finite()) motions.push_back(T);
+    }
+    return motions;
+  }
+
+ private:
+  const ReprojectionData& data_;
+  cv::Matx33d camera_;
+};
+
+std::vector<unsigned char> inlier_mask(const ReprojectionData& data, const SE3& motion, double threshold_px) {
+  std::vector<double> errors;
+  squared_errors(data, motion, errors);
+  std::vector<unsigned char> mask(errors.size());
+  std::transform(errors.begin(), errors.end(), mask.begin(),
+                 [&](double e) { return e <= threshold_px * threshold_px ? 1 : 0; });
+  return mask;
+}
+
+}  // namespace
+
+void RobustStartOptions::check() const {
+  check_option(inlier_threshold_px > 0, "inlier_threshold_px", inlier_threshold_px, "> 0");
+  check_option(confidence > 0 && confidence < 1, "confidence", confidence, "in (0, 1)");
+  check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0");
+  check_option(min_iterations >= 0 && min_iterations <= max_iterations, "min_iterations", min_iterations,
+               "in 0..max_iterations");
+  check_option(local_refinements >= 0, "local_refinements", local_refinements, ">= 0");
+}
+
+RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
+                         const RobustStartOptions& options) {
+  RobustStart result;
+  const ReprojectionData data(problem, {});
+  if (data.size() < 4) return result;
+  const double threshold = options.inlier_threshold_px;
+  const auto n = static_cast<double>(data.size());
+
+  SE3 best;
+  int best_inliers = 0;
+  const auto consider = [&](const SE3& motion) {
+    const int inliers = count_inliers(data, motion, threshold, best_inliers + 1);
+    if (inliers <= best_inliers) return false;
+    best = motion;
+    best_inliers = inliers;
+    return true;
+  };
+
+  if (propagated) result.propagated = consider(*propagated);
+  const P3P p3p(data);
+  int needed = options.max_iterations;
+  while (result.iterations < std::max(needed, options.min_iterations) &&
+         result.iterations < options.max_iterations) {
+    for (const SE3& motion : p3p.solve(draw_sample(data.size(), result.iterations))) {
+      if (consider(motion)) result.propagated = false;
+    }
+    ++result.iterations;
+    needed = iterations_needed(best_inliers / n, options.confidence);
+  }
+
+  // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers, keep what gains inliers.
+  for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
+    const ReprojectionData support(problem, inlier_mask(data, best, threshold));
+    const SolverResult refit = minimize_reprojection(support, best, HuberKernel{}, {.max_iterations = 5});
+    if (!refit.T_curr_prev.is_finite() || !consider(refit.T_curr_prev)) break;
+  }
+
+  result.n_inliers = best_inliers;
+  if (best_inliers < 4) return result;
+  result.status = Status::ok;
+  result.start = {best, inlier_mask(data, best, threshold)};
+  return result;
+}
+
+}  // namespace sextant
