@@ -1,0 +1,144 @@
+// Throughput of the file decoders, in bytes of file per second, ours against OpenCV's. With SEXTANT_DATA
+// set, on frame 0 of its kitti_03_demo; otherwise on synthetic images of the same size.
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/png.h"
+
+namespace {
+
+using namespace sextant;
+
+constexpr int kWidth = 1242;
+constexpr int kHeight = 375;
+
+Image<uint16_t> synthetic_disparity() {
+  std::mt19937 rng(1);
+  Image<uint16_t> image(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<uint16_t>(40 * y + x / 8 + rng() % 32);
+  }
+  return image;
+}
+
+Image<Rgb> synthetic_colour() {
+  std::mt19937 rng(2);
+  Image<Rgb> image(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double wave = 110 + 90 * std::sin(0.02 * x) * std::cos(0.03 * y);
+      const auto noisy = [&](double level) {
+        return static_cast<uint8_t>(level + static_cast<double>(rng() % 16));
+      };
+      image(x, y) = {noisy(wave), noisy(0.8 * wave), noisy(0.6 * wave + 20)};
+    }
+  }
+  return image;
+}
+
+Image<Flow> synthetic_flow() {
+  Image<Flow> flow(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x)
+      flow(x, y) = {0.02f * static_cast<float>(x - 600), 0.03f * static_cast<float>(y)};
+  }
+  return flow;
+}
+
+Image<uint16_t> synthetic_mask() {
+  Image<uint16_t> mask(kWidth, kHeight);
+  for (int y = 200; y < 300; ++y) {
+    for (int x = 400; x < 600; ++x) mask(x, y) = x < 500 ? 3 : 12;
+  }
+  return mask;
+}
+
+std::string real_or(const char* path, std::string synthetic) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) return synthetic;
+  return read_file(std::filesystem::path(data) / "kitti_03_demo" / path);
+}
+
+const std::string& depth_png() {
+  static const std::string bytes = real_or("depth/000000.png", encode_png(synthetic_disparity()));
+  return bytes;
+}
+
+const std::string& colour_png() {
+  static const std::string bytes = real_or("image_0/000000.png", encode_png(synthetic_colour()));
+  return bytes;
+}
+
+const std::string& flow_png() {
+  static const std::string bytes = encode_png(kitti_from_flow(synthetic_flow()));
+  return bytes;
+}
+
+template <typename Decode>
+void run(benchmark::State& state, const std::string& bytes, Decode decode) {
+  for (auto _ : state) benchmark::DoNotOptimize(decode(bytes));
+  state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(bytes.size()));
+}
+
+cv::Mat opencv(const std::string& bytes, int flags) {
+  const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  return cv::imdecode(view, flags);
+}
+
+void png16(benchmark::State& state) {
+  run(state, depth_png(), [](const std::string& b) { return decode_png16(b, "depth"); });
+}
+void png16_opencv(benchmark::State& state) {
+  run(state, depth_png(), [](const std::string& b) { return opencv(b, cv::IMREAD_UNCHANGED); });
+}
+void png_rgb16(benchmark::State& state) {
+  run(state, flow_png(), [](const std::string& b) { return decode_png_rgb16(b, "flow"); });
+}
+void png_rgb16_opencv(benchmark::State& state) {
+  run(state, flow_png(), [](const std::string& b) { return opencv(b, cv::IMREAD_UNCHANGED); });
+}
+void png_rgb(benchmark::State& state) {
+  run(state, colour_png(), [](const std::string& b) { return decode_png_rgb(b, "image"); });
+}
+void png_rgb_opencv(benchmark::State& state) {
+  run(state, colour_png(), [](const std::string& b) { return opencv(b, cv::IMREAD_COLOR); });
+}
+void png_gray_of_colour(benchmark::State& state) {
+  run(state, colour_png(), [](const std::string& b) { return decode_png_gray(b, "image"); });
+}
+void flo(benchmark::State& state) {
+  const std::string bytes = real_or("flow/000000.flo", encode_flo(synthetic_flow()));
+  run(state, bytes, [](const std::string& b) { return decode_flo(b, "flow"); });
+}
+void mask_text(benchmark::State& state) {
+  const std::string bytes = real_or("semantic/000000.txt", encode_mask_text(synthetic_mask()));
+  run(state, bytes, [](const std::string& b) { return decode_mask_text(b, "mask"); });
+}
+void depth_from_disparity(benchmark::State& state) {
+  const Image<uint16_t> disparity = decode_png16(depth_png(), "depth");
+  for (auto _ : state) benchmark::DoNotOptimize(depth_from_disparity256(disparity, 387.5744));
+  state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(2 * disparity.size()));
+}
+
+BENCHMARK(png16)->Unit(benchmark::kMillisecond);
+BENCHMARK(png16_opencv)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb16)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb16_opencv)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb_opencv)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_gray_of_colour)->Unit(benchmark::kMillisecond);
+BENCHMARK(flo)->Unit(benchmark::kMillisecond);
+BENCHMARK(mask_text)->Unit(benchmark::kMillisecond);
+BENCHMARK(depth_from_disparity)->Unit(benchmark::kMillisecond);
+
+}  // namespace

@@ -1,0 +1,61 @@
+#pragma once
+
+// PNG images (ISO/IEC 15948): decoding and encoding from and to memory.
+//
+// Read: 1/2/4/8-bit gray, palette, 8-bit gray + alpha, RGB and RGBA (alpha is dropped), 16-bit gray and RGB.
+// Not read: interlaced files, 16-bit with alpha.
+//
+// Every decoder takes the bytes of one file and its name for messages, and throws Error on a file that is
+// not a PNG, is truncated, has a chunk whose CRC-32 or data whose Adler-32 is wrong, or holds another kind
+// of pixels than asked for. A damaged file never gives half an image. Safe to call from several threads.
+
+#include <string>
+#include <string_view>
+
+#include "sextant/measurement/image.h"
+
+namespace sextant {
+
+struct Rgb16 {
+  uint16_t r = 0;
+  uint16_t g = 0;
+  uint16_t b = 0;
+  bool operator==(const Rgb16&) const = default;
+};
+
+struct PngHeader {
+  int width = 0;       ///< px
+  int height = 0;      ///< px
+  int bit_depth = 0;   ///< per channel or palette index: 1, 2, 4, 8, 16
+  int color_type = 0;  ///< 0 gray, 2 RGB, 3 palette, 4 gray + alpha, 6 RGBA
+  bool interlaced = false;
+};
+
+/// Size and kind of pixels, from the first bytes alone.
+PngHeader png_header(std::string_view bytes, const std::string& name);
+
+/// 16-bit gray (depth, disparity, instance ids). Other kinds of pixels are an Error.
+Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name);
+/// 16-bit RGB (flow).
+Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name);
+/// Up to 8 bit, as colour: palettes are looked up, gray is repeated.
+Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name);
+/// Up to 8 bit, as luminance: gray as it is (1/2/4 bit stretched to 0..255), colour through rgb_to_gray.
+Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name);
+/// The stored numbers of a palette or gray image of up to 8 bit, without looking them up (label images).
+Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name);
+
+/// (9798 R + 19235 G + 3735 B + 2^14) >> 15: BT.601 luminance, the same integers as OpenCV's COLOR_RGB2GRAY.
+Image<uint8_t> rgb_to_gray(const Image<Rgb>& image);
+
+struct PngEncoding {
+  int level = 6;    ///< deflate level, 1 fast .. 12 small
+  int filter = -1;  ///< 0 none, 1 sub, 2 up, 3 average, 4 Paeth; -1: per row, least sum of magnitudes
+};
+
+std::string encode_png(const Image<uint8_t>& image, const PngEncoding& encoding = {});
+std::string encode_png(const Image<uint16_t>& image, const PngEncoding& encoding = {});
+std::string encode_png(const Image<Rgb>& image, const PngEncoding& encoding = {});
+std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding = {});
+
+}  // namespace sextant

@@ -1,0 +1,326 @@
+#include <libdeflate.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/png_filter.h"
+
+namespace sextant {
+namespace {
+
+constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+constexpr size_t kHeaderEnd = 33;                 // signature + IHDR chunk
+constexpr size_t kMaxRawBytes = size_t{1} << 31;  // larger is no camera image
+constexpr size_t kMaxDeflateRatio = 1032;         // what deflate can reach at best
+
+constexpr int kGray = 0, kRgb = 2, kPalette = 3, kGrayAlpha = 4, kRgbAlpha = 6;
+
+uint32_t big_endian32(const char* p) {
+  uint32_t x;
+  std::memcpy(&x, p, 4);
+  return std::endian::native == std::endian::little ? __builtin_bswap32(x) : x;
+}
+
+[[noreturn]] void truncated(const std::string& name, size_t n_bytes) {
+  fail("{}: PNG file is truncated after {} bytes: copy or download it again", name, n_bytes);
+}
+
+int n_channels(int color_type) {
+  switch (color_type) {
+    case kRgb:
+      return 3;
+    case kGrayAlpha:
+      return 2;
+    case kRgbAlpha:
+      return 4;
+    default:
+      return 1;
+  }
+}
+
+std::string describe(const PngHeader& header) {
+  const char* kind = header.color_type == kGray        ? "gray"
+                     : header.color_type == kRgb       ? "RGB"
+                     : header.color_type == kPalette   ? "palette"
+                     : header.color_type == kGrayAlpha ? "gray + alpha"
+                                                       : "RGBA";
+  return fmt::format("{}-bit {}", header.bit_depth, kind);
+}
+
+bool known_kind(const PngHeader& h) {
+  const int d = h.bit_depth;
+  if (h.color_type == kGray) return d == 1 || d == 2 || d == 4 || d == 8 || d == 16;
+  if (h.color_type == kPalette) return d == 1 || d == 2 || d == 4 || d == 8;
+  return (h.color_type == kRgb || h.color_type == kGrayAlpha || h.color_type == kRgbAlpha) &&
+         (d == 8 || d == 16);
+}
+
+using Palette = std::array<Rgb, 256>;
+
+// The compressed pixels and what is needed to understand them.
+struct Chunks {
+  PngHeader header;
+  Palette palette{};
+  std::string_view first;  // the first IDAT chunk, a view of the file
+  std::string joined;      // all of them, when there are several
+
+  std::string_view data() const { return joined.empty() ? first : joined; }
+};
+
+void read_palette(std::string_view body, const std::string& name, Palette& palette) {
+  if (body.size() % 3 != 0 || body.size() > 3 * 256) fail("{}: PNG palette of {} bytes", name, body.size());
+  for (size_t i = 0; i < body.size() / 3; ++i) {
+    palette[i] = {static_cast<uint8_t>(body[3 * i]), static_cast<uint8_t>(body[3 * i + 1]),
+                  static_cast<uint8_t>(body[3 * i + 2])};
+  }
+}
+
+void read_chunks(std::string_view bytes, const std::string& name, Chunks& out) {
+  out.header = png_header(bytes, name);
+  bool has_palette = false;
+  size_t n_data = 0;
+  size_t at = kSignature.size();
+  for (std::string_view type; type != "IEND";) {
+    if (bytes.size() - at < 12) truncated(name, bytes.size());
+    const size_t length = big_endian32(bytes.data() + at);
+    if (bytes.size() - at - 12 < length) truncated(name, bytes.size());
+    type = bytes.substr(at + 4, 4);
+    const std::string_view body = bytes.substr(at + 8, length);
+    if (libdeflate_crc32(0, type.data(), 4 + length) != big_endian32(body.data() + length)) {
+      fail("{}: PNG chunk at byte {} is damaged (its CRC-32 is wrong): copy or download the file again", name,
+           at);
+    }
+    if (type == "IDAT") {
+      if (++n_data == 1) {
+        out.first = body;
+      } else {
+        if (n_data == 2) {
+          out.joined.reserve(bytes.size());
+          out.joined = out.first;
+        }
+        out.joined += body;
+      }
+    } else if (type == "PLTE") {
+      read_palette(body, name, out.palette);
+      has_palette = true;
+    } else if (type != "IHDR" && type != "IEND" && (type[0] & 0x20) == 0) {
+      fail("{}: PNG has an unknown critical chunk at byte {}: convert it to a plain PNG", name, at);
+    }
+    at += 12 + length;
+  }
+  if (n_data == 0) fail("{}: PNG without pixels (no IDAT chunk)", name);
+  if (out.header.color_type == kPalette && !has_palette) fail("{}: palette PNG without a palette", name);
+}
+
+struct FreeDecompressor {
+  void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
+};
+
+// All rows, each after its filter byte, still filtered.
+void inflate(std::string_view data, const std::string& name, uint8_t* raw, size_t n_raw) {
+  thread_local const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> decompressor(
+      libdeflate_alloc_decompressor());
+  SEXTANT_CHECK(decompressor != nullptr);
+  size_t n = 0;
+  const auto result =
+      libdeflate_zlib_decompress(decompressor.get(), data.data(), data.size(), raw, n_raw, &n);
+  if (result == LIBDEFLATE_INSUFFICIENT_SPACE) {
+    fail("{}: PNG holds more pixels than its header says: copy or download it again", name);
+  }
+  if (result != LIBDEFLATE_SUCCESS) {
+    fail("{}: PNG pixels are damaged (inflate failed): copy or download the file again", name);
+  }
+  if (n != n_raw) fail("{}: PNG holds {} bytes of pixels, its header says {}", name, n, n_raw);
+}
+
+// Calls consume(y, row, palette) for every row in turn, with the row's unfiltered bytes.
+template <typename Consume>
+void for_each_row(Chunks& chunks, const std::string& name, Consume consume) {
+  const PngHeader& h = chunks.header;
+  if (h.interlaced) {
+    fail("{}: interlaced PNG is not read: save it without interlacing (mogrify -interlace none FILE)", name);
+  }
+  const size_t bits = static_cast<size_t>(h.bit_depth) * static_cast<size_t>(n_channels(h.color_type));
+  const size_t n_row = (static_cast<size_t>(h.width) * bits + 7) / 8;
+  const size_t n_raw = (n_row + 1) * static_cast<size_t>(h.height);
+  if (n_raw > kMaxRawBytes) fail("{}: PNG of {}x{} pixels is too large", name, h.width, h.height);
+  if (n_raw / kMaxDeflateRatio > chunks.data().size()) {
+    fail("{}: PNG has too few bytes for {}x{} pixels: copy or download it again", name, h.width, h.height);
+  }
+  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw);
+  inflate(chunks.data(), name, raw.get(), n_raw);
+  const int bytes_per_pixel = bits < 8 ? 1 : static_cast<int>(bits / 8);
+  const uint8_t* prior = nullptr;
+  for (int y = 0; y < h.height; ++y) {
+    uint8_t* row = raw.get() + static_cast<size_t>(y) * (n_row + 1);
+    if (!internal::png_unfilter(row[0], row + 1, prior, n_row, bytes_per_pixel)) {
+      fail("{}: PNG row {} has filter type {}, known are 0 to 4", name, y, row[0]);
+    }
+    consume(y, row + 1);
+    prior = row + 1;
+  }
+}
+
+Chunks open(std::string_view bytes, const std::string& name, bool (*accept)(const PngHeader&),
+            const char* expected) {
+  Chunks chunks;
+  const PngHeader header = png_header(bytes, name);
+  if (!accept(header)) fail("{}: expected a PNG of {}, got {}", name, expected, describe(header));
+  read_chunks(bytes, name, chunks);
+  return chunks;
+}
+
+uint16_t big_endian16(const uint8_t* p) { return static_cast<uint16_t>((p[0] << 8) | p[1]); }
+
+// The index at column x of a row of 1, 2, 4 or 8 bits per pixel.
+uint8_t index_at(const uint8_t* row, int x, int bit_depth) {
+  if (bit_depth == 8) return row[x];
+  const int per_byte = 8 / bit_depth;
+  const int shift = 8 - bit_depth * (x % per_byte + 1);
+  return static_cast<uint8_t>((row[x / per_byte] >> shift) & ((1 << bit_depth) - 1));
+}
+
+uint8_t luminance(int r, int g, int b) {
+  return static_cast<uint8_t>((9798 * r + 19235 * g + 3735 * b + (1 << 14)) >> 15);
+}
+
+bool is_8bit(const PngHeader& h) { return h.bit_depth <= 8; }
+
+}  // namespace
+
+PngHeader png_header(std::string_view bytes, const std::string& name) {
+  const std::string_view start = bytes.substr(0, kSignature.size());
+  if (bytes.empty()) fail("{}: expected a PNG image, the file is empty", name);
+  if (start != kSignature.substr(0, start.size()))
+    fail("{}: not a PNG image (its signature is missing)", name);
+  if (bytes.size() < kHeaderEnd) truncated(name, bytes.size());
+  if (bytes.substr(12, 4) != "IHDR" || big_endian32(bytes.data() + 8) != 13) {
+    fail("{}: PNG does not start with its header (IHDR)", name);
+  }
+  if (libdeflate_crc32(0, bytes.data() + 12, 17) != big_endian32(bytes.data() + 29)) {
+    fail("{}: PNG header is damaged (its CRC-32 is wrong): copy or download the file again", name);
+  }
+  const uint32_t width = big_endian32(bytes.data() + 16);
+  const uint32_t height = big_endian32(bytes.data() + 20);
+  if (width == 0 || height == 0 || width > 1'000'000 || height > 1'000'000) {
+    fail("{}: PNG of {}x{} pixels", name, width, height);
+  }
+  PngHeader header;
+  header.width = static_cast<int>(width);
+  header.height = static_cast<int>(height);
+  header.bit_depth = static_cast<uint8_t>(bytes[24]);
+  header.color_type = static_cast<uint8_t>(bytes[25]);
+  header.interlaced = bytes[28] != 0;
+  if (!known_kind(header)) {
+    fail("{}: PNG header names bit depth {} and colour type {}, which do not exist", name, header.bit_depth,
+         header.color_type);
+  }
+  return header;
+}
+
+Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(
+      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == kGray; },
+      "16-bit gray");
+  Image<uint16_t> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    uint16_t* out = image.row(y);
+    for (int x = 0; x < image.width(); ++x) out[x] = big_endian16(row + 2 * x);
+  });
+  return image;
+}
+
+Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(
+      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == kRgb; },
+      "16-bit RGB");
+  Image<Rgb16> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    static_assert(sizeof(Rgb16) == 6);
+    uint16_t* out = &image.row(y)->r;
+    for (int i = 0; i < 3 * image.width(); ++i) out[i] = big_endian16(row + 2 * i);
+  });
+  return image;
+}
+
+Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(bytes, name, is_8bit, "up to 8 bit per channel");
+  const int depth = chunks.header.bit_depth;
+  const int type = chunks.header.color_type;
+  Image<Rgb> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    Rgb* out = image.row(y);
+    const int w = image.width();
+    static_assert(sizeof(Rgb) == 3);
+    if (type == kRgb) {
+      std::memcpy(out, row, 3 * static_cast<size_t>(w));
+    } else if (type == kRgbAlpha) {
+      for (int x = 0; x < w; ++x) out[x] = {row[4 * x], row[4 * x + 1], row[4 * x + 2]};
+    } else if (type == kPalette) {
+      for (int x = 0; x < w; ++x) out[x] = chunks.palette[index_at(row, x, depth)];
+    } else {
+      const int stride = n_channels(type);
+      const int stretch = 255 / ((1 << depth) - 1);
+      for (int x = 0; x < w; ++x) {
+        const auto gray = static_cast<uint8_t>(stretch * index_at(row, stride * x, depth));
+        out[x] = {gray, gray, gray};
+      }
+    }
+  });
+  return image;
+}
+
+Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(bytes, name, is_8bit, "up to 8 bit per channel");
+  const int depth = chunks.header.bit_depth;
+  const int type = chunks.header.color_type;
+  const int stride = n_channels(type);
+  Image<uint8_t> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    uint8_t* out = image.row(y);
+    const int w = image.width();
+    if (type == kRgb) {
+      for (int x = 0; x < w; ++x) out[x] = luminance(row[3 * x], row[3 * x + 1], row[3 * x + 2]);
+    } else if (type == kRgbAlpha) {
+      for (int x = 0; x < w; ++x) out[x] = luminance(row[4 * x], row[4 * x + 1], row[4 * x + 2]);
+    } else if (type == kPalette) {
+      for (int x = 0; x < w; ++x) {
+        const Rgb c = chunks.palette[index_at(row, x, depth)];
+        out[x] = luminance(c.r, c.g, c.b);
+      }
+    } else {
+      const int stretch = 255 / ((1 << depth) - 1);
+      for (int x = 0; x < w; ++x) out[x] = static_cast<uint8_t>(stretch * index_at(row, stride * x, depth));
+    }
+  });
+  return image;
+}
+
+Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(
+      bytes, name,
+      [](const PngHeader& h) {
+        return h.bit_depth <= 8 && (h.color_type == kGray || h.color_type == kPalette);
+      },
+      "palette indices or 8-bit gray");
+  Image<uint8_t> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    for (int x = 0; x < image.width(); ++x) image(x, y) = index_at(row, x, chunks.header.bit_depth);
+  });
+  return image;
+}
+
+Image<uint8_t> rgb_to_gray(const Image<Rgb>& image) {
+  Image<uint8_t> gray(image.width(), image.height());
+  for (size_t i = 0; i < image.size(); ++i) {
+    const Rgb c = image.data()[i];
+    gray.data()[i] = luminance(c.r, c.g, c.b);
+  }
+  return gray;
+}
+
+}  // namespace sextant

@@ -1,0 +1,60 @@
+#include "sextant/datasets/codec/pose_text.h"
+
+#include <iterator>
+
+#include "sextant/datasets/codec/text_rows.h"
+
+namespace sextant {
+namespace {
+
+constexpr double kOrthonormal = 1e-3;
+
+Eigen::Matrix4d read_matrix(const TextRows& rows) {
+  Eigen::Matrix4d m;
+  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = rows.finite(static_cast<size_t>(i) + 1, "a pose value");
+  return m;
+}
+
+void check_rigid(const Eigen::Matrix4d& m, const TextRows& rows) {
+  const double last_row = (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff();
+  if (last_row > 1e-6) {
+    rows.fail_here("expected 0 0 0 1 as the last row of the pose, got {} {} {} {}", m(3, 0), m(3, 1), m(3, 2),
+                   m(3, 3));
+  }
+  const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
+  const double error = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= kOrthonormal)) {
+    rows.fail_here("expected a rotation in the pose, but R R' is off the identity by {:.3g} (limit {})",
+                   error, kOrthonormal);
+  }
+  if (r.determinant() < 0) rows.fail_here("expected a rotation in the pose, got a reflection (det R = -1)");
+}
+
+}  // namespace
+
+std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name) {
+  std::map<int, SE3> poses;
+  for (TextRows rows(text, name); rows.next();) {
+    rows.expect(17, "frame number + 16 values");
+    const int frame = rows.integer(0, "the frame number");
+    const Eigen::Matrix4d m = read_matrix(rows);
+    check_rigid(m, rows);
+    if (!poses.emplace(frame, SE3::from_matrix(m.topRows<3>())).second) {
+      rows.fail_here("frame {} has a pose already: every frame may appear once", frame);
+    }
+  }
+  return poses;
+}
+
+std::string encode_pose_text(const std::map<int, SE3>& poses) {
+  std::string out;
+  for (const auto& [frame, pose] : poses) {
+    const Eigen::Matrix4d m = pose.matrix();
+    out += std::to_string(frame);
+    for (int i = 0; i < 16; ++i) fmt::format_to(std::back_inserter(out), " {:.17g}", m(i / 4, i % 4));
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace sextant
