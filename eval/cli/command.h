@@ -1,0 +1,60 @@
+#pragma once
+
+// Subcommands of `sextant`. How to add one:
+//   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags on a new
+//      subcommand, an example in its footer, and what it does as a callback;
+//   2. declare it here and add one line to the table in program.cc.
+// Commands hold no logic of their own: they read flags, call the layers below and print.
+
+#include <nlohmann/json.hpp>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/base/options.h"
+#include "sextant/datasets/dataset.h"
+
+namespace CLI {
+class App;
+}
+
+namespace sextant {
+
+/// Exit codes of every command.
+enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
+
+/// The program: parses, runs one command, turns exceptions into exit codes and one line on stderr.
+int program(int argc, const char* const* argv);
+
+void add_run_command(CLI::App& app);
+void add_data_command(CLI::App& app);
+void add_options_command(CLI::App& app);
+void add_overlay_command(CLI::App& app);
+
+// ---- shared by commands
+
+/// Flags that several commands have.
+struct CommonFlags {
+  std::string data_root;  ///< --data or SEXTANT_DATA
+  std::string options;    ///< --options
+  std::vector<std::string> sets;  ///< --set key=value
+  int jobs = 0;
+  bool quiet = false;
+  bool json = false;
+};
+
+void add_data_flag(CLI::App& command, CommonFlags& flags);
+void add_option_flags(CLI::App& command, CommonFlags& flags);
+void add_jobs_flag(CLI::App& command, CommonFlags& flags);
+
+/// Parses SOURCE; a relative path that is not in the working folder is looked up in the data root.
+SourceSpec find_source(const std::string& text, const std::string& data_root);
+
+/// The options tree: `options` is JSON or @FILE, then each "dotted.key=value" of `sets` on top of it.
+Json options_tree(const std::string& options, std::span<const std::string> sets);
+
+/// "NAME  description" lines of all estimators, for help texts.
+std::string estimator_list();
+
+}  // namespace sextant

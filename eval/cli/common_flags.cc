@@ -1,0 +1,92 @@
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <thread>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/estimator/estimator.h"
+#include "sextant/eval/cli/command.h"
+
+namespace sextant {
+namespace {
+
+Json parse_json(const std::string& text, const std::string& where) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    fail("{}: not valid JSON at character {}: {}", where, error.byte, text.substr(0, 80));
+  }
+}
+
+/// tree[a][b][c] = value for key "a.b.c".
+void set_option(Json& tree, const std::string& assignment) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    fail("--set {}: expected key=value, e.g. pipeline.max_object_distance_m=30", assignment);
+  }
+  Json* node = &tree;
+  for (const std::string& part : split(assignment.substr(0, equals), '.')) {
+    if (part.empty()) fail("--set {}: the key has an empty part", assignment);
+    if (!node->is_object()) fail("--set {}: '{}' lies below a value, not below a group", assignment, part);
+    node = &(*node)[part];
+    if (node->is_null()) *node = Json::object();
+  }
+  const std::string text = assignment.substr(equals + 1);
+  const Json value = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  *node = value.is_discarded() ? Json(text) : value;
+}
+
+}  // namespace
+
+void add_data_flag(CLI::App& command, CommonFlags& flags) {
+  command.add_option("--data", flags.data_root, "Folder in which relative source paths are looked up")
+      ->envname("SEXTANT_DATA")
+      ->type_name("ROOT");
+}
+
+void add_option_flags(CLI::App& command, CommonFlags& flags) {
+  command.add_option("--options", flags.options, "Options as JSON, or @FILE; see `sextant options`")
+      ->type_name("JSON|@FILE");
+  command.add_option("--set", flags.sets, "One option, e.g. pipeline.max_object_distance_m=30; repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+}
+
+void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
+  flags.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  command.add_option("--jobs", flags.jobs, "Threads; results do not depend on it")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
+}
+
+SourceSpec find_source(const std::string& text, const std::string& data_root) {
+  namespace fs = std::filesystem;
+  SourceSpec spec = SourceSpec::parse(text);
+  std::error_code ignored;
+  const fs::path path = spec.path;
+  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
+  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored)) spec.path = under.string();
+  return spec;
+}
+
+Json options_tree(const std::string& options, std::span<const std::string> sets) {
+  Json tree = Json::object();
+  if (options.starts_with('@')) {
+    tree = parse_json(read_file(options.substr(1)), options.substr(1));
+  } else if (!options.empty()) {
+    tree = parse_json(options, "--options");
+  }
+  for (const std::string& assignment : sets) set_option(tree, assignment);
+  return tree;
+}
+
+std::string estimator_list() {
+  std::string text;
+  for (const EstimatorEntry& entry : estimators()) text += fmt::format("  {:<20} {}\n", entry.name, entry.description);
+  return text;
+}
+
+}  // namespace sextant

@@ -1,0 +1,64 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/registry.h"
+#include "sextant/estimator/estimator.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+namespace {
+
+void add_rows(const std::string& prefix, const std::vector<OptionHelp>& options, Table& table) {
+  for (const OptionHelp& option : options) {
+    const std::string key = prefix + "." + option.key;
+    table.add_row({key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
+  }
+}
+
+Table options_table(const std::string& estimator) {
+  Table table;
+  table.columns = {{"key", "key", Align::left},
+                   {"default", "default", Align::left},
+                   {"unit", "unit", Align::left},
+                   {"meaning", "meaning", Align::left}};
+  add_rows("extraction", describe_options(ExtractionOptions{}), table);
+  add_rows("pipeline", describe_options(PipelineOptions{}), table);
+  add_rows("estimator", find_entry(estimators(), estimator, "estimator").options(), table);
+  table.title = "Options of a run with " + estimator;
+  table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`."};
+  return table;
+}
+
+}  // namespace
+
+void add_options_command(CLI::App& app) {
+  struct Flags {
+    std::string estimator = RunConfig{}.estimator;
+    bool json = false;
+  };
+  const auto flags = std::make_shared<Flags>();
+  CLI::App* command = app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
+  command->add_option("--estimator", flags->estimator, "Whose options")->type_name("NAME")->capture_default_str();
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer("Example:\n  sextant options --estimator motion_only");
+  command->callback([flags] {
+    const Table table = options_table(flags->estimator);
+    if (flags->json) {
+      Json json;
+      json["estimators"] = Json::array();
+      for (const EstimatorEntry& entry : estimators()) {
+        json["estimators"].push_back({{"name", entry.name}, {"description", entry.description}});
+      }
+      json["estimator"] = flags->estimator;
+      json["options"] = rows_to_json(table);
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
+    }
+  });
+}
+
+}  // namespace sextant

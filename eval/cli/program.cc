@@ -1,0 +1,98 @@
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/experiment/version.h"
+
+namespace sextant {
+namespace {
+
+constexpr std::array<void (*)(CLI::App&), 4> command_table = {
+    add_data_command,
+    add_run_command,
+    add_overlay_command,
+    add_options_command,
+};
+
+int report(const std::string& message, int code) {
+  std::string line = message.substr(0, message.find_last_not_of(" \n") + 1);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  fmt::print(stderr, "sextant: error: {}\n", line);
+  return code;
+}
+
+/// The innermost command that was given.
+const CLI::App& innermost(const CLI::App& app) {
+  const auto given = app.get_subcommands();
+  return given.empty() ? app : innermost(*given.front());
+}
+
+std::vector<std::string> flag_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> subcommand_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(sub->get_name());
+  }
+  return names;
+}
+
+/// What is wrong with the command line, with the nearest valid name for an unknown one.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = innermost(app);
+  const std::vector<std::string> rest = app.remaining(/*recurse=*/true);
+  const auto flag = std::find_if(rest.begin(), rest.end(), [](const auto& word) { return word.starts_with('-'); });
+  if (flag != rest.end()) {
+    const std::string name = flag->substr(0, flag->find('='));
+    return fmt::format("unknown flag '{}': {}", name, suggest(name, flag_names(command)));
+  }
+  const std::vector<std::string> names = subcommand_names(command);
+  if (!rest.empty() && !names.empty()) {
+    return fmt::format("unknown command '{}': {}", rest.front(), suggest(rest.front(), names));
+  }
+  if (!rest.empty()) return fmt::format("unexpected argument '{}'", rest.front());
+  if (!names.empty()) return fmt::format("a command is missing: {}", suggest("", names));
+  return fmt::format("{}; see `sextant {} --help`", error.what(), command.get_name());
+}
+
+}  // namespace
+
+int program(int argc, const char* const* argv) {
+  install_interrupt_handler();
+  CLI::App app("Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
+               "moving object.",
+               "sextant");
+  app.footer("Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out out\n"
+             "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
+  app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
+  app.require_subcommand(1);
+  for (const auto add : command_table) add(app);
+
+  try {
+    app.parse(argc, argv);
+    return exit_ok;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return report(usage_message(app, error), exit_bad_input);
+  } catch (const Error& error) {
+    return report(error.what(), exit_bad_input);
+  } catch (const Interrupted& error) {
+    return report(error.what(), exit_interrupted);
+  } catch (const std::exception& error) {
+    return report(fmt::format("internal: {}", error.what()), exit_internal);
+  }
+}
+
+}  // namespace sextant

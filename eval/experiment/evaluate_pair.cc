@@ -1,0 +1,235 @@
+#include "sextant/eval/experiment/evaluate_pair.h"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "sextant/metrics/classification_counts.h"
+#include "sextant/metrics/epe.h"
+#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/velocity.h"
+
+namespace sextant {
+namespace {
+
+/// Ground truth of one object over the pair, as far as it is known.
+struct ObjectStep {
+  SE3 T_curr_prev;
+  SE3 T_camera_object_prev;
+  bool interpolated = false;
+  std::optional<bool> flag;  ///< the data set's own dynamic/static flag, previous frame
+};
+
+std::optional<ObjectStep> object_step(const SequenceTruth& truth, int id, int prev, int curr) {
+  const std::optional<SE3> motion = truth.object_motion(id, prev, curr);
+  if (!motion) return std::nullopt;
+  const ObjectTruth& before = *truth.find(prev, id);
+  const ObjectTruth& after = *truth.find(curr, id);
+  return ObjectStep{*motion, before.T_camera_object, before.interpolated || after.interpolated, before.moving};
+}
+
+Record new_record(const FrameResult& result, const PairContext& context, std::string body) {
+  Record record;
+  record.dataset = context.dataset;
+  record.sequence = context.sequence;
+  record.estimator = context.estimator;
+  record.frame = result.curr;
+  record.body = std::move(body);
+  return record;
+}
+
+void add_body(const BodyResult& body, Record& record) {
+  record.status = body.status;
+  record.gate = body.gate;
+  record.n_points = body.n_points;
+  record.n_inliers = body.n_inliers;
+  record.time_ms["total"] = body.times.total_ms();
+  record.time_ms["start"] = body.times.start_ms;
+  record.time_ms["refine"] = body.times.refine_ms;
+}
+
+void add_pose_change(const PoseChangeError& error, const std::string& frame, Record& record) {
+  record.errors["Et" + frame + "_m"] = error.Et_m;
+  record.errors["ER" + frame + "_deg"] = error.ER_deg;
+}
+
+PointFlow flow_at(const Image<Flow>& dense, const Correspondences& points) {
+  PointFlow flow;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto x = static_cast<int>(std::lround(points.u[i]));
+    const auto y = static_cast<int>(std::lround(points.v[i]));
+    const Flow value = dense.contains(x, y) ? dense(x, y) : Flow{};
+    flow.u.push_back(value.u);
+    flow.v.push_back(value.v);
+  }
+  return flow;
+}
+
+void add_flow_error(const FlowError& error, const std::string& stage, Record& record) {
+  record.errors["epe_" + stage + "_px"] = error.epe_px;
+  record.errors["epe_" + stage + "_x_px"] = error.x_px;
+  record.errors["epe_" + stage + "_y_px"] = error.y_px;
+}
+
+/// EPE before and after refinement over the inliers of an estimated body.
+void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, const PairContext& context,
+             Record& record) {
+  const MotionEstimate& estimate = body.estimate;
+  if (estimate.inliers.size() != body.points.size()) return;
+  if (context.true_flow == nullptr && !true_motion) return;
+  const Correspondences points = body.points.subset(estimate.inliers);
+  const bool given = context.true_flow != nullptr;
+  const PointFlow truth =
+      given ? flow_at(*context.true_flow, points) : induced_flow(context.camera, *true_motion, points);
+  const FlowError initial = flow_error(points.flow_u, points.flow_v, truth.u, truth.v);
+  if (initial.n == 0) return;
+  record.flow_truth = given ? "given" : "induced";
+  add_flow_error(initial, "initial", record);
+  if (estimate.refined_flow_u.size() != body.points.size()) return;
+  std::vector<double> u, v;
+  for (size_t i = 0; i < body.points.size(); ++i) {
+    if (estimate.inliers[i] == 0) continue;
+    u.push_back(estimate.refined_flow_u[i]);
+    v.push_back(estimate.refined_flow_v[i]);
+  }
+  const FlowError refined = flow_error(u, v, truth.u, truth.v);
+  if (refined.n > 0) add_flow_error(refined, "refined", record);
+}
+
+Record evaluate_ego(const FrameResult& result, const PairContext& context,
+                    const std::optional<SE3>& true_background) {
+  Record record = new_record(result, context, "ego");
+  add_body(result.ego, record);
+  record.values["start_propagated"] = result.ego.start_propagated ? 1 : 0;
+  if (true_background) {
+    const SE3 T_prev_curr = true_background->inverse();
+    record.values["step_gt_m"] = T_prev_curr.translation().norm();
+    record.values["rotation_gt_deg"] = rotation_angle_rad(T_prev_curr.rotation()) * 180.0 / std::numbers::pi;
+  }
+  if (result.ego.status != Status::ok) return record;
+  const SE3 T_prev_curr = result.ego.estimate.T_curr_prev.inverse();
+  record.values["step_m"] = T_prev_curr.translation().norm();
+  if (true_background) {
+    add_pose_change(pose_change_error(T_prev_curr, true_background->inverse()), "", record);
+  } else {
+    record.status = Status::no_truth;
+  }
+  add_epe(result.ego, true_background, context, record);
+  return record;
+}
+
+/// What is known of a true object without any estimate of it.
+void add_object_truth(const ObjectStep& step, const std::optional<SE3>& true_background, double dt_s,
+                      Record& record) {
+  const Eigen::Vector3d origin_m = step.T_camera_object_prev.translation();
+  record.values["distance_gt_m"] = origin_m.z();
+  record.values["interpolated_gt"] = step.interpolated ? 1 : 0;
+  if (true_background) {
+    const SE3 H = object_motion_prev(*true_background, step.T_curr_prev);
+    const double v_kmh = velocity_kmh(H, origin_m, dt_s);
+    record.values["v_gt_origin_kmh"] = v_kmh;
+    record.values["dynamic_gt"] = step.flag.value_or(v_kmh > min_true_speed_mps * kmh_per_mps) ? 1 : 0;
+  } else if (step.flag) {
+    record.values["dynamic_gt"] = *step.flag ? 1 : 0;
+  }
+}
+
+/// What the estimator says of an instance, before any comparison.
+void add_object_values(const BodyResult& body, Record& record) {
+  if (body.area_fraction > 0) record.values["area_fraction"] = body.area_fraction;
+  record.values["distance_m"] = body.distance_m;
+  record.values["moving_share"] = body.moving_share;
+  record.values["track"] = body.track;
+  if (body.status != Status::lost && std::isfinite(body.moving_share)) record.values["dynamic"] = body.is_dynamic ? 1 : 0;
+  if (body.status != Status::ok) return;
+  record.values["v_kmh"] = body.speed_mps * kmh_per_mps;
+  record.values["start_propagated"] = body.start_propagated ? 1 : 0;
+}
+
+/// Errors of the motion in the camera, world and body frames.
+void add_object_errors(const BodyResult& body, const ObjectStep& step, const FrameResult& result,
+                       const std::optional<SE3>& true_background, const PairContext& context, Record& record) {
+  const SE3& X = body.estimate.T_curr_prev;
+  add_pose_change(pose_change_error(X, step.T_curr_prev), "", record);
+  if (!true_background) return;
+
+  const std::optional<SE3> T_prev = context.estimated.pose(result.prev);
+  const std::optional<SE3> T_curr = context.estimated.pose(result.curr);
+  if (T_prev && T_curr) {
+    const SE3 truth = world_motion(*context.truth.camera.pose(result.prev),
+                                   *context.truth.camera.pose(result.curr), step.T_curr_prev);
+    add_pose_change(pose_change_error(world_motion(*T_prev, *T_curr, X), truth), "_world", record);
+  }
+
+  const SE3 H_true = object_motion_prev(*true_background, step.T_curr_prev);
+  if (result.ego.status == Status::ok) {
+    const SE3 H = object_motion_prev(result.ego.estimate.T_curr_prev, X);
+    const SE3& L = step.T_camera_object_prev;
+    add_pose_change(pose_change_error(body_motion(H, L), body_motion(H_true, L)), "_body", record);
+  }
+
+  const double v_kmh = record.values.at("v_kmh");
+  const double v_gt_kmh = velocity_kmh(H_true, body.centroid_m, result.dt_s);
+  record.values["v_gt_kmh"] = v_gt_kmh;
+  record.errors["Ev_kmh"] = velocity_error_kmh(v_kmh, v_gt_kmh);
+  record.errors["Ev_origin_kmh"] = velocity_error_kmh(v_kmh, record.values.at("v_gt_origin_kmh"));
+}
+
+Record evaluate_object(int id, const BodyResult* body, const FrameResult& result, const PairContext& context,
+                       const std::optional<SE3>& true_background) {
+  const std::optional<ObjectStep> step = object_step(context.truth, id, result.prev, result.curr);
+  Record record = new_record(result, context, object_body(id));
+  if (step) add_object_truth(*step, true_background, result.dt_s, record);
+  if (body == nullptr) {
+    record.status = Status::not_detected;
+    return record;
+  }
+  add_body(*body, record);
+  add_object_values(*body, record);
+  if (body->status != Status::ok) return record;
+  if (step) {
+    add_object_errors(*body, *step, result, true_background, context, record);
+  } else {
+    record.status = Status::no_truth;
+  }
+  add_epe(*body, step ? std::optional<SE3>(step->T_curr_prev) : std::nullopt, context, record);
+  return record;
+}
+
+/// Instances of the result and true objects with a pose in both frames.
+std::set<int> all_ids(const FrameResult& result, const SequenceTruth& truth) {
+  std::set<int> ids;
+  for (const BodyResult& body : result.objects) ids.insert(body.instance);
+  if (const auto it = truth.objects.find(result.prev); it != truth.objects.end()) {
+    for (const ObjectTruth& object : it->second) {
+      if (truth.find(result.curr, object.id) != nullptr) ids.insert(object.id);
+    }
+  }
+  return ids;
+}
+
+/// Non-finite numbers do not enter records, in memory as on disk.
+void drop_non_finite(Record& record) {
+  for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms}) {
+    std::erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
+  }
+}
+
+}  // namespace
+
+std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
+  const std::optional<SE3> true_background = context.truth.background_motion(result.prev, result.curr);
+  std::map<int, const BodyResult*> bodies;
+  for (const BodyResult& body : result.objects) bodies[body.instance] = &body;
+
+  std::vector<Record> records = {evaluate_ego(result, context, true_background)};
+  for (const int id : all_ids(result, context.truth)) {
+    const auto it = bodies.find(id);
+    records.push_back(
+        evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
+  }
+  for (Record& record : records) drop_non_finite(record);
+  return records;
+}
+
+}  // namespace sextant

@@ -1,0 +1,35 @@
+#pragma once
+
+// Joins what an estimator says about one frame pair with ground truth: FrameResult + truth -> records, ego
+// first, then objects by id. A pure function; docs/metrics.md defines every key it writes.
+//
+// Objects: every instance of the result and every true object that has a pose in both frames. True object
+// ids equal instance ids. Status: estimated but no truth in both frames -> no_truth; truth in both frames but
+// no instance -> not_detected; all others come from the estimator.
+//
+// EPE is taken over the estimator's inliers. True flow is `given` where the data set has it dense, else
+// `induced` by the true motion and the measured depth (and then contains that depth's error).
+
+#include <vector>
+
+#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/record.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+struct PairContext {
+  std::string dataset;
+  std::string sequence;
+  std::string estimator;
+  PinholeCamera camera;
+  const SequenceTruth& truth;
+  /// T_world_camera accumulated by the estimate, starting at the true pose of the first frame. Frames
+  /// without an estimated pose, or a sequence without a true first pose, have none here.
+  const Trajectory& estimated;
+  const Image<Flow>* true_flow = nullptr;  ///< dense, previous to current frame; may be null
+};
+
+std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);
+
+}  // namespace sextant

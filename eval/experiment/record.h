@@ -1,0 +1,66 @@
+#pragma once
+
+// A record says what one estimator made of one body in one frame pair: one line of records.jsonl. Tables,
+// figures and comparisons are functions of records, so they can be redone without running anything.
+//
+//   {"schema":1,"dataset","sequence","estimator","noise","level","seed","frame","body","status",["gate",]
+//    "n_points","n_inliers",["flow_truth",]"errors":{},"values":{},"bound":{},"time_ms":{}}
+//
+// The key order is fixed; the keys inside the four maps are in alphabetical order. docs/metrics.md defines
+// every one of them. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles are
+// written with the fewest digits that read back to the same value.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/base/options.h"
+#include "sextant/base/status.h"
+
+namespace sextant {
+
+struct Record {
+  using Numbers = std::map<std::string, double>;
+
+  std::string dataset;
+  std::string sequence;
+  std::string estimator;
+  std::string noise = "none";
+  double level = 0;
+  uint64_t seed = 0;
+  int frame = 0;      ///< the current frame k of the pair (k-1, k)
+  std::string body;   ///< "ego" or "object:ID"
+  Status status = Status::ok;
+  Gate gate = Gate::none;  ///< written only when status is `gated`
+  int n_points = 0;
+  int n_inliers = 0;
+  std::string flow_truth;  ///< "given" or "induced"; empty (not written) when the record has no EPE
+  Numbers errors;
+  Numbers values;
+  Numbers bound;
+  Numbers time_ms;
+
+  bool operator==(const Record&) const = default;
+  bool is_ego() const { return body == "ego"; }
+};
+
+/// "object:ID".
+std::string object_body(int id);
+
+Json to_json(const Record& record);
+/// Strict: a missing, unknown or ill-typed key throws Error that begins with `where` ("FILE:LINE").
+Record record_from_json(const Json& json, const std::string& where);
+
+/// One line a record, each ended by a newline.
+std::string write_records(const std::vector<Record>& records);
+/// `name` is used in messages as "NAME:LINE: ...". An unfinished last line is an error.
+std::vector<Record> parse_records(std::string_view text, const std::string& name);
+std::vector<Record> read_records(const std::filesystem::path& path);
+
+/// The record without what differs from run to run on the same input: its times.
+Record strip_times(Record record);
+
+}  // namespace sextant

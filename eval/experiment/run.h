@@ -1,0 +1,64 @@
+#pragma once
+
+// Runs one estimator over sources and compares with their ground truth. Per source, in windows of frames
+// (bounded memory): decode every frame once and extract the pairs' points, in parallel; then the sequential
+// pipeline over the pairs; then records. The outcome does not depend on `jobs`, times excepted. Nothing is
+// written here: see output.h.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/record.h"
+
+namespace sextant {
+
+/// Called after each pair, in order, with the pipeline's own result and the pair's records.
+using PairObserver = std::function<void(const FrameResult&, const std::vector<Record>&)>;
+
+struct RunConfig {
+  std::vector<SourceSpec> sources;
+  std::string estimator = "joint_flow";
+  Json options = Json::object();  ///< strict tree: "extraction", "pipeline", "estimator", "source"
+  int jobs = 1;                   ///< threads
+  bool quiet = false;             ///< no progress line
+  PairObserver on_pair;           ///< may be empty
+};
+
+/// The options tree, read and completed with defaults.
+struct ResolvedOptions {
+  ExtractionOptions extraction;
+  PipelineOptions pipeline;
+  Json estimator = Json::object();
+  Json source = Json::object();
+};
+
+/// Throws Error on an unknown key anywhere above "estimator" and "source"; those two are read by their owners.
+ResolvedOptions resolve_options(const Json& tree);
+
+struct SourceRun {
+  std::string source;  ///< as given
+  SequenceInfo info;
+  Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
+  bool starts_at_truth = false;  ///< the first pose is the true one; else the identity
+  Trajectory truth;
+  std::map<int, std::map<int, SE3>> object_motions;  ///< id -> frame k -> H_world of the estimate, pair (k-1, k)
+  std::map<std::string, InputLog::Entry> inputs;
+};
+
+struct RunResult {
+  std::vector<Record> records;  ///< by source, frame, ego first, then objects by id
+  std::vector<SourceRun> sources;
+  Json configuration;  ///< every option with its value
+  double wall_time_s = 0;
+  int jobs = 1;
+};
+
+/// Throws Error on bad input, Interrupted on Ctrl-C.
+RunResult run(const RunConfig& config);
+
+}  // namespace sextant

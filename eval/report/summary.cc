@@ -1,0 +1,149 @@
+#include "sextant/eval/report/summary.h"
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace sextant {
+namespace {
+
+using Numbers = Record::Numbers;
+
+std::optional<double> find(const Numbers& numbers, const std::string& key) {
+  const auto it = numbers.find(key);
+  return it == numbers.end() ? std::nullopt : std::optional<double>(it->second);
+}
+
+/// Truth in both frames, and worth estimating.
+bool has_truth(const Record& record) {
+  if (record.is_ego()) return record.values.contains("step_gt_m");
+  return record.values.contains("distance_gt_m") && find(record.values, "dynamic_gt").value_or(1) != 0;
+}
+
+std::optional<double> aggregated(const std::vector<const Record*>& records, Numbers Record::*map,
+                                 const std::string& key, Aggregate how) {
+  std::vector<double> values;
+  for (const Record* record : records) {
+    if (const auto value = find(record->*map, key)) values.push_back(*value);
+  }
+  if (values.empty()) return std::nullopt;
+  return aggregate(how, values);
+}
+
+std::string status_label(const Record& record) {
+  std::string label(to_string(record.status));
+  if (record.status == Status::gated) label += fmt::format("({})", to_string(record.gate));
+  return label;
+}
+
+BodySummary summarize_body(const std::vector<const Record*>& records, const MetricPreset& preset) {
+  const Record& first = *records.front();
+  BodySummary row{first.dataset, first.sequence, first.estimator, first.body, static_cast<int>(records.size())};
+  std::vector<const Record*> estimated;
+  std::map<std::string, int> others;
+  for (const Record* record : records) {
+    if (record->status != Status::ok) ++others[status_label(*record)];
+    if (!has_truth(*record)) continue;
+    ++row.n_truth;
+    if (record->status == Status::ok) estimated.push_back(record);
+  }
+  row.n_estimated = static_cast<int>(estimated.size());
+  if (row.n_truth > 0) row.coverage = static_cast<double>(row.n_estimated) / row.n_truth;
+  for (const auto& [label, count] : others) {
+    row.other += fmt::format("{}{} {}", row.other.empty() ? "" : ", ", label, count);
+  }
+
+  const bool ego = first.is_ego();
+  row.Et_m = aggregated(estimated, &Record::errors, ego ? "Et_m" : preset.object_Et_key, preset.aggregate);
+  row.ER_deg = aggregated(estimated, &Record::errors, ego ? "ER_deg" : preset.object_ER_key, preset.aggregate);
+  row.Ev_kmh = aggregated(estimated, &Record::errors, preset.velocity_key, preset.aggregate);
+  row.v_kmh = aggregated(estimated, &Record::values, "v_kmh", Aggregate::mean);
+  row.v_gt_kmh = aggregated(estimated, &Record::values, preset.velocity_truth_key, Aggregate::mean);
+  row.epe_initial_px = aggregated(estimated, &Record::errors, "epe_initial_px", Aggregate::mean);
+  row.epe_refined_px = aggregated(estimated, &Record::errors, "epe_refined_px", Aggregate::mean);
+  return row;
+}
+
+/// 0 for ego, else the id.
+int body_order(const Record& record) {
+  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
+}
+
+Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
+
+}  // namespace
+
+std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset) {
+  std::map<std::tuple<std::string, std::string, std::string, int>, std::vector<const Record*>> bodies;
+  for (const Record& record : records) {
+    bodies[{record.dataset, record.sequence, record.estimator, body_order(record)}].push_back(&record);
+  }
+  std::vector<BodySummary> rows;
+  for (const auto& [key, of_body] : bodies) rows.push_back(summarize_body(of_body, preset));
+  return rows;
+}
+
+ClassificationCounts count_classification(const std::vector<Record>& records) {
+  ClassificationCounts counts;
+  for (const Record& record : records) {
+    if (record.status == Status::gated && record.gate != Gate::is_static) continue;
+    const auto found = find(record.values, "dynamic");
+    const auto truth = find(record.values, "dynamic_gt");
+    if (found && truth) counts.add(*found != 0, *truth != 0);
+  }
+  return counts;
+}
+
+Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
+  Table table;
+  table.title = fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate));
+  table.caption = fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
+                              preset.description, preset.object_Et_key, preset.object_ER_key, preset.velocity_key,
+                              preset.velocity_truth_key);
+  table.columns = {{"dataset", "dataset", Align::left},
+                   {"sequence", "sequence", Align::left},
+                   {"estimator", "estimator", Align::left},
+                   {"body", "body", Align::left},
+                   {"n_pairs", "pairs", Align::right, 0},
+                   {"n_truth", "truth", Align::right, 0},
+                   {"n_estimated", "estimated", Align::right, 0},
+                   {"coverage_percent", "coverage [%]", Align::right, 1},
+                   {"Et_m", "E_t [m]", Align::right, 4},
+                   {"ER_deg", "E_R [deg]", Align::right, 4},
+                   {"Ev_kmh", "E_v [km/h]", Align::right, 2},
+                   {"v_kmh", "v [km/h]", Align::right, 2},
+                   {"v_gt_kmh", "v_gt [km/h]", Align::right, 2},
+                   {"epe_initial_px", "EPE before [px]", Align::right, 3},
+                   {"epe_refined_px", "after [px]", Align::right, 3},
+                   {"other", "other pairs", Align::left}};
+  for (const BodySummary& row : summarize(records, preset)) {
+    table.add_row({row.dataset, row.sequence, row.estimator, row.body, static_cast<double>(row.n_pairs),
+                   static_cast<double>(row.n_truth), static_cast<double>(row.n_estimated),
+                   row.coverage ? Cell(*row.coverage * 100) : Cell(), cell(row.Et_m), cell(row.ER_deg),
+                   cell(row.Ev_kmh), cell(row.v_kmh), cell(row.v_gt_kmh), cell(row.epe_initial_px),
+                   cell(row.epe_refined_px), row.other.empty() ? Cell() : Cell(row.other)});
+  }
+  const ClassificationCounts c = count_classification(records);
+  table.notes = {
+      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
+      "coverage = estimated / truth; errors are over estimated.",
+      fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = dynamic).",
+                  c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
+  return table;
+}
+
+Json summary_json(const std::vector<Record>& records, const MetricPreset& preset) {
+  const ClassificationCounts c = count_classification(records);
+  Json json;
+  json["schema"] = 1;
+  json["preset"] = preset.name;
+  json["aggregate"] = std::string(to_string(preset.aggregate));
+  json["rows"] = rows_to_json(summary_table(records, preset));
+  Json& counts = json["classification"];
+  counts = {{"tp", c.true_positive}, {"fp", c.false_positive}, {"fn", c.false_negative}, {"tn", c.true_negative}};
+  if (c.precision()) counts["precision"] = *c.precision();
+  if (c.recall()) counts["recall"] = *c.recall();
+  return json;
+}
+
+}  // namespace sextant

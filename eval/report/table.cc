@@ -1,0 +1,144 @@
+#include "sextant/eval/report/table.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+std::string rounded(const Cell& cell, const Column& column) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
+  if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{:.{}f}", *number, column.decimals);
+  return "-";
+}
+
+/// Number of characters on screen of UTF-8 text (continuation bytes take no room).
+size_t width_of(const std::string& text) {
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+std::string padded(const std::string& text, size_t width, Align align) {
+  const std::string space(width - std::min(width, width_of(text)), ' ');
+  return align == Align::left ? text + space : space + text;
+}
+
+/// Header and rows as rounded text, and each column's width.
+struct Layout {
+  std::vector<std::vector<std::string>> lines;
+  std::vector<size_t> widths;
+};
+
+Layout lay_out(const Table& table, size_t min_width) {
+  Layout layout;
+  layout.lines.emplace_back();
+  for (const Column& column : table.columns) {
+    layout.lines.back().push_back(column.title);
+    layout.widths.push_back(std::max(min_width, width_of(column.title)));
+  }
+  for (const std::vector<Cell>& row : table.rows) {
+    layout.lines.emplace_back();
+    for (size_t i = 0; i < row.size(); ++i) {
+      layout.lines.back().push_back(rounded(row[i], table.columns[i]));
+      layout.widths[i] = std::max(layout.widths[i], width_of(layout.lines.back().back()));
+    }
+  }
+  return layout;
+}
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string exact(const Cell& cell) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return csv_field(*text);
+  if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{}", *number);
+  return "";
+}
+
+}  // namespace
+
+void Table::add_row(std::vector<Cell> row) {
+  SEXTANT_CHECK(row.size() == columns.size());
+  for (const Cell& cell : row) {
+    const auto* number = std::get_if<double>(&cell);
+    SEXTANT_CHECK(number == nullptr || std::isfinite(*number));
+  }
+  rows.push_back(std::move(row));
+}
+
+std::string to_text(const Table& table) {
+  const Layout layout = lay_out(table, 1);
+  std::string text;
+  if (!table.title.empty()) text += table.title + "\n";
+  if (!table.caption.empty()) text += table.caption + "\n";
+  if (!text.empty()) text += "\n";
+  for (size_t i = 0; i < layout.lines.size(); ++i) {
+    std::string line;
+    for (size_t j = 0; j < table.columns.size(); ++j) {
+      line += (j > 0 ? "  " : "") + padded(layout.lines[i][j], layout.widths[j], table.columns[j].align);
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+    if (i > 0) continue;
+    for (size_t j = 0; j < layout.widths.size(); ++j) text += (j > 0 ? "  " : "") + std::string(layout.widths[j], '-');
+    text += "\n";
+  }
+  if (!table.notes.empty()) text += "\n";
+  for (const std::string& note : table.notes) text += note + "\n";
+  return text;
+}
+
+std::string to_markdown(const Table& table) {
+  const Layout layout = lay_out(table, 3);
+  std::string text;
+  if (!table.title.empty()) text += "## " + table.title + "\n\n";
+  if (!table.caption.empty()) text += table.caption + "\n\n";
+  for (size_t i = 0; i < layout.lines.size(); ++i) {
+    for (size_t j = 0; j < table.columns.size(); ++j) {
+      std::string cell = layout.lines[i][j];
+      for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2)) cell.insert(at, "\\");
+      text += "| " + padded(cell, layout.widths[j], table.columns[j].align) + " ";
+    }
+    text += "|\n";
+    if (i > 0) continue;
+    for (size_t j = 0; j < layout.widths.size(); ++j) {
+      const std::string rule(layout.widths[j] - 1, '-');
+      text += table.columns[j].align == Align::left ? "| :" + rule + " " : "| " + rule + ": ";
+    }
+    text += "|\n";
+  }
+  for (const std::string& note : table.notes) text += "\n" + note + "\n";
+  return text;
+}
+
+std::string to_csv(const Table& table) {
+  std::string text;
+  for (size_t j = 0; j < table.columns.size(); ++j) text += (j > 0 ? "," : "") + csv_field(table.columns[j].key);
+  text += "\n";
+  for (const std::vector<Cell>& row : table.rows) {
+    for (size_t j = 0; j < row.size(); ++j) text += (j > 0 ? "," : "") + exact(row[j]);
+    text += "\n";
+  }
+  return text;
+}
+
+Json rows_to_json(const Table& table) {
+  Json rows = Json::array();
+  for (const std::vector<Cell>& row : table.rows) {
+    Json object = Json::object();
+    for (size_t j = 0; j < row.size(); ++j) {
+      const std::string& key = table.columns[j].key;
+      if (const auto* text = std::get_if<std::string>(&row[j])) object[key] = *text;
+      if (const auto* number = std::get_if<double>(&row[j])) object[key] = *number;
+    }
+    rows.push_back(std::move(object));
+  }
+  return rows;
+}
+
+}  // namespace sextant

@@ -1,0 +1,45 @@
+#pragma once
+
+// One table, several renderings: aligned text, Markdown, CSV and JSON all come from the same object, so they
+// cannot disagree. Text and Markdown round to each column's decimals; CSV and JSON keep every digit. A cell
+// without a value is "-" in text and Markdown, empty in CSV and left out in JSON: never 0.
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sextant/base/options.h"
+
+namespace sextant {
+
+enum class Align { left, right };
+
+struct Column {
+  std::string key;    ///< machine name, with unit suffix: CSV header and JSON key
+  std::string title;  ///< as people read it, with unit: "E_t [m]"
+  Align align = Align::right;
+  int decimals = 3;   ///< of numbers in text and Markdown
+};
+
+/// Empty, text, or a finite number.
+using Cell = std::variant<std::monostate, std::string, double>;
+
+struct Table {
+  std::string title;
+  std::string caption;  ///< one paragraph: preset, aggregate, units; below the title
+  std::vector<Column> columns;
+  std::vector<std::vector<Cell>> rows;  ///< each as long as `columns`
+  std::vector<std::string> notes;       ///< below the table, one line each
+
+  /// Throws InternalError when the row's length is wrong or a number is not finite.
+  void add_row(std::vector<Cell> row);
+};
+
+std::string to_text(const Table& table);
+std::string to_markdown(const Table& table);
+/// RFC 4180, header line first; title, caption and notes are not written.
+std::string to_csv(const Table& table);
+/// An array with one object a row.
+Json rows_to_json(const Table& table);
+
+}  // namespace sextant
