@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 
@@ -51,7 +52,9 @@ std::string read_file(const std::filesystem::path& path) {
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  // Process and call: two threads may write the same path, and the last rename wins.
+  static std::atomic<uint64_t> calls = 0;
+  const std::filesystem::path temporary = fmt::format("{}.tmp{}.{}", path.string(), ::getpid(), calls++);
   const auto give_up = [&](const char* what) {
     const int reason = errno;
     ::unlink(temporary.c_str());

@@ -1,0 +1,104 @@
+// The small headers of this folder: error, registry, status, text.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "sextant/base/error.h"
+#include "sextant/base/registry.h"
+#include "sextant/base/status.h"
+#include "sextant/base/text.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(Fail, ThrowsAFormattedError) {
+  try {
+    fail("{}:{}: expected {}", "poses.txt", 3, "16 numbers");
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "poses.txt:3: expected 16 numbers");
+    return;
+  }
+  FAIL() << "not thrown";
+}
+
+TEST(Check, NamesConditionAndPlace) {
+  try {
+    SEXTANT_CHECK(1 + 1 == 3);
+    FAIL() << "not thrown";
+  } catch (const InternalError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("1 + 1 == 3"), HasSubstr("base_test.cc:")));
+  }
+  EXPECT_NO_THROW(SEXTANT_CHECK(true));
+}
+
+struct Entry {
+  std::string name;
+  int value;
+};
+const std::array<Entry, 2> table = {Entry{"motion_only", 1}, Entry{"joint_flow", 2}};
+
+TEST(Registry, FindsByName) { EXPECT_EQ(find_entry<Entry>(table, "joint_flow", "estimator").value, 2); }
+
+TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
+  try {
+    find_entry<Entry>(table, "join_flow", "estimator");
+    FAIL() << "not thrown";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(),
+                 "unknown estimator 'join_flow': did you mean 'joint_flow'? known: motion_only, joint_flow");
+  }
+}
+
+TEST(Status, EveryNameRoundTrips) {
+  for (const Status status : {Status::ok, Status::no_truth, Status::not_detected, Status::lost, Status::diverged,
+                              Status::too_few_points, Status::gated}) {
+    EXPECT_EQ(status_from_string(to_string(status)), status);
+  }
+  EXPECT_EQ(to_string(Status::too_few_points), "too_few_points");
+  EXPECT_EQ(to_string(Gate::is_static), "static");
+  EXPECT_THROW(status_from_string("fine"), Error);
+}
+
+TEST(EditDistance, KnownValues) {
+  EXPECT_EQ(edit_distance("", ""), 0);
+  EXPECT_EQ(edit_distance("abc", ""), 3);
+  EXPECT_EQ(edit_distance("", "abc"), 3);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
+  EXPECT_EQ(edit_distance("flaw", "lawn"), 2);
+  EXPECT_EQ(edit_distance("same", "same"), 0);
+}
+
+TEST(EditDistance, IsSymmetric) {
+  EXPECT_EQ(edit_distance("intention", "execution"), 5);
+  EXPECT_EQ(edit_distance("execution", "intention"), 5);
+}
+
+TEST(NearestName, IsEmptyWhenNothingIsNear) {
+  const std::vector<std::string> names = {"alpha", "beta"};
+  EXPECT_EQ(nearest_name("alpa", names), "alpha");
+  EXPECT_EQ(nearest_name("gamma-ray", names), "");
+  EXPECT_EQ(nearest_name("x", {}), "");
+}
+
+TEST(Suggest, ListsTheKnownNames) {
+  const std::vector<std::string> names = {"alpha", "beta"};
+  EXPECT_EQ(suggest("btea", names), "did you mean 'beta'? known: alpha, beta");
+  EXPECT_EQ(suggest("nothing-like-it", names), "known: alpha, beta");
+}
+
+TEST(Split, KeepsEmptyPieces) {
+  EXPECT_THAT(split("a,b,,c,", ','), ElementsAre("a", "b", "", "c", ""));
+  EXPECT_THAT(split("", ','), ElementsAre(""));
+  EXPECT_THAT(split("abc", ','), ElementsAre("abc"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,107 @@
+#include "sextant/base/files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "sextant/base/error.h"
+#include "sextant/base/parallel_for.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Files : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "sextant_files_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+
+  fs::path folder_;
+};
+
+template <typename Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST_F(Files, RoundTripBytes) {
+  std::string bytes = "line\nwith\0zero and \xff";
+  bytes.push_back('\0');
+  write_file(folder_ / "a", bytes);
+  EXPECT_EQ(read_file(folder_ / "a"), bytes);
+  EXPECT_EQ(entries(), 1);
+  write_file(folder_ / "a", "");
+  EXPECT_EQ(read_file(folder_ / "a"), "");
+}
+
+TEST_F(Files, ReadNamesThePathAndTheReason) {
+  const std::string path = (folder_ / "missing.png").string();
+  EXPECT_THAT(error_of([&] { read_file(path); }), ::testing::AllOf(HasSubstr(path), HasSubstr("No such file")));
+  EXPECT_THAT(error_of([&] { read_file(folder_); }), HasSubstr("is a folder"));
+}
+
+TEST_F(Files, AFailedWriteLeavesNothingBehind) {
+  EXPECT_THAT(error_of([&] { write_file(folder_ / "no" / "a", "x"); }), HasSubstr("cannot create"));
+  EXPECT_EQ(entries(), 0);
+  fs::create_directory(folder_ / "taken");
+  write_file(folder_ / "taken" / "child", "x");
+  // The temporary can be written but not renamed over a folder.
+  EXPECT_THAT(error_of([&] { write_file(folder_ / "taken", "x"); }), HasSubstr("cannot rename"));
+  EXPECT_EQ(entries(), 1);
+}
+
+TEST_F(Files, TwoThreadsMayWriteTheSameFile) {
+  parallel_for(200, 8, [&](int i) { write_file(folder_ / "same", std::string(10000, static_cast<char>('a' + i % 26))); });
+  const std::string bytes = read_file(folder_ / "same");
+  ASSERT_EQ(bytes.size(), 10000U);
+  EXPECT_TRUE(std::all_of(bytes.begin(), bytes.end(), [&](char c) { return c == bytes[0]; }));
+  EXPECT_EQ(entries(), 1);
+}
+
+// Vectors of FIPS 180-4 (NIST examples).
+TEST(Sha256, KnownVectors) {
+  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST_F(Files, InputLogRemembersEveryFileOnce) {
+  write_file(folder_ / "b", "abc");
+  write_file(folder_ / "a", "");
+  InputLog log;
+  parallel_for(32, 4, [&](int i) { log.read(folder_ / (i % 2 == 0 ? "a" : "b")); });
+  const auto entries = log.entries();
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries.begin()->first, (folder_ / "a").string());
+  EXPECT_EQ(entries.begin()->second.bytes, 0U);
+  const InputLog::Entry& b = entries.at((folder_ / "b").string());
+  EXPECT_EQ(b.bytes, 3U);
+  EXPECT_EQ(b.sha256, sha256("abc"));
+}
+
+TEST_F(Files, InputLogForgetsWhatCouldNotBeRead) {
+  InputLog log;
+  EXPECT_THROW(log.read(folder_ / "missing"), Error);
+  EXPECT_TRUE(log.entries().empty());
+}
+
+}  // namespace
+}  // namespace sextant

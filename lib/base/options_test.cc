@@ -1,0 +1,142 @@
+#include "sextant/base/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace sextant {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+struct InnerOptions {
+  int max_iterations = 500;
+  double threshold_px = 0.4;
+  template <typename V>
+  void visit(V& v) {
+    v("max_iterations", max_iterations, "count", "upper limit");
+    v("threshold_px", threshold_px, "px", "largest error of an inlier");
+  }
+  void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
+};
+
+struct OuterOptions {
+  bool robust = true;
+  uint64_t seed = 7;
+  std::string kernel = "huber";
+  InnerOptions ransac;
+  template <typename V>
+  void visit(V& v) {
+    v("robust", robust, "", "use a kernel");
+    v("seed", seed, "", "base seed");
+    v("kernel", kernel, "", "which");
+    v("ransac", ransac, "", "robust start");
+  }
+};
+
+std::string error_of(const Json& json, const std::string& where = "") {
+  OuterOptions options;
+  try {
+    read_options(json, options, where);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
+  OuterOptions options;
+  read_options(Json{{"robust", false}, {"ransac", {{"max_iterations", 10}}}}, options);
+  EXPECT_FALSE(options.robust);
+  EXPECT_EQ(options.ransac.max_iterations, 10);
+  EXPECT_EQ(options.ransac.threshold_px, 0.4);
+  EXPECT_EQ(options.seed, 7U);
+  EXPECT_EQ(options.kernel, "huber");
+}
+
+TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
+  EXPECT_THAT(error_of({{"kernal", "huber"}}), AllOf(HasSubstr("'kernal'"), HasSubstr("did you mean 'kernel'?")));
+  EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}),
+              AllOf(HasSubstr("'ransac.max_iteration'"), HasSubstr("did you mean 'max_iterations'?")));
+  EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}, "pipeline"),
+              HasSubstr("'pipeline.ransac.max_iteration'"));
+}
+
+TEST(ReadOptions, AnUnlikelyKeyListsTheKnownOnesOnly) {
+  EXPECT_THAT(error_of({{"zzzzzz", 1}}), AllOf(HasSubstr("known: robust, seed, kernel, ransac"),
+                                               ::testing::Not(HasSubstr("did you mean"))));
+}
+
+TEST(ReadOptions, WrongTypesNamePathAndExpectation) {
+  EXPECT_THAT(error_of({{"robust", 1}}), AllOf(HasSubstr("robust"), HasSubstr("true or false"), HasSubstr("got 1")));
+  EXPECT_THAT(error_of({{"kernel", true}}), HasSubstr("a text"));
+  EXPECT_THAT(error_of({{"seed", -1}}), HasSubstr("a non-negative integer"));
+  EXPECT_THAT(error_of({{"seed", 1.5}}), HasSubstr("a non-negative integer"));
+  EXPECT_THAT(error_of({{"ransac", 3}}), AllOf(HasSubstr("ransac"), HasSubstr("an object")));
+  EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 2.5}}}}),
+              AllOf(HasSubstr("ransac.max_iterations"), HasSubstr("an integer")));
+  EXPECT_THAT(error_of({{"ransac", {{"threshold_px", "0.4"}}}}), HasSubstr("a finite number"));
+  EXPECT_THAT(error_of(Json::array()), HasSubstr("an object"));
+  EXPECT_THAT(error_of({{"robust", nullptr}}), HasSubstr("true or false"));
+}
+
+TEST(ReadOptions, RefusesIntegersThatDoNotFit) {
+  const auto with = [](const Json& n) { return error_of({{"ransac", {{"max_iterations", n}}}}); };
+  EXPECT_THAT(with(int64_t{1} << 31), HasSubstr("a 32-bit integer"));
+  EXPECT_THAT(with(-(int64_t{1} << 31) - 1), HasSubstr("a 32-bit integer"));
+  // Above INT64_MAX a conversion to int64_t would wrap to a small negative number.
+  EXPECT_THAT(with(std::numeric_limits<uint64_t>::max()), HasSubstr("a 32-bit integer"));
+  EXPECT_THAT(with(std::numeric_limits<uint64_t>::max() - 4294967295U + 5), HasSubstr("a 32-bit integer"));
+  EXPECT_EQ(with((int64_t{1} << 31) - 1), "no error");
+}
+
+TEST(ReadOptions, KeepsLargeSeedsExactly) {
+  OuterOptions options;
+  read_options(Json::parse(R"({"seed": 18446744073709551615})"), options);
+  EXPECT_EQ(options.seed, std::numeric_limits<uint64_t>::max());
+}
+
+TEST(ReadOptions, RefusesNumbersThatAreNotFinite) {
+  const auto with = [](double x) { return error_of({{"ransac", {{"threshold_px", x}}}}); };
+  EXPECT_THAT(with(std::numeric_limits<double>::quiet_NaN()), HasSubstr("a finite number"));
+  EXPECT_THAT(with(std::numeric_limits<double>::infinity()), HasSubstr("a finite number"));
+  EXPECT_EQ(with(3.0), "no error");
+}
+
+TEST(ReadOptions, AcceptsAnIntegerForADouble) {
+  OuterOptions options;
+  read_options(Json::parse(R"({"ransac": {"threshold_px": 2}})"), options);
+  EXPECT_EQ(options.ransac.threshold_px, 2.0);
+}
+
+TEST(ReadOptions, RunsTheStructsOwnCheck) {
+  EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
+}
+
+TEST(WriteOptions, RoundTripsThroughText) {
+  OuterOptions options;
+  options.kernel = "none";
+  options.seed = std::numeric_limits<uint64_t>::max();
+  options.ransac.threshold_px = 0.1 + 0.2;
+  OuterOptions read;
+  read_options(Json::parse(write_options(options).dump()), read);
+  EXPECT_EQ(write_options(read), write_options(options));
+  EXPECT_EQ(read.ransac.threshold_px, options.ransac.threshold_px);
+}
+
+TEST(DescribeOptions, ListsEveryLeafWithItsPathDefaultAndUnit) {
+  const std::vector<OptionHelp> lines = describe_options(OuterOptions{});
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_EQ(lines[0].key, "robust");
+  EXPECT_EQ(lines[0].default_value, "true");
+  EXPECT_EQ(lines[4].key, "ransac.threshold_px");
+  EXPECT_EQ(lines[4].default_value, "0.4");
+  EXPECT_EQ(lines[4].unit, "px");
+  EXPECT_EQ(lines[4].meaning, "largest error of an inlier");
+  EXPECT_EQ(describe_options(InnerOptions{}, "a.b")[0].key, "a.b.max_iterations");
+}
+
+}  // namespace
+}  // namespace sextant
