@@ -10,6 +10,7 @@ function(sextant_module NAME)
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
   file(GLOB tests CONFIGURE_DEPENDS *_test.cc)
   list(FILTER sources EXCLUDE REGEX "_test\\.cc$|/main\\.cc$")
+  list(FILTER headers EXCLUDE REGEX "/testing\\.h$")  # test helpers are linked, not installed
 
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX REPLACE "^lib/" "" folder ${folder})
@@ -31,7 +32,7 @@ function(sextant_module NAME)
     $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} ${scope} sextant_flags ${ARG_DEPENDS})
-  if(ARG_PRIVATE)
+  if(ARG_PRIVATE AND sources)  # a header-only module has nothing to link
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
   endif()
   set_property(GLOBAL APPEND PROPERTY SEXTANT_MODULES ${target})
