@@ -1,5 +1,5 @@
 # `cmake --install` and find_package(Sextant): every module as Sextant::<name>, its headers under
-# include/sextant/, and the program. Headers are installed by sextant_module.
+# include/sextant/. sextant_module installs the headers, eval/cli the program.
 include(CMakePackageConfigHelpers)
 get_property(modules GLOBAL PROPERTY SEXTANT_MODULES)
 set_target_properties(sextant_flags PROPERTIES EXPORT_NAME flags)
@@ -9,9 +9,6 @@ endif()
 install(TARGETS sextant_flags ${modules} EXPORT SextantTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-if(TARGET sextant)
-  install(TARGETS sextant RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Sextant)
 install(EXPORT SextantTargets NAMESPACE Sextant:: DESTINATION ${package_dir})
