@@ -12,6 +12,8 @@ namespace {
 
 // Four points at a time. With -ffp-contract=off the two clones give the same bits.
 using Lanes = double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
+using UnalignedLanes =
+    double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double)), aligned(sizeof(double)), may_alias));
 using LaneMask = long __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
 #define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
 
@@ -19,8 +21,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // A point nearer than this to the camera plane counts as behind it (m).
 constexpr double min_depth_m = 1e-3;
 
-// Macros, not functions: a vector argument would change the calling convention between the clones.
-#define SEXTANT_LOAD(pointer) (*reinterpret_cast<const Lanes __attribute__((aligned(8), may_alias))*>(pointer))
+// A macro, not a function: a vector return would change the calling convention between the clones.
+#define SEXTANT_LOAD(pointer) (*reinterpret_cast<const UnalignedLanes*>(pointer))
 
 /// R (row-major) and t as plain numbers.
 struct RigidMotion {

@@ -1,0 +1,185 @@
+#include "sextant/estimator/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+constexpr double dt_s = 0.1;
+const StereoCamera camera = {{700, 700, 600, 180}, 380};
+
+const SE3 camera_step(so3_exp({0.002, 0.01, -0.001}), Eigen::Vector3d(0.02, 0.01, 1.1));  // T_prev_curr
+const SE3 object_step(so3_exp({0, 0.02, 0}), Eigen::Vector3d(0.1, 0, 1.4));               // H, previous camera
+
+/// Exact points of a body with motion X = T_curr_prev on a grid around (u0, v0).
+Correspondences exact_points(const SE3& X, double u0, double v0, double z0, int n) {
+  Correspondences points;
+  for (int i = 0; i < n; ++i) {
+    const double u = u0 + 9.0 * (i % 20);
+    const double v = v0 + 6.0 * (i / 20);
+    const double z = z0 + 0.37 * ((i * 7) % 11);
+    const Eigen::Vector3d m = X * camera.left.backproject(u, v, z);
+    const Eigen::Vector2d uv = camera.left.project(m);
+    points.push_back(u, v, z, uv.x() - u, uv.y() - v, m.z());
+  }
+  return points;
+}
+
+ObjectObservation observe(int instance, const SE3& X, int n = 200, double z = 8, double area = 0.02) {
+  ObjectObservation object;
+  object.instance = instance;
+  object.area_fraction = area;
+  object.points = exact_points(X, 400, 150, z, n);
+  object.instance_prev.assign(n, static_cast<uint16_t>(instance));
+  return object;
+}
+
+FramePair make_pair(int prev, std::vector<ObjectObservation> objects) {
+  FramePair pair;
+  pair.prev = prev;
+  pair.curr = prev + 1;
+  pair.dt_s = dt_s;
+  pair.width = 1242;
+  pair.height = 375;
+  pair.camera = camera;
+  pair.background = exact_points(camera_step.inverse(), 100, 60, 6, 300);
+  pair.objects = std::move(objects);
+  return pair;
+}
+
+const SE3 moving = camera_step.inverse() * object_step;  // X of the moving object
+const SE3 standing = camera_step.inverse();
+
+FrameEstimator make(const PipelineOptions& options = {}) { return {options, make_estimator("joint_flow")}; }
+
+TEST(Pipeline, ExactMeasurementsGiveExactMotions) {
+  FrameEstimator estimator = make();
+  const FrameResult result = estimator.process(make_pair(0, {observe(4, moving)}));
+  ASSERT_EQ(result.ego.status, Status::ok);
+  EXPECT_LT((result.ego.estimate.T_curr_prev * camera_step).log().norm(), 1e-9);
+  ASSERT_EQ(result.objects.size(), 1U);
+  const BodyResult& object = result.objects[0];
+  ASSERT_EQ(object.status, Status::ok);
+  EXPECT_LT((object.estimate.T_curr_prev * moving.inverse()).log().norm(), 1e-9);
+  EXPECT_TRUE(object.is_dynamic);
+  EXPECT_EQ(object.n_inliers, 200);
+  Eigen::Vector3d c = Eigen::Vector3d::Zero();
+  const Correspondences points = exact_points(moving, 400, 150, 8, 200);
+  for (size_t i = 0; i < points.size(); ++i) c += camera.left.backproject(points.u[i], points.v[i], points.depth[i]) / 200;
+  EXPECT_NEAR(object.speed_mps, (object_step * c - c).norm() / dt_s, 1e-7);
+}
+
+TEST(Pipeline, StaticObjectIsGatedWithLabelZero) {
+  FrameEstimator estimator = make();
+  const FrameResult result = estimator.process(make_pair(0, {observe(4, standing)}));
+  EXPECT_EQ(result.objects[0].status, Status::gated);
+  EXPECT_EQ(result.objects[0].gate, Gate::is_static);
+  EXPECT_EQ(result.objects[0].track, 0);
+  FrameEstimator everything = make({.estimate_static_objects = true});
+  const FrameResult estimated = everything.process(make_pair(0, {observe(4, standing)}));
+  EXPECT_EQ(estimated.objects[0].status, Status::ok);
+  EXPECT_NEAR(estimated.objects[0].speed_mps, 0, 1e-6);
+}
+
+TEST(Pipeline, Gates) {
+  FrameEstimator estimator = make();
+  const FrameResult result = estimator.process(
+      make_pair(0, {observe(1, moving, 200, 30), observe(2, moving, 200, 8, 0.004), observe(3, moving, 10)}));
+  EXPECT_EQ(result.objects[0].gate, Gate::distance);
+  EXPECT_EQ(result.objects[1].gate, Gate::area);
+  EXPECT_EQ(result.objects[2].status, Status::too_few_points);
+}
+
+TEST(Pipeline, LostAndAppearing) {
+  FrameEstimator estimator = make();
+  ObjectObservation appearing;
+  appearing.instance = 9;
+  appearing.area_fraction = 0.1;
+  FramePair pair = make_pair(0, {appearing});
+  pair.lost_instances = {5};
+  const FrameResult result = estimator.process(pair);
+  ASSERT_EQ(result.objects.size(), 2U);
+  EXPECT_EQ(result.objects[0].instance, 5);
+  EXPECT_EQ(result.objects[0].status, Status::lost);
+  EXPECT_EQ(result.objects[1].status, Status::lost);
+}
+
+TEST(Pipeline, LabelsFollowTheMajorityNotTheMaskIds) {
+  FrameEstimator estimator = make();
+  // Frame 1's mask calls the objects 1 and 2.
+  FramePair first = make_pair(0, {observe(1, moving), observe(2, moving)});
+  const FrameResult a = estimator.process(first);
+  EXPECT_EQ(a.objects[0].track, 1);
+  EXPECT_EQ(a.objects[1].track, 2);
+  // Frame 2's mask calls them 7 and 3; a third of 7's points come from the wrong object.
+  ObjectObservation was_one = observe(7, moving);
+  was_one.instance_prev.assign(200, 1);
+  std::fill_n(was_one.instance_prev.begin(), 70, 2);
+  ObjectObservation was_two = observe(3, moving);
+  was_two.instance_prev.assign(200, 2);
+  const FrameResult b = estimator.process(make_pair(1, {was_two, was_one}));
+  EXPECT_EQ(b.objects[0].instance, 3);
+  EXPECT_EQ(b.objects[0].track, 2);
+  EXPECT_EQ(b.objects[1].track, 1);
+}
+
+TEST(Pipeline, MajorityZeroStartsANewLabel) {
+  FrameEstimator estimator = make();
+  estimator.process(make_pair(0, {observe(1, moving), observe(2, standing)}));
+  // Object 2 starts to move: its last label is 0. A newcomer comes mostly from the background.
+  ObjectObservation newcomer = observe(3, moving, 100);
+  newcomer.instance_prev.assign(100, 1);
+  newcomer.n_background = 300;
+  const FrameResult result = estimator.process(make_pair(1, {observe(1, moving), observe(2, moving), newcomer}));
+  EXPECT_EQ(result.objects[0].track, 1);
+  EXPECT_EQ(result.objects[1].track, 2);
+  EXPECT_EQ(result.objects[2].track, 3);
+}
+
+TEST(Pipeline, ALabelIsGivenOnce) {
+  FrameEstimator estimator = make();
+  estimator.process(make_pair(0, {observe(1, moving)}));
+  ObjectObservation piece = observe(2, moving, 60);
+  piece.instance_prev.assign(60, 1);
+  const FrameResult result = estimator.process(make_pair(1, {observe(1, moving), piece}));
+  EXPECT_EQ(result.objects[0].track, 1);
+  EXPECT_EQ(result.objects[1].track, 2);
+}
+
+TEST(Pipeline, PropagatesMotionsAndForgetsThemAcrossAGap) {
+  FrameEstimator estimator = make();
+  EXPECT_FALSE(estimator.process(make_pair(0, {})).ego.start_propagated);
+  // The exact motion again: RANSAC can only tie with the propagated one.
+  EXPECT_TRUE(estimator.process(make_pair(1, {})).ego.start_propagated);
+  EXPECT_FALSE(estimator.process(make_pair(5, {})).ego.start_propagated);
+}
+
+TEST(Pipeline, ObjectMotionIsPropagatedThroughTheCameraMotion) {
+  // An object with constant motion in the world: H in the second camera is the first one's, carried over.
+  FrameEstimator estimator = make();
+  estimator.process(make_pair(0, {observe(1, moving)}));
+  const SE3 H2 = camera_step.inverse() * object_step * camera_step;
+  const FrameResult second = estimator.process(make_pair(1, {observe(1, camera_step.inverse() * H2)}));
+  EXPECT_TRUE(second.objects[0].start_propagated);
+}
+
+TEST(Pipeline, NoEgoMotionStillEstimatesObjectsInTheCameraFrame) {
+  FrameEstimator estimator = make();
+  FramePair pair = make_pair(0, {observe(1, moving)});
+  pair.background = {};
+  const FrameResult result = estimator.process(pair);
+  EXPECT_EQ(result.ego.status, Status::too_few_points);
+  EXPECT_EQ(result.objects[0].status, Status::ok);
+  EXPECT_TRUE(std::isnan(result.objects[0].speed_mps));
+  EXPECT_TRUE(std::isnan(result.objects[0].moving_share));
+}
+
+TEST(Pipeline, OptionsAreChecked) {
+  EXPECT_THROW(make({.max_object_distance_m = -1}), Error);
+  EXPECT_THROW(make({.min_object_points = 2}), Error);
+}
+
+}  // namespace
+}  // namespace sextant
