@@ -58,8 +58,8 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
 }
 
 TEST(Status, EveryNameRoundTrips) {
-  for (const Status status : {Status::ok, Status::no_truth, Status::not_detected, Status::lost, Status::diverged,
-                              Status::too_few_points, Status::gated}) {
+  for (const Status status : {Status::ok, Status::no_truth, Status::not_detected, Status::lost,
+                              Status::diverged, Status::too_few_points, Status::gated}) {
     EXPECT_EQ(status_from_string(to_string(status)), status);
   }
   EXPECT_EQ(to_string(Status::too_few_points), "too_few_points");

@@ -25,7 +25,9 @@ class Files : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+  std::ptrdiff_t entries() const {
+    return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
+  }
 
   fs::path folder_;
 };
@@ -52,7 +54,8 @@ TEST_F(Files, RoundTripBytes) {
 
 TEST_F(Files, ReadNamesThePathAndTheReason) {
   const std::string path = (folder_ / "missing.png").string();
-  EXPECT_THAT(error_of([&] { read_file(path); }), ::testing::AllOf(HasSubstr(path), HasSubstr("No such file")));
+  EXPECT_THAT(error_of([&] { read_file(path); }),
+              ::testing::AllOf(HasSubstr(path), HasSubstr("No such file")));
   EXPECT_THAT(error_of([&] { read_file(folder_); }), HasSubstr("is a folder"));
 }
 
@@ -67,7 +70,9 @@ TEST_F(Files, AFailedWriteLeavesNothingBehind) {
 }
 
 TEST_F(Files, TwoThreadsMayWriteTheSameFile) {
-  parallel_for(200, 8, [&](int i) { write_file(folder_ / "same", std::string(10000, static_cast<char>('a' + i % 26))); });
+  parallel_for(200, 8, [&](int i) {
+    write_file(folder_ / "same", std::string(10000, static_cast<char>('a' + i % 26)));
+  });
   const std::string bytes = read_file(folder_ / "same");
   ASSERT_EQ(bytes.size(), 10000U);
   EXPECT_TRUE(std::all_of(bytes.begin(), bytes.end(), [&](char c) { return c == bytes[0]; }));
@@ -80,7 +85,8 @@ TEST(Sha256, KnownVectors) {
   EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
             "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 TEST_F(Files, InputLogRemembersEveryFileOnce) {

@@ -17,7 +17,8 @@ void read_leaf(const std::string& where, const Json& value, bool& field) {
 void read_leaf(const std::string& where, const Json& value, int& field) {
   if (!value.is_number_integer()) wrong_type(where, "an integer", value);
   // An unsigned value above INT64_MAX would wrap in get<int64_t>().
-  const bool too_large = value.is_number_unsigned() && value.get<uint64_t>() > std::numeric_limits<int>::max();
+  const bool too_large =
+      value.is_number_unsigned() && value.get<uint64_t>() > std::numeric_limits<int>::max();
   const auto wide = value.get<int64_t>();
   if (too_large || wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max()) {
     wrong_type(where, "a 32-bit integer", value);

@@ -57,7 +57,8 @@ TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
 }
 
 TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
-  EXPECT_THAT(error_of({{"kernal", "huber"}}), AllOf(HasSubstr("'kernal'"), HasSubstr("did you mean 'kernel'?")));
+  EXPECT_THAT(error_of({{"kernal", "huber"}}),
+              AllOf(HasSubstr("'kernal'"), HasSubstr("did you mean 'kernel'?")));
   EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}),
               AllOf(HasSubstr("'ransac.max_iteration'"), HasSubstr("did you mean 'max_iterations'?")));
   EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}, "pipeline"),
@@ -70,7 +71,8 @@ TEST(ReadOptions, AnUnlikelyKeyListsTheKnownOnesOnly) {
 }
 
 TEST(ReadOptions, WrongTypesNamePathAndExpectation) {
-  EXPECT_THAT(error_of({{"robust", 1}}), AllOf(HasSubstr("robust"), HasSubstr("true or false"), HasSubstr("got 1")));
+  EXPECT_THAT(error_of({{"robust", 1}}),
+              AllOf(HasSubstr("robust"), HasSubstr("true or false"), HasSubstr("got 1")));
   EXPECT_THAT(error_of({{"kernel", true}}), HasSubstr("a text"));
   EXPECT_THAT(error_of({{"seed", -1}}), HasSubstr("a non-negative integer"));
   EXPECT_THAT(error_of({{"seed", 1.5}}), HasSubstr("a non-negative integer"));

@@ -15,14 +15,16 @@ namespace {
 
 const PinholeCamera camera{721.5, 718.25, 609.5, 172.75};
 const StereoCamera stereo{camera, 387.57};
-const std::vector<Eigen::Vector3d> points = {{0, 0, 5}, {1, -2, 8}, {-12, 3, 40}, {0.2, 0.1, 0.9}, {30, -4, 120}};
+const std::vector<Eigen::Vector3d> points = {
+    {0, 0, 5}, {1, -2, 8}, {-12, 3, 40}, {0.2, 0.1, 0.9}, {30, -4, 120}};
 
 TEST(PinholeCamera, ThePrincipalPointLooksForward) {
   EXPECT_THAT(camera.project({0, 0, 7}), EigenNear(Eigen::Vector2d(609.5, 172.75), 0.0));
   // x right, y down.
   EXPECT_GT(camera.project({1, 0, 7}).x(), 609.5);
   EXPECT_GT(camera.project({0, 1, 7}).y(), 172.75);
-  EXPECT_THAT(camera.project({1, 2, 4}), EigenNear(Eigen::Vector2d(609.5 + 721.5 / 4, 172.75 + 718.25 / 2), 1e-12));
+  EXPECT_THAT(camera.project({1, 2, 4}),
+              EigenNear(Eigen::Vector2d(609.5 + 721.5 / 4, 172.75 + 718.25 / 2), 1e-12));
 }
 
 TEST(PinholeCamera, BackprojectInvertsProject) {
@@ -59,7 +61,8 @@ TEST(PinholeCamera, CheckRefusesImpossibleNumbers) {
 }
 
 TEST(StereoCamera, DisparityAndDepthAreInverse) {
-  for (const double z : {0.5, 4.0, 20.0, 300.0}) EXPECT_NEAR(stereo.depth_m(stereo.disparity_px(z)), z, 1e-12 * z);
+  for (const double z : {0.5, 4.0, 20.0, 300.0})
+    EXPECT_NEAR(stereo.depth_m(stereo.disparity_px(z)), z, 1e-12 * z);
   EXPECT_DOUBLE_EQ(stereo.disparity_px(387.57), 1.0);
 }
 
@@ -77,14 +80,16 @@ TEST(StereoCamera, DepthSigmaOfThePaper) {
   EXPECT_NEAR(vkitti.depth_sigma_m(20, 0.2), 0.2207, 5e-5);
   EXPECT_DOUBLE_EQ(vkitti.depth_sigma_m(20, 0.2), 80.0 / 362.5);
   // First-order propagation: sigma = |d depth / d disparity| * delta_d.
-  EXPECT_NEAR(vkitti.depth_sigma_m(33, 0.15), std::abs(vkitti.depth_jacobian(vkitti.disparity_px(33))) * 0.15, 1e-12);
+  EXPECT_NEAR(vkitti.depth_sigma_m(33, 0.15), std::abs(vkitti.depth_jacobian(vkitti.disparity_px(33))) * 0.15,
+              1e-12);
 }
 
 TEST(StereoCamera, ProjectGivesTheRightImageToo) {
   // The right camera stands bf / fx to the right: its image of a point is shifted left by the disparity.
   const Eigen::Vector3d p(1, -2, 8);
   const Eigen::Vector3d in_right_camera = p - Eigen::Vector3d(stereo.bf / camera.fx, 0, 0);
-  const Eigen::Vector3d expected(camera.project(p).x(), camera.project(p).y(), camera.project(in_right_camera).x());
+  const Eigen::Vector3d expected(camera.project(p).x(), camera.project(p).y(),
+                                 camera.project(in_right_camera).x());
   EXPECT_THAT(stereo.project(p), EigenNear(expected, 1e-10));
 }
 

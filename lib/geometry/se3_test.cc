@@ -52,8 +52,8 @@ TEST_P(LogOfExp, IsTheTwist) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Angles, LogOfExp,
-                         ::testing::Values(1e-300, 1e-15, 1e-11, 0.99e-10, 1.01e-10, 1e-8, 1e-4, 0.00999999, 0.01000001,
-                                           0.1, 1.0, 2.0, 3.0, pi - 1e-3, pi - 1e-6, pi - 1e-9));
+                         ::testing::Values(1e-300, 1e-15, 1e-11, 0.99e-10, 1.01e-10, 1e-8, 1e-4, 0.00999999,
+                                           0.01000001, 0.1, 1.0, 2.0, 3.0, pi - 1e-3, pi - 1e-6, pi - 1e-9));
 
 TEST(SE3, LogOfIdentityIsZero) {
   EXPECT_THAT(SE3().log(), EigenNear(Vector6d::Zero().eval(), 0.0));
@@ -62,7 +62,8 @@ TEST(SE3, LogOfIdentityIsZero) {
 
 TEST(SE3, ExpOfLogAtPiIsTheMotion) {
   // At pi the axis is free up to its sign, so only the motion is unique.
-  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 2, -3)}) {
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 2, -3)}) {
     const SE3 T(Eigen::Quaterniond(Eigen::AngleAxisd(pi, axis.normalized())), {1, 2, 3});
     EXPECT_NEAR(T.log().tail<3>().norm(), pi, 1e-15);
     EXPECT_THAT(SE3::exp(T.log()), SE3Near(T, 1e-14));
