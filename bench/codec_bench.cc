@@ -47,10 +47,13 @@ Image<Rgb> synthetic_colour() {
 }
 
 Image<Flow> synthetic_flow() {
+  std::mt19937 rng(3);
+  const auto noise = [&] { return 0.01f * static_cast<float>(rng() % 100); };
   Image<Flow> flow(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x)
-      flow(x, y) = {0.02f * static_cast<float>(x - 600), 0.03f * static_cast<float>(y)};
+    for (int x = 0; x < kWidth; ++x) {
+      flow(x, y) = {0.02f * static_cast<float>(x - 600) + noise(), 0.03f * static_cast<float>(y) + noise()};
+    }
   }
   return flow;
 }

@@ -23,10 +23,10 @@ namespace sextant {
 
 /// A parsed SOURCE.
 struct SourceSpec {
-  std::string text;      ///< as given
-  std::string adapter;   ///< "vdo"
-  std::string path;      ///< folder, or a scenario's name
-  std::string sequence;  ///< after '#', may be empty
+  std::string text;                ///< as given
+  std::string adapter;             ///< "vdo"
+  std::string path;                ///< folder, or a scenario's name
+  std::string sequence;            ///< after '#', may be empty
   std::optional<int> first, last;  ///< after '@', inclusive frame numbers
   Json options = Json::object();   ///< the adapter's own options (strict)
 
@@ -35,16 +35,16 @@ struct SourceSpec {
 };
 
 struct SequenceInfo {
-  std::string dataset;    ///< adapter name, as in records
-  std::string sequence;   ///< sequence name, as in records
+  std::string dataset;   ///< adapter name, as in records
+  std::string sequence;  ///< sequence name, as in records
   StereoCamera camera;
   double rate_hz = 0;
   int width = 0;
   int height = 0;
-  int first_frame = 0;    ///< inclusive, after @first-last
+  int first_frame = 0;  ///< inclusive, after @first-last
   int last_frame = 0;
-  Channels channels;      ///< what read() can give
-  std::vector<std::string> warnings;  ///< for the user, one line each
+  Channels channels;                    ///< what read() can give
+  std::vector<std::string> warnings;    ///< for the user, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
 };
 
@@ -60,7 +60,8 @@ class Sequence {
   virtual Frame read(int frame, Channels channels) const = 0;
   /// Dense true flow to the next frame, where the data set has it.
   virtual std::optional<Image<Flow>> true_flow(int /*frame*/) const { return std::nullopt; }
-  /// Checks that every file a run over all frames needs is there, without decoding; throws on the first that is not.
+  /// Checks that every file a run over all frames needs is there, without decoding; throws on the first that
+  /// is not.
   virtual void check_files() const = 0;
 
   /// All files read so far.

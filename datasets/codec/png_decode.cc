@@ -151,7 +151,7 @@ void for_each_row(Chunks& chunks, const std::string& name, Consume consume) {
   if (n_raw / kMaxDeflateRatio > chunks.data().size()) {
     fail("{}: PNG has too few bytes for {}x{} pixels: copy or download it again", name, h.width, h.height);
   }
-  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw);
+  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw + internal::kPngRowSlack);
   inflate(chunks.data(), name, raw.get(), n_raw);
   const int bytes_per_pixel = bits < 8 ? 1 : static_cast<int>(bits / 8);
   const uint8_t* prior = nullptr;

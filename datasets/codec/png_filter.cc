@@ -24,33 +24,22 @@ void add_row(uint8_t* row, const uint8_t* prior, size_t n) {
   for (size_t i = 0; i < n; ++i) row[i] = static_cast<uint8_t>(row[i] + prior[i]);
 }
 
-template <int BPP>
-void undo_sub(uint8_t* row, size_t n) {
-  uint8_t left[BPP] = {};
-  for (size_t i = 0; i + BPP <= n; i += BPP) {
-    for (int c = 0; c < BPP; ++c) row[i + c] = left[c] = static_cast<uint8_t>(left[c] + row[i + c]);
-  }
-}
-
-template <int BPP>
-void undo_average(uint8_t* row, const uint8_t* prior, size_t n) {
-  uint8_t left[BPP] = {};
-  for (size_t i = 0; i + BPP <= n; i += BPP) {
-    for (int c = 0; c < BPP; ++c) {
-      const int up = prior == nullptr ? 0 : prior[i + c];
-      row[i + c] = left[c] = static_cast<uint8_t>(row[i + c] + (left[c] + up) / 2);
-    }
-  }
-}
-
 #if defined(__SSE2__)
-// One pixel per step in 16-bit lanes: the choice among a, b, c without branches, which no predictor gets
-// right on images.
+// One pixel per step, its bytes in the lanes of a register: no branches, which no predictor gets right on
+// images, and the left pixel never leaves the register. Loads take 8 bytes, of which BPP count: narrower ones
+// are put together in memory and stall.
+__m128i load_pixel(const uint8_t* p) { return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)); }
+
 template <int BPP>
-__m128i load_pixel(const uint8_t* p) {
-  uint64_t bits = 0;
-  std::memcpy(&bits, p, BPP);
-  return _mm_unpacklo_epi8(_mm_cvtsi64_si128(static_cast<int64_t>(bits)), _mm_setzero_si128());
+void store_pixel(uint8_t* p, __m128i pixel) {
+  const uint64_t bits = static_cast<uint64_t>(_mm_cvtsi128_si64(pixel));
+  const auto store = [p](auto part, size_t at) { std::memcpy(p + at, &part, sizeof part); };
+  if constexpr (BPP == 8) store(bits, 0);
+  if constexpr (BPP == 4 || BPP == 6) store(static_cast<uint32_t>(bits), 0);
+  if constexpr (BPP == 6) store(static_cast<uint16_t>(bits >> 32), 4);
+  if constexpr (BPP == 2 || BPP == 3) store(static_cast<uint16_t>(bits), 0);
+  if constexpr (BPP == 3) store(static_cast<uint8_t>(bits >> 16), 2);
+  if constexpr (BPP == 1) store(static_cast<uint8_t>(bits), 0);
 }
 
 __m128i abs16(__m128i x) { return _mm_max_epi16(x, _mm_sub_epi16(_mm_setzero_si128(), x)); }
@@ -60,12 +49,36 @@ __m128i select(__m128i mask, __m128i yes, __m128i no) {
 }
 
 template <int BPP>
-void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
+void undo_sub(uint8_t* row, size_t n) {
   __m128i a = _mm_setzero_si128();
-  __m128i c = _mm_setzero_si128();
+  for (size_t i = 0; i + BPP <= n; i += BPP) {
+    a = _mm_add_epi8(a, load_pixel(row + i));
+    store_pixel<BPP>(row + i, a);
+  }
+}
+
+template <int BPP>
+void undo_average(uint8_t* row, const uint8_t* prior, size_t n) {
+  __m128i a = _mm_setzero_si128();
+  const __m128i one = _mm_set1_epi8(1);
+  for (size_t i = 0; i + BPP <= n; i += BPP) {
+    const __m128i b = prior == nullptr ? _mm_setzero_si128() : load_pixel(prior + i);
+    const __m128i rounded_up = _mm_and_si128(_mm_xor_si128(a, b), one);
+    const __m128i average = _mm_sub_epi8(_mm_avg_epu8(a, b), rounded_up);
+    a = _mm_add_epi8(load_pixel(row + i), average);
+    store_pixel<BPP>(row + i, a);
+  }
+}
+
+template <int BPP>
+void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
+  const __m128i zero = _mm_setzero_si128();
+  __m128i a = zero;  // 16-bit lanes, for the differences
+  __m128i c = zero;
   const __m128i low_byte = _mm_set1_epi16(0xff);
   for (size_t i = 0; i + BPP <= n; i += BPP) {
-    const __m128i b = load_pixel<BPP>(prior + i);
+    const __m128i b = _mm_unpacklo_epi8(load_pixel(prior + i), zero);
+    const __m128i x = _mm_unpacklo_epi8(load_pixel(row + i), zero);
     const __m128i from_a = _mm_sub_epi16(b, c);
     const __m128i from_b = _mm_sub_epi16(a, c);
     const __m128i pa = abs16(from_a);
@@ -74,13 +87,26 @@ void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
     const __m128i smallest = _mm_min_epi16(pc, _mm_min_epi16(pa, pb));
     const __m128i nearest =
         select(_mm_cmpeq_epi16(smallest, pa), a, select(_mm_cmpeq_epi16(smallest, pb), b, c));
-    a = _mm_and_si128(_mm_add_epi16(load_pixel<BPP>(row + i), nearest), low_byte);
+    a = _mm_and_si128(_mm_add_epi16(x, nearest), low_byte);
     c = b;
-    const int64_t bits = _mm_cvtsi128_si64(_mm_packus_epi16(a, a));
-    std::memcpy(row + i, &bits, BPP);
+    store_pixel<BPP>(row + i, _mm_packus_epi16(a, a));
   }
 }
 #else
+template <int BPP>
+void undo_sub(uint8_t* row, size_t n) {
+  for (size_t i = BPP; i < n; ++i) row[i] = static_cast<uint8_t>(row[i] + row[i - BPP]);
+}
+
+template <int BPP>
+void undo_average(uint8_t* row, const uint8_t* prior, size_t n) {
+  for (size_t i = 0; i < n; ++i) {
+    const int left = i < BPP ? 0 : row[i - BPP];
+    const int up = prior == nullptr ? 0 : prior[i];
+    row[i] = static_cast<uint8_t>(row[i] + (left + up) / 2);
+  }
+}
+
 template <int BPP>
 void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
   for (size_t i = 0; i < n; ++i) {

@@ -1,0 +1,55 @@
+#include <charconv>
+
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+namespace {
+
+[[noreturn]] void bad(const std::string& text, const std::string& why) {
+  fail("source '{}': {}; expected adapter:path[#sequence][@first-last], for example vdo:/data/kitti_03@0-19",
+       text, why);
+}
+
+int frame_number(const std::string& text, std::string_view digits) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size() || value < 0) {
+    bad(text, fmt::format("'{}' is not a frame number", digits));
+  }
+  return value;
+}
+
+}  // namespace
+
+SourceSpec SourceSpec::parse(const std::string& text) {
+  SourceSpec spec;
+  spec.text = text;
+  std::string rest = text;
+
+  // A folder may have '@' or '#' in its name: only what follows the last slash is looked at for '@'.
+  const size_t at = rest.rfind('@');
+  if (at != std::string::npos && rest.find('/', at) == std::string::npos) {
+    const std::string range = rest.substr(at + 1);
+    const size_t dash = range.find('-');
+    if (dash == std::string::npos) bad(text, fmt::format("frame range '{}' lacks its '-'", range));
+    spec.first = frame_number(text, std::string_view(range).substr(0, dash));
+    spec.last = frame_number(text, std::string_view(range).substr(dash + 1));
+    if (*spec.first > *spec.last) bad(text, fmt::format("frame range '{}' is empty", range));
+    rest.resize(at);
+  }
+  const size_t hash = rest.rfind('#');
+  if (hash != std::string::npos) {
+    spec.sequence = rest.substr(hash + 1);
+    if (spec.sequence.empty()) bad(text, "no sequence after '#'");
+    rest.resize(hash);
+  }
+  const size_t colon = rest.find(':');
+  if (colon == std::string::npos) bad(text, "no adapter (no ':')");
+  spec.adapter = rest.substr(0, colon);
+  spec.path = rest.substr(colon + 1);
+  if (spec.adapter.empty()) bad(text, "no adapter before ':'");
+  if (spec.path.empty()) bad(text, "no path after ':'");
+  return spec;
+}
+
+}  // namespace sextant

@@ -1,0 +1,52 @@
+#pragma once
+
+// Adapter `vdo`: folders of the multimot / VDO-SLAM data set (KITTI tracking with network outputs).
+//
+//   image_0/%06d.png (or image/)  8-bit RGB or gray
+//   depth/%06d.png                16-bit, disparity * 256; depth = bf / (n / 256) m, 0 = invalid
+//   flow/%06d.flo                 Middlebury, px, to the next frame; the last frame needs none
+//   semantic/%06d.txt             instance ids as text, 0 = background, label = KITTI track id + 1
+//   *.yaml                        OpenCV YAML camera; absent: that of KITTI 0003, with a warning
+//   pose_gt.txt                   truth, optional: frame + 4x4 matrix camera -> world
+//   object_pose.txt               truth, optional: frame id l t r b x y z ry; box px, position (m) and yaw
+//   (rad) in
+//                                 camera coordinates: T_camera_object = (Ry(ry + pi/2), (x, y, z))
+//   times.txt                     only compared with the rate: the authors' copy has 0.05 s steps for 10 Hz
+//   data
+//
+// Frames: all with an image, without a gap, or @first-last. Source: github.com/halajun/VDO_SLAM.
+
+#include <memory>
+
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+
+struct VdoFolderOptions {
+  double rate_hz = 0;
+  double fx = 0;
+  double fy = 0;
+  double cx = 0;
+  double cy = 0;
+  double bf = 0;
+  std::string bf_preset = "authors";
+
+  template <typename V>
+  void visit(V& v) {
+    v("rate_hz", rate_hz, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10");
+    v("fx", fx, "px", "focal length; 0 = from the folder");
+    v("fy", fy, "px", "focal length; 0 = from the folder");
+    v("cx", cx, "px", "principal point; 0 = from the folder");
+    v("cy", cy, "px", "principal point; 0 = from the folder");
+    v("bf", bf, "px m", "focal length times baseline; 0 = from the folder");
+    v("bf_preset", bf_preset, "",
+      "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, "
+      "384.38");
+  }
+  void check() const;
+};
+
+/// Throws Error on a folder, file or frame range that is not there, or a file that is not as described above.
+std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source);
+
+}  // namespace sextant

@@ -1,0 +1,66 @@
+#include "sextant/datasets/vdo_truth.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "sextant/datasets/codec/text_rows.h"
+
+namespace sextant {
+namespace {
+
+const ObjectTruth* find(const ObjectTruths& objects, int frame, int id) {
+  const auto it = objects.find(frame);
+  if (it == objects.end()) return nullptr;
+  const auto found = std::ranges::find(it->second, id, &ObjectTruth::id);
+  return found == it->second.end() ? nullptr : &*found;
+}
+
+ObjectTruth read_object(const TextRows& rows) {
+  ObjectTruth object;
+  object.id = rows.integer(1, "the object id");
+  if (object.id < 1)
+    rows.fail_here("expected an object id of 1 or more (0 is the background), got {}", object.id);
+  object.left = rows.finite(2, "the box");
+  object.top = rows.finite(3, "the box");
+  object.right = rows.finite(4, "the box");
+  object.bottom = rows.finite(5, "the box");
+  const Eigen::Vector3d position(rows.finite(6, "x"), rows.finite(7, "y"), rows.finite(8, "z"));
+  const double yaw = rows.finite(9, "ry") + std::numbers::pi / 2;
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
+  object.T_camera_object = SE3(rotation, position);
+  return object;
+}
+
+}  // namespace
+
+ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) {
+  ObjectTruths objects;
+  for (TextRows rows(text, name); rows.next();) {
+    rows.expect(10, "frame id left top right bottom x y z ry (10 values)");
+    const int frame = rows.integer(0, "the frame number");
+    const ObjectTruth object = read_object(rows);
+    if (find(objects, frame, object.id) != nullptr) {
+      rows.fail_here("object {} appears twice in frame {}", object.id, frame);
+    }
+    objects[frame].push_back(object);
+  }
+  for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
+  mark_interpolated(objects);
+  return objects;
+}
+
+void mark_interpolated(ObjectTruths& objects) {
+  for (auto& [frame, list] : objects) {
+    for (ObjectTruth& object : list) {
+      const ObjectTruth* before = find(objects, frame - 1, object.id);
+      const ObjectTruth* after = find(objects, frame + 1, object.id);
+      if (before == nullptr || after == nullptr) continue;
+      const Eigen::Vector3d& p = object.T_camera_object.translation();
+      const Eigen::Vector3d step_in = p - before->T_camera_object.translation();
+      const Eigen::Vector3d step_out = after->T_camera_object.translation() - p;
+      object.interpolated = (step_out - step_in).norm() <= 1e-6 * std::max(1.0, p.norm());
+    }
+  }
+}
+
+}  // namespace sextant
