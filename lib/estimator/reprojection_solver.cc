@@ -231,8 +231,12 @@ int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double t
                 data.target_v() + begin, n, motion, data.camera(), errors.data());
     const size_t real = std::min(n, data.size() - begin);
     for (size_t i = 0; i < real; ++i) count += errors[i] <= threshold2 ? 1 : 0;
-    const size_t left = data.size() - begin - real;
-    if (count + static_cast<int>(left) < at_least) break;
+    const auto seen = static_cast<double>(begin + real);
+    const auto all = static_cast<double>(data.size());
+    if (count + (all - seen) < at_least) break;
+    // A model with at_least inliers would show at_least / all of them in the points seen, binomially.
+    const double share = at_least / all;
+    if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen)) break;
   }
   return count;
 }

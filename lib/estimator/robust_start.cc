@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <cmath>
+#include <numeric>
 #include <opencv2/calib3d.hpp>
 
 #include "sextant/estimator/reprojection_solver.h"
@@ -37,6 +38,20 @@ int iterations_needed(double inlier_share, double confidence) {
   if (good < 1e-9) return std::numeric_limits<int>::max();
   const double n = std::log(1 - confidence) / std::log(1 - good);
   return n < 1e9 ? static_cast<int>(std::ceil(n)) : std::numeric_limits<int>::max();
+}
+
+/// The points in a fixed random order, so that any prefix is a fair sample of them.
+Correspondences shuffled(const Correspondences& points) {
+  std::vector<size_t> order(points.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[mix(i) % i]);
+  Correspondences out;
+  out.reserve(points.size());
+  for (const size_t i : order) {
+    out.push_back(points.u[i], points.v[i], points.depth[i], points.flow_u[i], points.flow_v[i],
+                  points.depth_curr[i]);
+  }
+  return out;
 }
 
 class P3P {
@@ -95,8 +110,8 @@ void RobustStartOptions::check() const {
 RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
                          const RobustStartOptions& options) {
   RobustStart result;
-  const ReprojectionData data(problem, {});
-  if (data.size() < 4) return result;
+  if (problem.points.size() < 4) return result;
+  const ReprojectionData data({problem.camera, shuffled(problem.points)}, {});
   const double threshold = options.inlier_threshold_px;
   const auto n = static_cast<double>(data.size());
 
@@ -122,9 +137,10 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
     needed = iterations_needed(best_inliers / n, options.confidence);
   }
 
+  const ReprojectionData ordered(problem, {});
   // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers, keep what gains inliers.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
-    const ReprojectionData support(problem, inlier_mask(data, best, threshold));
+    const ReprojectionData support(problem, inlier_mask(ordered, best, threshold));
     const SolverResult refit = minimize_reprojection(support, best, HuberKernel{}, {.max_iterations = 5});
     if (!refit.T_curr_prev.is_finite() || !consider(refit.T_curr_prev)) break;
   }
@@ -132,7 +148,7 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   result.n_inliers = best_inliers;
   if (best_inliers < 4) return result;
   result.status = Status::ok;
-  result.start = {best, inlier_mask(data, best, threshold)};
+  result.start = {best, inlier_mask(ordered, best, threshold)};
   return result;
 }
 
