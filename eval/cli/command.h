@@ -1,7 +1,8 @@
 #pragma once
 
 // Subcommands of `sextant`. How to add one:
-//   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags on a new
+//   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags
+//   on a new
 //      subcommand, an example in its footer, and what it does as a callback;
 //   2. declare it here and add one line to the table in program.cc.
 // Commands hold no logic of their own: they read flags, call the layers below and print.
@@ -36,8 +37,8 @@ void add_overlay_command(CLI::App& app);
 
 /// Flags that several commands have.
 struct CommonFlags {
-  std::string data_root;  ///< --data or SEXTANT_DATA
-  std::string options;    ///< --options
+  std::string data_root;          ///< --data or SEXTANT_DATA
+  std::string options;            ///< --options
   std::vector<std::string> sets;  ///< --set key=value
   int jobs = 0;
   bool quiet = false;

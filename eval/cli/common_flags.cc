@@ -68,7 +68,8 @@ SourceSpec find_source(const std::string& text, const std::string& data_root) {
   std::error_code ignored;
   const fs::path path = spec.path;
   if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
-  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored)) spec.path = under.string();
+  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
+    spec.path = under.string();
   return spec;
 }
 
@@ -85,7 +86,8 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
 
 std::string estimator_list() {
   std::string text;
-  for (const EstimatorEntry& entry : estimators()) text += fmt::format("  {:<20} {}\n", entry.name, entry.description);
+  for (const EstimatorEntry& entry : estimators())
+    text += fmt::format("  {:<20} {}\n", entry.name, entry.description);
   return text;
 }
 

@@ -36,25 +36,32 @@ void list_adapters(bool as_json) {
   table.columns = {{"adapter", "adapter", Align::left},
                    {"description", "description", Align::left},
                    {"example", "example", Align::left}};
-  for (const Adapter& adapter : adapters()) table.add_row({adapter.name, adapter.description, adapter.example});
+  for (const Adapter& adapter : adapters())
+    table.add_row({adapter.name, adapter.description, adapter.example});
   fmt::print("{}", to_text(table));
 }
 
-Table check_table(const std::string& source, const SequenceInfo& info, const std::vector<SourceCheck>& checks) {
+Table check_table(const std::string& source, const SequenceInfo& info,
+                  const std::vector<SourceCheck>& checks) {
   Table table;
   table.title = fmt::format("{}: frames {}-{}, {}x{} px, {} Hz", source, info.first_frame, info.last_frame,
                             info.width, info.height, info.rate_hz);
-  table.columns = {{"outcome", "", Align::left},          {"check", "check", Align::left},
-                   {"present", "present", Align::right},  {"size_px", "size [px]", Align::right},
-                   {"valid_percent", "valid [%]", Align::right, 1}, {"min", "min", Align::right, 2},
-                   {"median", "median", Align::right, 2}, {"max", "max", Align::right, 2},
-                   {"unit", "unit", Align::left},         {"message", "message", Align::left}};
+  table.columns = {{"outcome", "", Align::left},
+                   {"check", "check", Align::left},
+                   {"present", "present", Align::right},
+                   {"size_px", "size [px]", Align::right},
+                   {"valid_percent", "valid [%]", Align::right, 1},
+                   {"min", "min", Align::right, 2},
+                   {"median", "median", Align::right, 2},
+                   {"max", "max", Align::right, 2},
+                   {"unit", "unit", Align::left},
+                   {"message", "message", Align::left}};
   for (const SourceCheck& c : checks) {
     std::string present = c.n_present ? std::to_string(*c.n_present) : "";
     if (c.n_expected) present += fmt::format("/{}", *c.n_expected);
     table.add_row({std::string(to_string(c.outcome)), c.name, present, c.size_px,
-                   c.valid_share ? Cell(*c.valid_share * 100) : Cell(), cell(c.min), cell(c.median), cell(c.max),
-                   c.min ? c.unit : "", c.message});
+                   c.valid_share ? Cell(*c.valid_share * 100) : Cell(), cell(c.min), cell(c.median),
+                   cell(c.max), c.min ? c.unit : "", c.message});
   }
   return table;
 }
@@ -84,7 +91,8 @@ void check(const std::string& source, const CommonFlags& flags) {
 }  // namespace
 
 void add_data_command(CLI::App& app) {
-  CLI::App* data = app.add_subcommand("data", "Data sets: what can be read, and whether a source is complete");
+  CLI::App* data =
+      app.add_subcommand("data", "Data sets: what can be read, and whether a source is complete");
   data->require_subcommand(1);
   data->footer("Example:\n  sextant data check vdo:kitti_03_demo@0-19");
 
@@ -103,8 +111,9 @@ void add_data_command(CLI::App& app) {
   add_jobs_flag(*check_command, *flags);
   check_command->add_flag("--quiet", flags->quiet, "No progress and no table: only the exit code and errors");
   check_command->add_flag("--json", flags->json, "Print as JSON");
-  check_command->footer("PASS, WARN or FAIL per line; exit code 2 when one fails.\n"
-                        "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
+  check_command->footer(
+      "PASS, WARN or FAIL per line; exit code 2 when one fails.\n"
+      "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
   check_command->callback([flags, source] { check(*source, *flags); });
 }
 

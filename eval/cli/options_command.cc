@@ -11,10 +11,10 @@
 namespace sextant {
 namespace {
 
-void add_rows(const std::string& prefix, const std::vector<OptionHelp>& options, Table& table) {
+void add_rows(const std::vector<OptionHelp>& options, Table& table) {
   for (const OptionHelp& option : options) {
-    const std::string key = prefix + "." + option.key;
-    table.add_row({key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
+    table.add_row(
+        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
   }
 }
 
@@ -24,9 +24,9 @@ Table options_table(const std::string& estimator) {
                    {"default", "default", Align::left},
                    {"unit", "unit", Align::left},
                    {"meaning", "meaning", Align::left}};
-  add_rows("extraction", describe_options(ExtractionOptions{}), table);
-  add_rows("pipeline", describe_options(PipelineOptions{}), table);
-  add_rows("estimator", find_entry(estimators(), estimator, "estimator").options(), table);
+  add_rows(describe_options(ExtractionOptions{}, "extraction"), table);
+  add_rows(describe_options(PipelineOptions{}, "pipeline"), table);
+  add_rows(find_entry(estimators(), estimator, "estimator").options(), table);
   table.title = "Options of a run with " + estimator;
   table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`."};
   return table;
@@ -40,8 +40,11 @@ void add_options_command(CLI::App& app) {
     bool json = false;
   };
   const auto flags = std::make_shared<Flags>();
-  CLI::App* command = app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
-  command->add_option("--estimator", flags->estimator, "Whose options")->type_name("NAME")->capture_default_str();
+  CLI::App* command =
+      app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
+  command->add_option("--estimator", flags->estimator, "Whose options")
+      ->type_name("NAME")
+      ->capture_default_str();
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer("Example:\n  sextant options --estimator motion_only");
   command->callback([flags] {

@@ -24,8 +24,8 @@ void draw(const OverlayFlags& flags) {
   const std::unique_ptr<Sequence> sequence = open_source(spec);
   const SequenceInfo& info = sequence->info();
   if (flags.frame <= info.first_frame || flags.frame > info.last_frame) {
-    fail("--frame {}: must be in {}-{}, the second to the last frame of {}", flags.frame, info.first_frame + 1,
-         info.last_frame, flags.source);
+    fail("--frame {}: must be in {}-{}, the second to the last frame of {}", flags.frame,
+         info.first_frame + 1, info.last_frame, flags.source);
   }
   if (!info.channels.rgb) fail("{}: has no colour images to draw on", flags.source);
   spec.first = info.first_frame;
@@ -59,11 +59,14 @@ void add_overlay_command(CLI::App& app) {
   command->add_option("source", flags->source, "adapter:path[#sequence][@first-last]")
       ->required()
       ->type_name("SOURCE");
-  command->add_option("--frame", flags->frame, "Current frame of the pair; the pipeline runs from the first one")
+  command
+      ->add_option("--frame", flags->frame, "Current frame of the pair; the pipeline runs from the first one")
       ->required()
       ->type_name("K");
   command->add_option("--out", flags->out, "PNG file")->required()->type_name("FILE.png");
-  command->add_option("--estimator", flags->estimator, "Which estimator")->type_name("NAME")->capture_default_str();
+  command->add_option("--estimator", flags->estimator, "Which estimator")
+      ->type_name("NAME")
+      ->capture_default_str();
   add_option_flags(*command, *flags);
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);

@@ -53,7 +53,8 @@ std::vector<std::string> subcommand_names(const CLI::App& command) {
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = innermost(app);
   const std::vector<std::string> rest = app.remaining(/*recurse=*/true);
-  const auto flag = std::find_if(rest.begin(), rest.end(), [](const auto& word) { return word.starts_with('-'); });
+  const auto flag =
+      std::find_if(rest.begin(), rest.end(), [](const auto& word) { return word.starts_with('-'); });
   if (flag != rest.end()) {
     const std::string name = flag->substr(0, flag->find('='));
     return fmt::format("unknown flag '{}': {}", name, suggest(name, flag_names(command)));
@@ -71,11 +72,14 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 
 int program(int argc, const char* const* argv) {
   install_interrupt_handler();
-  CLI::App app("Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
-               "moving object.",
-               "sextant");
-  app.footer("Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out out\n"
-             "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
+  CLI::App app(
+      "Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
+      "moving object.",
+      "sextant");
+  app.footer(
+      "Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out "
+      "out\n"
+      "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
   app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
   app.require_subcommand(1);
   for (const auto add : command_table) add(app);

@@ -23,7 +23,8 @@ void run_and_write(const RunFlags& flags) {
   check_output_folder(flags.out, flags.force);
   const MetricPreset& preset = find_preset(flags.preset);
   RunConfig config;
-  for (const std::string& source : flags.sources) config.sources.push_back(find_source(source, flags.data_root));
+  for (const std::string& source : flags.sources)
+    config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
   config.jobs = flags.jobs;
@@ -55,11 +56,15 @@ void run_and_write(const RunFlags& flags) {
 
 void add_run_command(CLI::App& app) {
   const auto flags = std::make_shared<RunFlags>();
-  CLI::App* command = app.add_subcommand("run", "Estimate all motions of sources and compare with ground truth");
-  command->add_option("source", flags->sources, "adapter:path[#sequence][@first-last]; see `sextant data list`")
+  CLI::App* command =
+      app.add_subcommand("run", "Estimate all motions of sources and compare with ground truth");
+  command
+      ->add_option("source", flags->sources, "adapter:path[#sequence][@first-last]; see `sextant data list`")
       ->required()
       ->type_name("SOURCE");
-  command->add_option("--estimator", flags->estimator, "Which estimator")->type_name("NAME")->capture_default_str();
+  command->add_option("--estimator", flags->estimator, "Which estimator")
+      ->type_name("NAME")
+      ->capture_default_str();
   add_option_flags(*command, *flags);
   command->add_option("--preset", flags->preset, "Metric preset of the summary")
       ->type_name("NAME")
@@ -76,9 +81,10 @@ void add_run_command(CLI::App& app) {
   for (const MetricPreset& preset : metric_presets()) {
     presets += fmt::format("  {:<20} {}\n", preset.name, preset.description);
   }
-  command->footer(fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}"
-                              "Example:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out",
-                              estimator_list(), presets));
+  command->footer(
+      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}"
+                  "Example:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out",
+                  estimator_list(), presets));
   command->callback([flags] { run_and_write(*flags); });
 }
 

@@ -35,7 +35,7 @@ struct ChannelFrame {
 struct ChannelKind {
   const char* name;
   const char* unit;
-  bool Channels::* flag;
+  bool Channels::*flag;
 };
 constexpr std::array<ChannelKind, 4> channel_kinds = {{{"gray", "level", &Channels::gray},
                                                        {"depth", "m", &Channels::depth},
@@ -63,11 +63,18 @@ ChannelFrame read_channel(const Sequence& sequence, int frame, const ChannelKind
     Channels channels;
     channels.*kind.flag = true;
     const Frame data = sequence.read(frame, channels);
-    if (channels.gray) measure(data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
-    if (channels.depth) measure(data.depth_m, [](float d) { return static_cast<double>(d); }, out);
-    if (channels.flow) measure(data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
+    if (channels.gray)
+      measure(
+          data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
+    if (channels.depth)
+      measure(
+          data.depth_m, [](float d) { return static_cast<double>(d); }, out);
+    if (channels.flow)
+      measure(
+          data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
     if (channels.mask) {
-      measure(data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
+      measure(
+          data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
       for (size_t i = 0; i < data.mask.size(); ++i) {
         if (data.mask.data()[i] != 0) out.ids.insert(data.mask.data()[i]);
       }
@@ -111,8 +118,8 @@ SourceCheck judge_channel(const ChannelKind& kind, const SequenceInfo& info,
     if (i < *line.n_expected) ++*line.n_present;
     line.size_px = fmt::format("{}x{}", frame.width, frame.height);
     if (frame.width != info.width || frame.height != info.height) {
-      set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", info.first_frame + i, line.size_px,
-                                 info.width, info.height));
+      set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", info.first_frame + i,
+                                 line.size_px, info.width, info.height));
     }
     pixels += frame.n_pixels;
     valid += frame.n_valid;
@@ -163,9 +170,10 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
   SourceCheck line;
   line.name = "objects";
   line.n_present = static_cast<int>(tracks.size());
-  const auto unseen = std::count_if(tracks.begin(), tracks.end(), [&](int id) { return !mask_ids.contains(id); });
-  std::string message = fmt::format("{} true tracks, {} of them in no mask; {} interpolated poses", tracks.size(),
-                                    unseen, interpolated);
+  const auto unseen =
+      std::count_if(tracks.begin(), tracks.end(), [&](int id) { return !mask_ids.contains(id); });
+  std::string message = fmt::format("{} true tracks, {} of them in no mask; {} interpolated poses",
+                                    tracks.size(), unseen, interpolated);
   if (tracks.empty()) message = "no true object tracks: objects are not compared";
   if (!tracks.empty() && static_cast<size_t>(unseen) == tracks.size() && !mask_ids.empty()) {
     message += "; do mask ids and track ids agree?";

@@ -1,7 +1,7 @@
 #pragma once
 
-// Looks at everything a source gives before a run relies on it: opens every file, decodes every frame, and says
-// per channel how many frames have it, its size, the share of valid pixels and the range of values.
+// Looks at everything a source gives before a run relies on it: opens every file, decodes every frame, and
+// says per channel how many frames have it, its size, the share of valid pixels and the range of values.
 
 #include <optional>
 #include <string>
@@ -20,11 +20,11 @@ struct SourceCheck {
   CheckOutcome outcome = CheckOutcome::pass;
   std::optional<int> n_present;  ///< frames (files, channels, poses) or tracks (objects)
   std::optional<int> n_expected;
-  std::string size_px;           ///< "1242x375"
-  std::optional<double> valid_share;  ///< 0..1, over all pixels of all frames
+  std::string size_px;                     ///< "1242x375"
+  std::optional<double> valid_share;       ///< 0..1, over all pixels of all frames
   std::optional<double> min, median, max;  ///< of valid values; the median over every 16th of them
-  std::string unit;              ///< of the range
-  std::string message;           ///< what is wrong, or worth knowing
+  std::string unit;                        ///< of the range
+  std::string message;                     ///< what is wrong, or worth knowing
 };
 
 /// Bad frames become FAIL lines; only what stops the check altogether throws.

@@ -25,7 +25,8 @@ std::optional<ObjectStep> object_step(const SequenceTruth& truth, int id, int pr
   if (!motion) return std::nullopt;
   const ObjectTruth& before = *truth.find(prev, id);
   const ObjectTruth& after = *truth.find(curr, id);
-  return ObjectStep{*motion, before.T_camera_object, before.interpolated || after.interpolated, before.moving};
+  return ObjectStep{*motion, before.T_camera_object, before.interpolated || after.interpolated,
+                    before.moving};
 }
 
 Record new_record(const FrameResult& result, const PairContext& context, std::string body) {
@@ -140,7 +141,8 @@ void add_object_values(const BodyResult& body, Record& record) {
   record.values["distance_m"] = body.distance_m;
   record.values["moving_share"] = body.moving_share;
   record.values["track"] = body.track;
-  if (body.status != Status::lost && std::isfinite(body.moving_share)) record.values["dynamic"] = body.is_dynamic ? 1 : 0;
+  if (body.status != Status::lost && std::isfinite(body.moving_share))
+    record.values["dynamic"] = body.is_dynamic ? 1 : 0;
   if (body.status != Status::ok) return;
   record.values["v_kmh"] = body.speed_mps * kmh_per_mps;
   record.values["start_propagated"] = body.start_propagated ? 1 : 0;
@@ -148,7 +150,8 @@ void add_object_values(const BodyResult& body, Record& record) {
 
 /// Errors of the motion in the camera, world and body frames.
 void add_object_errors(const BodyResult& body, const ObjectStep& step, const FrameResult& result,
-                       const std::optional<SE3>& true_background, const PairContext& context, Record& record) {
+                       const std::optional<SE3>& true_background, const PairContext& context,
+                       Record& record) {
   const SE3& X = body.estimate.T_curr_prev;
   add_pose_change(pose_change_error(X, step.T_curr_prev), "", record);
   if (!true_background) return;

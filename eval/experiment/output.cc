@@ -72,7 +72,8 @@ OutputFiles run_files(const RunResult& result) {
     if (!truth.empty()) files[folder + "gt_camera_tum.txt"] = truth;
     for (const auto& [id, motions] : source.object_motions) {
       std::string& text = files[fmt::format("{}obj_{}_motion.txt", folder, id)];
-      for (const auto& [frame, H_world] : motions) text += fmt::format("{} {}\n", frame, matrix_line(H_world));
+      for (const auto& [frame, H_world] : motions)
+        text += fmt::format("{} {}\n", frame, matrix_line(H_world));
     }
   }
   return files;

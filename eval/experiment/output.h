@@ -13,8 +13,8 @@ namespace sextant {
 /// Path relative to the output folder -> bytes.
 using OutputFiles = std::map<std::string, std::string>;
 
-/// records.jsonl, run.json and, per source, est_camera_{kitti,tum}.txt and obj_<id>_motion.txt; with more than
-/// one source these lie in a subfolder each.
+/// records.jsonl, run.json and, per source, est_camera_{kitti,tum}.txt and obj_<id>_motion.txt; with more
+/// than one source these lie in a subfolder each.
 ///   est_camera_kitti.txt  12 values a line: rows of [R|t] of T_world_camera
 ///   est_camera_tum.txt    t tx ty tz qx qy qz qw, t = frame / rate (s)
 ///   gt_camera_tum.txt     the same of the truth, over the frames of the source that have it
@@ -27,8 +27,8 @@ Json run_provenance(const RunResult& result);
 /// Throws Error when `folder` cannot take results: it is a file, or holds records and `force` is off.
 void check_output_folder(const std::filesystem::path& folder, bool force);
 
-/// Creates the folder where needed and writes every file under a temporary name first. When anything fails (or
-/// Ctrl-C comes), removes what it has written and created, and rethrows.
+/// Creates the folder where needed and writes every file under a temporary name first. When anything fails
+/// (or Ctrl-C comes), removes what it has written and created, and rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files, bool force);
 
 }  // namespace sextant

@@ -29,14 +29,18 @@ Json source_json(const SourceRun& source) {
   json["width_px"] = source.info.width;
   json["height_px"] = source.info.height;
   const StereoCamera& camera = source.info.camera;
-  json["camera"] = {{"fx_px", camera.left.fx}, {"fy_px", camera.left.fy}, {"cx_px", camera.left.cx},
-                    {"cy_px", camera.left.cy}, {"bf_px_m", camera.bf}};
+  json["camera"] = {{"fx_px", camera.left.fx},
+                    {"fy_px", camera.left.fy},
+                    {"cx_px", camera.left.cx},
+                    {"cy_px", camera.left.cy},
+                    {"bf_px_m", camera.bf}};
   json["provenance"] = source.info.provenance;
   json["warnings"] = source.info.warnings;
   json["estimated_poses"] = source.estimated.poses().size();
   json["world_origin"] = source.starts_at_truth ? "true pose of the first frame" : "first frame";
   Json inputs = Json::object();
-  for (const auto& [path, entry] : source.inputs) inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+  for (const auto& [path, entry] : source.inputs)
+    inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
   json["inputs"] = std::move(inputs);
   return json;
 }

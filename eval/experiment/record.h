@@ -31,8 +31,8 @@ struct Record {
   std::string noise = "none";
   double level = 0;
   uint64_t seed = 0;
-  int frame = 0;      ///< the current frame k of the pair (k-1, k)
-  std::string body;   ///< "ego" or "object:ID"
+  int frame = 0;     ///< the current frame k of the pair (k-1, k)
+  std::string body;  ///< "ego" or "object:ID"
   Status status = Status::ok;
   Gate gate = Gate::none;  ///< written only when status is `gated`
   int n_points = 0;

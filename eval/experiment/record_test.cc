@@ -47,12 +47,13 @@ std::string line_with(Change change) {
 }
 
 TEST(Record, IsWrittenInTheDocumentedKeyOrder) {
-  EXPECT_EQ(write_records({example()}),
-            R"({"schema":1,"dataset":"vdo","sequence":"kitti_03_demo","estimator":"joint_flow","noise":"none",)"
-            R"("level":0.0,"seed":0,"frame":7,"body":"object:3","status":"ok","n_points":120,"n_inliers":100,)"
-            R"("flow_truth":"induced","errors":{"ER_deg":0.3333333333333333,"Et_m":0.1},"values":{"v_kmh":54.25},)"
-            R"("bound":{},"time_ms":{"total":1.5}})"
-            "\n");
+  EXPECT_EQ(
+      write_records({example()}),
+      R"({"schema":1,"dataset":"vdo","sequence":"kitti_03_demo","estimator":"joint_flow","noise":"none",)"
+      R"("level":0.0,"seed":0,"frame":7,"body":"object:3","status":"ok","n_points":120,"n_inliers":100,)"
+      R"("flow_truth":"induced","errors":{"ER_deg":0.3333333333333333,"Et_m":0.1},"values":{"v_kmh":54.25},)"
+      R"("bound":{},"time_ms":{"total":1.5}})"
+      "\n");
 }
 
 TEST(Record, RoundTripsBitForBit) {
@@ -83,21 +84,27 @@ TEST(Record, ReaderNamesFileLineAndKey) {
   const std::string good = write_records({example()});
   EXPECT_THAT(message_of(good + "{\"schema\":1\n"), HasSubstr("records.jsonl:2: not valid JSON"));
   EXPECT_THAT(message_of(good + "[]\n"), HasSubstr("records.jsonl:2: expected a JSON object"));
-  EXPECT_THAT(message_of(good + good.substr(0, good.size() - 1)), HasSubstr("records.jsonl:2: the line is not finished"));
+  EXPECT_THAT(message_of(good + good.substr(0, good.size() - 1)),
+              HasSubstr("records.jsonl:2: the line is not finished"));
   EXPECT_THAT(message_of(good + "\n"), HasSubstr("records.jsonl:2: not valid JSON"));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j.erase("status"); })), HasSubstr("key 'status' is missing"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j.erase("status"); })),
+              HasSubstr("key 'status' is missing"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["eror"] = 1; })), HasSubstr("did you mean 'errors'"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["schema"] = 2; })), HasSubstr("schema 2"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["status"] = "fine"; })), HasSubstr("records.jsonl:1: "));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = "7"; })), HasSubstr("key 'frame': expected an integer"));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = 7.5; })), HasSubstr("key 'frame': expected an integer"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = "7"; })),
+              HasSubstr("key 'frame': expected an integer"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = 7.5; })),
+              HasSubstr("key 'frame': expected an integer"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["n_points"] = -1; })), HasSubstr("key 'n_points'"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["seed"] = -1; })), HasSubstr("key 'seed'"));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j["body"] = "object:" ; })), HasSubstr("key 'body'"));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j["errors"]["Et_m"] = nullptr; })), HasSubstr("key 'errors.Et_m'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["body"] = "object:"; })), HasSubstr("key 'body'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["errors"]["Et_m"] = nullptr; })),
+              HasSubstr("key 'errors.Et_m'"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["gate"] = "distance"; })), HasSubstr("key 'gate'"));
   EXPECT_THAT(message_of(line_with([](Json& j) { j["status"] = "gated"; })), HasSubstr("key 'gate'"));
-  EXPECT_THAT(message_of(line_with([](Json& j) { j["flow_truth"] = "guessed"; })), HasSubstr("key 'flow_truth'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["flow_truth"] = "guessed"; })),
+              HasSubstr("key 'flow_truth'"));
 }
 
 TEST(Record, ReadingNamesTheFileThatIsNotThere) {

@@ -51,11 +51,11 @@ class PairReader {
     std::vector<DecodedFrame> frames(static_cast<size_t>(n) + 1);
     const int known = has_border_ ? 1 : 0;
     if (has_border_) frames.front() = std::move(border_);
-    parallel_for(n + 1 - known, jobs_, [&](int i) {
-      frames[static_cast<size_t>(i + known)] = decode(next_ + known + i);
-    });
+    parallel_for(n + 1 - known, jobs_,
+                 [&](int i) { frames[static_cast<size_t>(i + known)] = decode(next_ + known + i); });
     std::vector<ExtractedPair> pairs(static_cast<size_t>(n));
-    parallel_for(n, jobs_, [&](int i) { pairs[static_cast<size_t>(i)] = extract(frames, static_cast<size_t>(i)); });
+    parallel_for(n, jobs_,
+                 [&](int i) { pairs[static_cast<size_t>(i)] = extract(frames, static_cast<size_t>(i)); });
     border_ = std::move(frames.back());
     has_border_ = true;
     next_ += n;
@@ -189,8 +189,8 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
   // The next window is decoded while the present one goes through the pipeline.
   std::vector<ExtractedPair> window = reader.next();
   while (!window.empty()) {
-    std::future<std::vector<ExtractedPair>> ahead =
-        std::async(config.jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return reader.next(); });
+    std::future<std::vector<ExtractedPair>> ahead = std::async(
+        config.jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return reader.next(); });
     consumer.consume(window, progress);
     window = ahead.get();
   }
@@ -199,7 +199,8 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
 }
 
 /// Two sources must not give records that look alike.
-void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences, const std::vector<SourceSpec>& specs) {
+void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
+                    const std::vector<SourceSpec>& specs) {
   for (size_t i = 0; i < sequences.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
       const SequenceInfo& a = sequences[i]->info();
@@ -223,7 +224,8 @@ ResolvedOptions resolve_options(const Json& tree) {
     if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
       fail("unknown option key '{}': {}", item.key(), suggest(item.key(), known));
     }
-    if (!item.value().is_object()) fail("option {}: expected an object, got {}", item.key(), item.value().dump());
+    if (!item.value().is_object())
+      fail("option {}: expected an object, got {}", item.key(), item.value().dump());
     if (item.key() == "extraction") read_options(item.value(), options.extraction, "extraction");
     if (item.key() == "pipeline") read_options(item.value(), options.pipeline, "pipeline");
     if (item.key() == "estimator") options.estimator = item.value();

@@ -37,7 +37,8 @@ struct ResolvedOptions {
   Json source = Json::object();
 };
 
-/// Throws Error on an unknown key anywhere above "estimator" and "source"; those two are read by their owners.
+/// Throws Error on an unknown key anywhere above "estimator" and "source"; those two are read by their
+/// owners.
 ResolvedOptions resolve_options(const Json& tree);
 
 struct SourceRun {
@@ -46,7 +47,8 @@ struct SourceRun {
   Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
   bool starts_at_truth = false;  ///< the first pose is the true one; else the identity
   Trajectory truth;
-  std::map<int, std::map<int, SE3>> object_motions;  ///< id -> frame k -> H_world of the estimate, pair (k-1, k)
+  std::map<int, std::map<int, SE3>>
+      object_motions;  ///< id -> frame k -> H_world of the estimate, pair (k-1, k)
   std::map<std::string, InputLog::Entry> inputs;
 };
 

@@ -11,8 +11,8 @@
 namespace sextant {
 namespace {
 
-constexpr int scale = 2;          // canvas pixels per image pixel: thin lines and text stay sharp
-constexpr int strip_height = 56;  // legend, canvas pixels
+constexpr int scale = 2;              // canvas pixels per image pixel: thin lines and text stay sharp
+constexpr int strip_height = 56;      // legend, canvas pixels
 constexpr double flow_length = 0.25;  // drawn part of each flow vector
 
 const cv::Scalar white(255, 255, 255);
@@ -42,14 +42,22 @@ cv::Mat canvas_of(const Frame& frame) {
   return canvas;
 }
 
-void draw_points(const BodyResult& body, const cv::Scalar& colour, double radius, int thickness, cv::Mat& canvas) {
+/// Inliers with the start of their flow; of points on a grid, only those in one third of its columns and
+/// rows.
+void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out, cv::Mat& canvas) {
+  constexpr double radius = 3.0;
+  constexpr int cell_px = 9, kept_px = 3;
   const auto& inliers = body.estimate.inliers;
   for (size_t i = 0; i < body.points.size(); ++i) {
     if (i < inliers.size() && inliers[i] == 0) continue;
     const double u = body.points.u[i], v = body.points.v[i];
-    cv::line(canvas, at(u, v), at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]),
-             colour, thickness, cv::LINE_AA, shift);
-    cv::circle(canvas, at(u, v), static_cast<int>(radius * (1 << shift)), colour, cv::FILLED, cv::LINE_AA, shift);
+    if (thin_out && (static_cast<int>(u) % cell_px >= kept_px || static_cast<int>(v) % cell_px >= kept_px))
+      continue;
+    cv::line(canvas, at(u, v),
+             at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]), colour, 1,
+             cv::LINE_AA, shift);
+    cv::circle(canvas, at(u, v), static_cast<int>(radius * (1 << shift)), colour, cv::FILLED, cv::LINE_AA,
+               shift);
   }
 }
 
@@ -66,7 +74,8 @@ cv::Rect draw_contour(const Image<uint16_t>& mask, int instance, const cv::Scala
   cv::findContours(large, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE, {0, strip_height});
   cv::drawContours(canvas, contours, -1, colour, 3, cv::LINE_AA);
   cv::Rect box;
-  for (const auto& contour : contours) box = box.empty() ? cv::boundingRect(contour) : box | cv::boundingRect(contour);
+  for (const auto& contour : contours)
+    box = box.empty() ? cv::boundingRect(contour) : box | cv::boundingRect(contour);
   return box;
 }
 
@@ -80,8 +89,8 @@ void draw_label(const std::string& text, cv::Point corner, const cv::Scalar& col
   plate.y = std::max(plate.y, strip_height + 4);
   cv::rectangle(canvas, plate, cv::Scalar(24, 24, 24), cv::FILLED);
   cv::rectangle(canvas, plate, colour, 2, cv::LINE_AA);
-  cv::putText(canvas, text, {plate.x + 12, plate.y + plate.height - 10}, cv::FONT_HERSHEY_DUPLEX, size, white, 1,
-              cv::LINE_AA);
+  cv::putText(canvas, text, {plate.x + 12, plate.y + plate.height - 10}, cv::FONT_HERSHEY_DUPLEX, size, white,
+              1, cv::LINE_AA);
 }
 
 void draw_legend(const std::string& text, cv::Mat& canvas) {
@@ -90,7 +99,8 @@ void draw_legend(const std::string& text, cv::Mat& canvas) {
 }
 
 const Record* find_record(const std::vector<Record>& records, const std::string& body) {
-  const auto it = std::find_if(records.begin(), records.end(), [&](const Record& r) { return r.body == body; });
+  const auto it =
+      std::find_if(records.begin(), records.end(), [&](const Record& r) { return r.body == body; });
   return it == records.end() ? nullptr : &*it;
 }
 
@@ -106,13 +116,13 @@ std::string number(const Record* record, Record::Numbers Record::*map, const std
 std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records) {
   SEXTANT_CHECK(!frame.rgb.empty() && !frame.mask.empty());
   cv::Mat canvas = canvas_of(frame);
-  draw_points(result.ego, static_colour, 3.0, 1, canvas);
+  draw_points(result.ego, static_colour, false, canvas);
 
   size_t n_moving = 0;
   for (const BodyResult& body : result.objects) {
     if (body.status != Status::ok) continue;
     const cv::Scalar& colour = object_colours[n_moving++ % object_colours.size()];
-    draw_points(body, colour, 1.5, 1, canvas);
+    draw_points(body, colour, true, canvas);
     const cv::Rect box = draw_contour(frame.mask, body.instance, colour, canvas);
     const Record* record = find_record(records, object_body(body.instance));
     const std::string label = fmt::format("object {}{}{}", body.instance,
@@ -122,13 +132,14 @@ std::string draw_overlay(const Frame& frame, const FrameResult& result, const st
   }
 
   const Record* ego = find_record(records, "ego");
-  draw_legend(fmt::format("{} static features with 1/4 of their flow    camera: {}{}{}    moving objects: {}    "
-                          "frames {} to {}",
-                          result.ego.n_inliers, number(ego, &Record::values, "step_m", 3, "", " m/frame"),
-                          number(ego, &Record::errors, "Et_m", 3, ", E_t ", " m"),
-                          number(ego, &Record::errors, "ER_deg", 3, ", E_R ", " deg"), n_moving, result.prev,
-                          result.curr),
-              canvas);
+  draw_legend(
+      fmt::format("{} static features with 1/4 of their flow    camera: {}{}{}    moving objects: {}    "
+                  "frames {} to {}",
+                  result.ego.n_inliers, number(ego, &Record::values, "step_m", 3, "", " m/frame"),
+                  number(ego, &Record::errors, "Et_m", 3, ", E_t ", " m"),
+                  number(ego, &Record::errors, "ER_deg", 3, ", E_R ", " deg"), n_moving, result.prev,
+                  result.curr),
+      canvas);
 
   std::vector<uchar> png;
   SEXTANT_CHECK(cv::imencode(".png", canvas, png, {cv::IMWRITE_PNG_COMPRESSION, 9}));

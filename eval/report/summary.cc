@@ -38,7 +38,8 @@ std::string status_label(const Record& record) {
 
 BodySummary summarize_body(const std::vector<const Record*>& records, const MetricPreset& preset) {
   const Record& first = *records.front();
-  BodySummary row{first.dataset, first.sequence, first.estimator, first.body, static_cast<int>(records.size())};
+  BodySummary row{first.dataset, first.sequence, first.estimator, first.body,
+                  static_cast<int>(records.size())};
   std::vector<const Record*> estimated;
   std::map<std::string, int> others;
   for (const Record* record : records) {
@@ -55,7 +56,8 @@ BodySummary summarize_body(const std::vector<const Record*>& records, const Metr
 
   const bool ego = first.is_ego();
   row.Et_m = aggregated(estimated, &Record::errors, ego ? "Et_m" : preset.object_Et_key, preset.aggregate);
-  row.ER_deg = aggregated(estimated, &Record::errors, ego ? "ER_deg" : preset.object_ER_key, preset.aggregate);
+  row.ER_deg =
+      aggregated(estimated, &Record::errors, ego ? "ER_deg" : preset.object_ER_key, preset.aggregate);
   row.Ev_kmh = aggregated(estimated, &Record::errors, preset.velocity_key, preset.aggregate);
   row.v_kmh = aggregated(estimated, &Record::values, "v_kmh", Aggregate::mean);
   row.v_gt_kmh = aggregated(estimated, &Record::values, preset.velocity_truth_key, Aggregate::mean);
@@ -98,8 +100,8 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
   Table table;
   table.title = fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate));
   table.caption = fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
-                              preset.description, preset.object_Et_key, preset.object_ER_key, preset.velocity_key,
-                              preset.velocity_truth_key);
+                              preset.description, preset.object_Et_key, preset.object_ER_key,
+                              preset.velocity_key, preset.velocity_truth_key);
   table.columns = {{"dataset", "dataset", Align::left},
                    {"sequence", "sequence", Align::left},
                    {"estimator", "estimator", Align::left},
@@ -125,9 +127,11 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
   }
   const ClassificationCounts c = count_classification(records);
   table.notes = {
-      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
+      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status "
+      "ok; "
       "coverage = estimated / truth; errors are over estimated.",
-      fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = dynamic).",
+      fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
+                  "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
   return table;
 }
@@ -140,7 +144,8 @@ Json summary_json(const std::vector<Record>& records, const MetricPreset& preset
   json["aggregate"] = std::string(to_string(preset.aggregate));
   json["rows"] = rows_to_json(summary_table(records, preset));
   Json& counts = json["classification"];
-  counts = {{"tp", c.true_positive}, {"fp", c.false_positive}, {"fn", c.false_negative}, {"tn", c.true_negative}};
+  counts = {
+      {"tp", c.true_positive}, {"fp", c.false_positive}, {"fn", c.false_negative}, {"tn", c.true_negative}};
   if (c.precision()) counts["precision"] = *c.precision();
   if (c.recall()) counts["recall"] = *c.recall();
   return json;

@@ -6,8 +6,8 @@
 //   truth      pairs that have truth in both frames: for ego all of them, for objects those whose truth is
 //              not static (dynamic_gt = 0 is left out; unknown is kept)
 //   estimated  those of them with status ok;   coverage = estimated / truth
-// Errors, velocities and EPE are taken over `estimated`. Errors use the preset's aggregate, velocities and EPE
-// are means. Every record that is not ok is counted in `other`.
+// Errors, velocities and EPE are taken over `estimated`. Errors use the preset's aggregate, velocities and
+// EPE are means. Every record that is not ok is counted in `other`.
 
 #include <optional>
 #include <string>
@@ -25,7 +25,7 @@ struct BodySummary {
   std::string sequence;
   std::string estimator;
   std::string body;
-  int n_pairs = 0;       ///< records of this body
+  int n_pairs = 0;  ///< records of this body
   int n_truth = 0;
   int n_estimated = 0;
   std::optional<double> coverage;  ///< 0..1
@@ -36,7 +36,7 @@ struct BodySummary {
   std::optional<double> v_gt_kmh;
   std::optional<double> epe_initial_px;
   std::optional<double> epe_refined_px;
-  std::string other;     ///< "gated(distance) 3, lost 1"
+  std::string other;  ///< "gated(distance) 3, lost 1"
 };
 
 /// In order of dataset, sequence, estimator; ego first, then objects by id.

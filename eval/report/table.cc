@@ -10,14 +10,15 @@ namespace {
 
 std::string rounded(const Cell& cell, const Column& column) {
   if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
-  if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{:.{}f}", *number, column.decimals);
+  if (const auto* number = std::get_if<double>(&cell))
+    return fmt::format("{:.{}f}", *number, column.decimals);
   return "-";
 }
 
 /// Number of characters on screen of UTF-8 text (continuation bytes take no room).
 size_t width_of(const std::string& text) {
-  return static_cast<size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  return static_cast<size_t>(std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 std::string padded(const std::string& text, size_t width, Align align) {
@@ -81,11 +82,13 @@ std::string to_text(const Table& table) {
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     std::string line;
     for (size_t j = 0; j < table.columns.size(); ++j) {
-      line += (j > 0 ? "  " : "") + padded(layout.lines[i][j], layout.widths[j], table.columns[j].align);
+      if (j > 0) line += "  ";
+      line += padded(layout.lines[i][j], layout.widths[j], table.columns[j].align);
     }
     text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
     if (i > 0) continue;
-    for (size_t j = 0; j < layout.widths.size(); ++j) text += (j > 0 ? "  " : "") + std::string(layout.widths[j], '-');
+    for (size_t j = 0; j < layout.widths.size(); ++j)
+      text.append(j > 0 ? 2 : 0, ' ').append(layout.widths[j], '-');
     text += "\n";
   }
   if (!table.notes.empty()) text += "\n";
@@ -101,14 +104,15 @@ std::string to_markdown(const Table& table) {
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
       std::string cell = layout.lines[i][j];
-      for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2)) cell.insert(at, "\\");
+      for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
+        cell.insert(at, "\\");
       text += "| " + padded(cell, layout.widths[j], table.columns[j].align) + " ";
     }
     text += "|\n";
     if (i > 0) continue;
     for (size_t j = 0; j < layout.widths.size(); ++j) {
       const std::string rule(layout.widths[j] - 1, '-');
-      text += table.columns[j].align == Align::left ? "| :" + rule + " " : "| " + rule + ": ";
+      text += fmt::format(fmt::runtime(table.columns[j].align == Align::left ? "| :{} " : "| {}: "), rule);
     }
     text += "|\n";
   }
@@ -118,10 +122,11 @@ std::string to_markdown(const Table& table) {
 
 std::string to_csv(const Table& table) {
   std::string text;
-  for (size_t j = 0; j < table.columns.size(); ++j) text += (j > 0 ? "," : "") + csv_field(table.columns[j].key);
+  for (size_t j = 0; j < table.columns.size(); ++j)
+    text.append(j > 0 ? 1 : 0, ',').append(csv_field(table.columns[j].key));
   text += "\n";
   for (const std::vector<Cell>& row : table.rows) {
-    for (size_t j = 0; j < row.size(); ++j) text += (j > 0 ? "," : "") + exact(row[j]);
+    for (size_t j = 0; j < row.size(); ++j) text.append(j > 0 ? 1 : 0, ',').append(exact(row[j]));
     text += "\n";
   }
   return text;

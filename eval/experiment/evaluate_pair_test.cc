@@ -1,0 +1,221 @@
+#include "sextant/eval/experiment/evaluate_pair.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "sextant/metrics/pose_change.h"
+
+namespace sextant {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+SE3 shift(double x, double y, double z) { return {Eigen::Quaterniond::Identity(), {x, y, z}}; }
+
+SE3 yaw(double deg) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(deg * pi / 180, Eigen::Vector3d::UnitY())),
+          Eigen::Vector3d::Zero()};
+}
+
+const PinholeCamera camera{100, 100, 50, 50};
+
+MotionEstimate estimate_of(const SE3& T_curr_prev, size_t n) {
+  MotionEstimate estimate;
+  estimate.status = Status::ok;
+  estimate.T_curr_prev = T_curr_prev;
+  estimate.inliers.assign(n, 1);
+  estimate.refined_flow_u.assign(n, 0);
+  estimate.refined_flow_v.assign(n, 0);
+  return estimate;
+}
+
+/// The camera drives 1 m ahead; object 2 at 10 m drives 2 m ahead: 1 m away from the camera, 72 km/h at 10
+/// Hz. The estimate is 0.1 m short on the camera and 0.3 m short on the object's relative motion.
+class EvaluatePair : public testing::Test {
+ protected:
+  EvaluatePair() {
+    truth_.camera.set(4, shift(5, 0, 100));
+    truth_.camera.set(5, shift(5, 0, 101));
+    truth_.objects[4] = {object(2, 10)};
+    truth_.objects[5] = {object(2, 11)};
+    estimated_.set(4, shift(5, 0, 100));
+    estimated_.set(5, shift(5, 0, 100.9));
+    result_.prev = 4;
+    result_.curr = 5;
+    result_.dt_s = 0.1;
+    result_.ego.status = Status::ok;
+    result_.ego.n_points = result_.ego.n_inliers = 2;
+    result_.ego.points.push_back(50, 50, 10, 1, 0);    // on the axis: true flow 0
+    result_.ego.points.push_back(60, 50, 10, 10, 50);  // outlier
+    result_.ego.estimate = estimate_of(shift(0, 0, -0.9), 2);
+    result_.ego.estimate.inliers = {1, 0};
+    result_.ego.estimate.refined_flow_u = {0.25, 9};
+    result_.ego.times = {1, 2, 0.5};
+    result_.objects = {body(2)};
+  }
+
+  static ObjectTruth object(int id, double z_m) {
+    ObjectTruth truth;
+    truth.id = id;
+    truth.T_camera_object = shift(1, 0, z_m) * yaw(90);
+    return truth;
+  }
+
+  static BodyResult body(int id) {
+    BodyResult body;
+    body.instance = id;
+    body.track = 1;
+    body.n_points = body.n_inliers = 50;
+    body.distance_m = 9.5;
+    body.area_fraction = 0.1;
+    body.moving_share = 0.9;
+    body.is_dynamic = true;
+    body.centroid_m = {1, 0, 9};
+    body.estimate = estimate_of(shift(0, 0, 0.7), 0);
+    body.speed_mps = speed_mps(object_motion_prev(shift(0, 0, -0.9), shift(0, 0, 0.7)), body.centroid_m, 0.1);
+    return body;
+  }
+
+  std::vector<Record> evaluate(const Image<Flow>* flow = nullptr) const {
+    return evaluate_pair(result_, {"vdo", "s", "joint_flow", camera, truth_, estimated_, flow});
+  }
+
+  SequenceTruth truth_;
+  Trajectory estimated_;
+  FrameResult result_;
+};
+
+TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
+  const Record ego = evaluate().at(0);
+  EXPECT_EQ(ego.body, "ego");
+  EXPECT_EQ(ego.frame, 5);
+  EXPECT_EQ(ego.status, Status::ok);
+  EXPECT_NEAR(ego.errors.at("Et_m"), 0.1, 1e-12);
+  EXPECT_NEAR(ego.errors.at("ER_deg"), 0, 1e-12);
+  EXPECT_NEAR(ego.values.at("step_gt_m"), 1, 1e-12);
+  EXPECT_NEAR(ego.values.at("step_m"), 0.9, 1e-12);
+  EXPECT_NEAR(ego.values.at("rotation_gt_deg"), 0, 1e-12);
+  EXPECT_EQ(ego.values.at("start_propagated"), 0);
+  EXPECT_EQ(ego.time_ms.at("total"), 3.5);
+}
+
+TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {
+  const Record ego = evaluate().at(0);
+  EXPECT_EQ(ego.flow_truth, "induced");
+  EXPECT_NEAR(ego.errors.at("epe_initial_px"), 1, 1e-12);
+  EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 1, 1e-12);
+  EXPECT_NEAR(ego.errors.at("epe_initial_y_px"), 0, 1e-12);
+  EXPECT_NEAR(ego.errors.at("epe_refined_px"), 0.25, 1e-12);
+}
+
+TEST_F(EvaluatePair, GivenTrueFlowWins) {
+  Image<Flow> flow(100, 100);
+  flow(50, 50) = {0.5F, 2.0F};
+  const Record ego = evaluate(&flow).at(0);
+  EXPECT_EQ(ego.flow_truth, "given");
+  EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 0.5, 1e-12);
+  EXPECT_NEAR(ego.errors.at("epe_initial_y_px"), 2, 1e-12);
+}
+
+TEST_F(EvaluatePair, NoEpeWhereTheTrueFlowIsUnknown) {
+  const Image<Flow> flow(100, 100);
+  const Record ego = evaluate(&flow).at(0);
+  EXPECT_EQ(ego.flow_truth, "");
+  EXPECT_FALSE(ego.errors.contains("epe_initial_px"));
+}
+
+TEST_F(EvaluatePair, ObjectErrorsInEveryFrame) {
+  const Record object = evaluate().at(1);
+  EXPECT_EQ(object.body, "object:2");
+  EXPECT_EQ(object.status, Status::ok);
+  EXPECT_NEAR(object.errors.at("Et_m"), 0.3, 1e-12);
+  EXPECT_NEAR(object.errors.at("Et_world_m"), 0.4, 1e-9);  // H: 1.6 m for 2 m
+  EXPECT_NEAR(object.errors.at("Et_body_m"), 0.4, 1e-9);
+  EXPECT_NEAR(object.errors.at("ER_world_deg"), 0, 1e-9);
+  EXPECT_NEAR(object.values.at("v_kmh"), 57.6, 1e-9);
+  EXPECT_NEAR(object.values.at("v_gt_kmh"), 72, 1e-9);
+  EXPECT_NEAR(object.values.at("v_gt_origin_kmh"), 72, 1e-9);
+  EXPECT_NEAR(object.errors.at("Ev_kmh"), 14.4, 1e-9);
+  EXPECT_NEAR(object.errors.at("Ev_origin_kmh"), 14.4, 1e-9);
+  EXPECT_EQ(object.values.at("distance_gt_m"), 10);
+  EXPECT_EQ(object.values.at("dynamic_gt"), 1);
+  EXPECT_EQ(object.values.at("dynamic"), 1);
+  EXPECT_EQ(object.values.at("interpolated_gt"), 0);
+}
+
+TEST_F(EvaluatePair, TurningObjectHasTwoTrueVelocities) {
+  truth_.objects[5][0].T_camera_object = shift(1, 0, 11) * yaw(100);  // turns 10 deg about its origin
+  result_.objects[0].centroid_m = {1, 0, 9};                          // 1 m before the origin
+  const Record object = evaluate().at(1);
+  const Eigen::Vector3d lever = yaw(10) * Eigen::Vector3d(0, 0, -1) - Eigen::Vector3d(0, 0, -1);
+  const double expected_kmh = (Eigen::Vector3d(0, 0, 2) + lever).norm() / 0.1 * 3.6;
+  EXPECT_NEAR(object.values.at("v_gt_origin_kmh"), 72, 1e-9);
+  EXPECT_NEAR(object.values.at("v_gt_kmh"), expected_kmh, 1e-9);
+  EXPECT_NEAR(object.errors.at("ER_deg"), 10, 1e-9);
+  EXPECT_NEAR(object.errors.at("ER_body_deg"), 10, 1e-9);
+}
+
+TEST_F(EvaluatePair, EveryObjectHasAStatus) {
+  truth_.objects[4] = {object(2, 10), object(3, 12), object(9, 30)};
+  truth_.objects[5] = {object(2, 11), object(3, 13)};  // 9 has truth in one frame only
+  BodyResult untold = body(4);
+  BodyResult lost = body(5);
+  lost.status = Status::lost;
+  lost.moving_share = NAN;
+  BodyResult gated = body(6);
+  gated.status = Status::gated;
+  gated.gate = Gate::distance;
+  result_.objects = {body(2), untold, lost, gated};
+  const std::vector<Record> records = evaluate();
+  ASSERT_EQ(records.size(), 6U);
+  EXPECT_EQ(records[1].body, "object:2");
+  EXPECT_EQ(records[2].body, "object:3");
+  EXPECT_EQ(records[2].status, Status::not_detected);
+  EXPECT_EQ(records[2].values.at("dynamic_gt"), 1);
+  EXPECT_TRUE(records[2].time_ms.empty());
+  EXPECT_EQ(records[3].status, Status::no_truth);
+  EXPECT_TRUE(records[3].errors.empty());
+  EXPECT_TRUE(records[3].values.contains("v_kmh"));
+  EXPECT_FALSE(records[3].values.contains("dynamic_gt"));
+  EXPECT_EQ(records[4].status, Status::lost);
+  EXPECT_FALSE(records[4].values.contains("dynamic"));
+  EXPECT_EQ(records[5].status, Status::gated);
+  EXPECT_EQ(records[5].gate, Gate::distance);
+}
+
+TEST_F(EvaluatePair, FlagOfTheDataSetDecidesWhatIsDynamic) {
+  truth_.objects[4][0].moving = false;
+  EXPECT_EQ(evaluate().at(1).values.at("dynamic_gt"), 0);
+  truth_.objects[4][0].moving.reset();
+  truth_.objects[5][0].T_camera_object = shift(1, 0, 9.05) * yaw(90);  // 0.05 m in the world: 0.5 m/s
+  EXPECT_EQ(evaluate().at(1).values.at("dynamic_gt"), 0);
+}
+
+TEST_F(EvaluatePair, WithoutTruePosesEgoHasNoTruth) {
+  truth_.camera = {};
+  const std::vector<Record> records = evaluate();
+  EXPECT_EQ(records[0].status, Status::no_truth);
+  EXPECT_TRUE(records[0].errors.empty());
+  EXPECT_EQ(records[1].status, Status::ok);
+  EXPECT_NEAR(records[1].errors.at("Et_m"), 0.3, 1e-12);
+  EXPECT_FALSE(records[1].errors.contains("Et_world_m"));
+  EXPECT_FALSE(records[1].errors.contains("Ev_kmh"));
+}
+
+TEST_F(EvaluatePair, FailedEgoKeepsItsStatusAndItsTruth) {
+  result_.ego.status = Status::too_few_points;
+  estimated_ = {};
+  result_.objects[0].speed_mps = NAN;
+  const std::vector<Record> records = evaluate();
+  EXPECT_EQ(records[0].status, Status::too_few_points);
+  EXPECT_TRUE(records[0].errors.empty());
+  EXPECT_TRUE(records[0].values.contains("step_gt_m"));
+  EXPECT_TRUE(records[1].errors.contains("Et_m"));
+  EXPECT_FALSE(records[1].errors.contains("Et_world_m"));
+  EXPECT_FALSE(records[1].errors.contains("Et_body_m"));
+  EXPECT_FALSE(records[1].errors.contains("Ev_kmh"));
+}
+
+}  // namespace
+}  // namespace sextant

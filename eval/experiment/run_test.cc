@@ -1,0 +1,201 @@
+#include "sextant/eval/experiment/run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <numeric>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/vdo_folder_fixture.h"
+#include "sextant/eval/experiment/check_source.h"
+#include "sextant/eval/experiment/output.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+RunConfig config_of(const std::string& source, int jobs = 1) {
+  RunConfig config;
+  config.sources = {SourceSpec::parse(source)};
+  config.jobs = jobs;
+  config.quiet = true;
+  return config;
+}
+
+/// The records' bytes without times.
+std::string untimed(const RunResult& result) {
+  std::vector<Record> records;
+  for (const Record& record : result.records) records.push_back(strip_times(record));
+  return write_records(records);
+}
+
+template <typename F>
+std::string message_of(F f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// 20 frames: more than one window of the runner.
+class RunFixture : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TempFolder>();
+    VdoFixtureOptions options;
+    options.n_frames = 20;
+    options.width = 160;
+    options.height = 48;
+    fixture_ = std::make_unique<VdoFixture>(make_vdo_fixture(folder_->path() / "vdo", options));
+  }
+  static void TearDownTestSuite() {
+    fixture_.reset();
+    folder_.reset();
+  }
+  static std::unique_ptr<TempFolder> folder_;
+  static std::unique_ptr<VdoFixture> fixture_;
+};
+std::unique_ptr<TempFolder> RunFixture::folder_;
+std::unique_ptr<VdoFixture> RunFixture::fixture_;
+
+TEST_F(RunFixture, GivesTheSameBytesForAnyJobs) {
+  const RunResult one = run(config_of(fixture_->source(), 1));
+  const RunResult three = run(config_of(fixture_->source(), 3));
+  EXPECT_EQ(untimed(one), untimed(three));
+  OutputFiles a = run_files(one);
+  OutputFiles b = run_files(three);
+  for (const char* timed : {"records.jsonl", "run.json"}) {
+    a.erase(timed);
+    b.erase(timed);
+  }
+  EXPECT_EQ(a, b);
+}
+
+TEST_F(RunFixture, HasARecordOfEgoPerPairInOrder) {
+  const RunResult result = run(config_of(fixture_->source(), 2));
+  int frame = 0;
+  for (const Record& record : result.records) {
+    if (record.is_ego()) EXPECT_EQ(record.frame, ++frame);
+    EXPECT_EQ(record.frame, frame);
+    EXPECT_TRUE(!record.is_ego() || record.time_ms.contains("extraction"));
+    EXPECT_TRUE(!record.is_ego() || record.time_ms.contains("decode"));
+  }
+  EXPECT_EQ(frame, 19);
+}
+
+TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
+  const RunResult result = run(config_of(fixture_->source(), 2));
+  for (const Record& record : result.records) {
+    if (!record.is_ego()) continue;
+    EXPECT_EQ(record.status, Status::ok);
+    EXPECT_LT(record.errors.at("Et_m"), 0.05) << "frame " << record.frame;
+  }
+  EXPECT_EQ(result.sources.at(0).estimated.poses().size(), 20U);
+  EXPECT_TRUE(result.sources.at(0).starts_at_truth);
+}
+
+TEST_F(RunFixture, RefusesTheSameFramesTwice) {
+  RunConfig config = config_of(fixture_->source() + "@0-5");
+  config.sources.push_back(SourceSpec::parse(fixture_->source() + "@3-8"));
+  EXPECT_THAT(message_of([&] { run(config); }), HasSubstr("give each once"));
+}
+
+TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
+  const RunResult result = run(config_of(fixture_->source() + "@0-2"));
+  const Json json = run_provenance(result);
+  EXPECT_EQ(json["configuration"]["options"]["pipeline"]["max_object_distance_m"], 25.0);
+  EXPECT_TRUE(json["configuration"]["options"]["estimator"].contains("sigma_flow_px"));
+  EXPECT_FALSE(json["git_commit"].get<std::string>().empty());
+  const Json& inputs = json["sources"][0]["inputs"];
+  const std::string depth = (fixture_->dir / "depth" / "000001.png").string();
+  ASSERT_TRUE(inputs.contains(depth)) << inputs.dump(1);
+  EXPECT_EQ(inputs[depth]["sha256"], sha256(read_file(depth)));
+}
+
+TEST_F(RunFixture, SourceCheckPassesAndNamesABadFrame) {
+  const auto sequence = open_source(SourceSpec::parse(fixture_->source()));
+  for (const SourceCheck& line : check_source(*sequence, 2, true)) {
+    EXPECT_NE(line.outcome, CheckOutcome::fail) << line.name << ": " << line.message;
+  }
+  const fs::path depth = fixture_->dir / "depth" / "000003.png";
+  const std::string good = read_file(depth);
+  write_file(depth, std::string_view(good).substr(0, good.size() / 2));
+  const std::vector<SourceCheck> lines = check_source(*sequence, 2, true);
+  write_file(depth, good);
+  const auto bad =
+      std::find_if(lines.begin(), lines.end(), [](const auto& line) { return line.name == "depth"; });
+  EXPECT_EQ(bad->outcome, CheckOutcome::fail);
+  EXPECT_EQ(bad->n_present, 19);
+  EXPECT_THAT(bad->message, HasSubstr("000003.png"));
+}
+
+TEST(ResolveOptions, IsStrictAtEveryLevel) {
+  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"pipelin":{}})")); }), HasSubstr("'pipeline'"));
+  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"pipeline":3})")); }),
+              HasSubstr("expected an object"));
+  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"extraction":{"cell":1}})")); }),
+              HasSubstr("extraction.cell"));
+  EXPECT_EQ(
+      resolve_options(Json::parse(R"({"pipeline":{"min_object_points":40}})")).pipeline.min_object_points,
+      40);
+}
+
+TEST(OutputFolder, IsCompleteOrNotThere) {
+  const TempFolder temp;
+  const fs::path out = temp.path() / "a" / "b";
+  write_output_folder(out, {{"records.jsonl", "x\n"}, {"sub/t.txt", "y"}}, false);
+  EXPECT_EQ(read_file(out / "sub" / "t.txt"), "y");
+  EXPECT_THAT(message_of([&] { check_output_folder(out, false); }), HasSubstr("--force"));
+  EXPECT_NO_THROW(write_output_folder(out, {{"records.jsonl", "z\n"}}, true));
+  EXPECT_EQ(read_file(out / "records.jsonl"), "z\n");
+
+  const fs::path bad =
+      temp.path() / "c" / "d";  // a file where a folder must be: the second file cannot be written
+  EXPECT_THROW(write_output_folder(bad, {{"a", "1"}, {"a/b", "2"}}, false), Error);
+  EXPECT_FALSE(fs::exists(temp.path() / "c"));
+}
+
+TEST(OutputFolder, RefusesAFile) {
+  const TempFolder temp;
+  write_file(temp.path() / "f", "x");
+  EXPECT_THAT(message_of([&] { check_output_folder(temp.path() / "f", true); }), HasSubstr("is a file"));
+}
+
+// ---- real data
+
+double mean_of(const std::vector<Record>& records, const std::string& body, Record::Numbers Record::*map,
+               const std::string& key) {
+  double sum = 0;
+  int n = 0;
+  for (const Record& record : records) {
+    if (record.body != body || record.status != Status::ok) continue;
+    sum += (record.*map).at(key);
+    ++n;
+  }
+  return sum / n;
+}
+
+TEST(RunOnRealData, Kitti03DemoReachesTheKnownErrors) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_03_demo";
+  const std::string source = fmt::format("vdo:{}/kitti_03_demo@0-19", data);
+  const RunResult result = run(config_of(source, 2));
+  EXPECT_LE(mean_of(result.records, "ego", &Record::errors, "Et_m"), 0.072);
+  EXPECT_LE(mean_of(result.records, "ego", &Record::errors, "ER_deg"), 0.042);
+  EXPECT_LE(mean_of(result.records, "object:1", &Record::errors, "Ev_kmh"), 3.0);
+  const double v_gt_kmh = mean_of(result.records, "object:1", &Record::values, "v_gt_kmh");
+  EXPECT_GT(v_gt_kmh, 50);
+  EXPECT_LT(v_gt_kmh, 58);
+  EXPECT_EQ(std::count_if(result.records.begin(), result.records.end(),
+                          [](const Record& r) { return r.body == "object:1" && r.status == Status::ok; }),
+            19);
+  EXPECT_EQ(untimed(result), untimed(run(config_of(source, 1))));
+}
+
+}  // namespace
+}  // namespace sextant

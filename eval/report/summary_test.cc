@@ -1,0 +1,97 @@
+#include "sextant/eval/report/summary.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+Record record_of(int frame, const std::string& body, Status status = Status::ok) {
+  Record r;
+  r.dataset = "vdo";
+  r.sequence = "s";
+  r.estimator = "e";
+  r.frame = frame;
+  r.body = body;
+  r.status = status;
+  return r;
+}
+
+/// Ego: two estimated pairs (0.1, 0.3 m) and one lost. Object 2: estimated twice, gated once; once estimated
+/// though static by truth. Object 10: no truth.
+std::vector<Record> example() {
+  std::vector<Record> records;
+  for (int frame = 1; frame <= 3; ++frame) {
+    Record ego = record_of(frame, "ego", frame == 3 ? Status::too_few_points : Status::ok);
+    ego.values["step_gt_m"] = 1;
+    if (frame < 3) ego.errors = {{"Et_m", frame == 1 ? 0.1 : 0.3}, {"ER_deg", 0.5}};
+    records.push_back(ego);
+  }
+  for (int frame = 1; frame <= 4; ++frame) {
+    Record r = record_of(frame, "object:2", frame == 3 ? Status::gated : Status::ok);
+    r.gate = frame == 3 ? Gate::distance : Gate::none;
+    r.values = {{"distance_gt_m", 9},
+                {"dynamic_gt", frame == 4 ? 0.0 : 1.0},
+                {"dynamic", 1},
+                {"v_kmh", 40.0 + frame}};
+    if (frame != 3) r.errors = {{"Et_m", 0.2 * frame}, {"Et_body_m", 3}, {"Ev_kmh", 2.0 * frame}};
+    r.values["v_gt_kmh"] = 50;
+    records.push_back(r);
+  }
+  records.push_back(record_of(1, "object:10", Status::no_truth));
+  return records;
+}
+
+TEST(Summary, MeansCoverageAndStatusesByHand) {
+  const std::vector<BodySummary> rows = summarize(example(), find_preset("paper"));
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].body, "ego");
+  EXPECT_EQ(rows[0].n_pairs, 3);
+  EXPECT_EQ(rows[0].n_truth, 3);
+  EXPECT_EQ(rows[0].n_estimated, 2);
+  EXPECT_NEAR(*rows[0].Et_m, 0.2, 1e-12);
+  EXPECT_FALSE(rows[0].Ev_kmh);
+  EXPECT_EQ(rows[0].other, "too_few_points 1");
+
+  EXPECT_EQ(rows[1].body, "object:2");
+  EXPECT_EQ(rows[1].n_pairs, 4);
+  EXPECT_EQ(rows[1].n_truth, 3);  // the pair that is static by truth does not count
+  EXPECT_EQ(rows[1].n_estimated, 2);
+  EXPECT_NEAR(*rows[1].coverage, 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(*rows[1].Et_m, 0.3, 1e-12);
+  EXPECT_NEAR(*rows[1].Ev_kmh, 3, 1e-12);
+  EXPECT_NEAR(*rows[1].v_kmh, 41.5, 1e-12);
+  EXPECT_EQ(rows[1].other, "gated(distance) 1");
+
+  EXPECT_EQ(rows[2].body, "object:10");  // after object:2, by number
+  EXPECT_FALSE(rows[2].coverage);
+  EXPECT_FALSE(rows[2].Et_m);
+}
+
+TEST(Summary, PresetChoosesKeysAndAggregate) {
+  const std::vector<BodySummary> rows = summarize(example(), find_preset("vdo_slam"));
+  EXPECT_NEAR(*rows[0].Et_m, std::sqrt((0.01 + 0.09) / 2), 1e-12);
+  EXPECT_NEAR(*rows[1].Et_m, 3, 1e-12);
+  EXPECT_FALSE(rows[1].Ev_kmh);  // Ev_origin_kmh was not recorded
+  const Table table = summary_table(example(), find_preset("vdo_slam"));
+  EXPECT_THAT(table.title, testing::HasSubstr("vdo_slam (RMSE over pairs)"));
+}
+
+TEST(Summary, ClassificationLeavesOutGatedDetections) {
+  const ClassificationCounts counts = count_classification(example());
+  EXPECT_EQ(counts.true_positive, 2);
+  EXPECT_EQ(counts.false_positive, 1);
+  EXPECT_EQ(counts.total(), 3);
+}
+
+TEST(Summary, OfNothingIsEmpty) {
+  EXPECT_TRUE(summarize({}, find_preset("paper")).empty());
+  const Json json = summary_json({}, find_preset("paper"));
+  EXPECT_TRUE(json["rows"].empty());
+  EXPECT_FALSE(json["classification"].contains("precision"));  // no denominator: not 0
+}
+
+}  // namespace
+}  // namespace sextant
