@@ -86,8 +86,10 @@ struct FixtureHit {
 };
 
 inline uint8_t fixture_check(int surface, double a, double b, double cell_m) {
-  auto h = static_cast<uint32_t>(static_cast<int>(std::floor(a / cell_m)) * 73856093 ^
-                                 static_cast<int>(std::floor(b / cell_m)) * 19349663 ^ surface * 83492791);
+  const auto cell = [cell_m](double x) {
+    return static_cast<uint32_t>(static_cast<int>(std::floor(x / cell_m)));
+  };
+  uint32_t h = cell(a) * 73856093u ^ cell(b) * 19349663u ^ static_cast<uint32_t>(surface) * 83492791u;
   h = (h ^ (h >> 13)) * 0x5bd1e995u;
   return static_cast<uint8_t>(20 + (h ^ (h >> 15)) % 216);
 }
@@ -101,21 +103,19 @@ inline double fixture_plane(const Eigen::Vector3d& o, const Eigen::Vector3d& d, 
 inline FixtureHit fixture_hit(const Eigen::Vector3d& ray, const SE3& T_world_camera,
                               const SE3& T_world_object) {
   FixtureHit hit;
-  const auto take = [&](double s, int label, uint8_t gray) {
-    if (s < hit.depth_m) hit = {s, label, gray};
-  };
   const Eigen::Vector3d o = T_world_camera.translation();
   const Eigen::Vector3d d = T_world_camera.rotation() * ray;
   struct Plane {
     int axis;
     double at, cell_m;
   };
-  const Plane planes[] = {{1, kFixtureGroundY_m, 0.5}, {2, 40.0, 2.0}, {0, -8.0, 1.2}, {0, 8.0, 1.2}};
+  const Plane planes[] = {{2, 40.0, 2.0}, {1, kFixtureGroundY_m, 0.5}, {0, -8.0, 1.2}, {0, 8.0, 1.2}};
   for (int i = 0; i < 4; ++i) {
     const double s = fixture_plane(o, d, planes[i].axis, planes[i].at);
-    if (!std::isfinite(s)) continue;
+    if (!(s < hit.depth_m)) continue;
     const Eigen::Vector3d p = o + s * d;
-    take(s, 0, fixture_check(i, p[(planes[i].axis + 1) % 3], p[(planes[i].axis + 2) % 3], planes[i].cell_m));
+    hit = {s, 0,
+           fixture_check(i, p[(planes[i].axis + 1) % 3], p[(planes[i].axis + 2) % 3], planes[i].cell_m)};
   }
   // The box, in its own coordinates: x right, y down (bottom at 0), z ahead.
   const SE3 T_object_world = T_world_object.inverse();
@@ -125,12 +125,12 @@ inline FixtureHit fixture_hit(const Eigen::Vector3d& ray, const SE3& T_world_cam
   for (int axis = 0; axis < 3; ++axis) {
     for (const double at : {low[axis], high[axis]}) {
       const double s = fixture_plane(box_o, box_d, axis, at);
-      if (!std::isfinite(s)) continue;
+      if (!(s < hit.depth_m)) continue;
       const Eigen::Vector3d p = box_o + s * box_d;
       const int a = (axis + 1) % 3;
       const int b = (axis + 2) % 3;
       if (p[a] < low[a] || p[a] > high[a] || p[b] < low[b] || p[b] > high[b]) continue;
-      take(s, 1, fixture_check(10 + axis, p[a], p[b], 0.3));
+      hit = {s, 1, fixture_check(10 + axis, p[a], p[b], 0.3)};
     }
   }
   return hit;
