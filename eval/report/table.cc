@@ -100,14 +100,14 @@ std::string to_text(const Table& table) {
 std::string to_markdown(const Table& table) {
   const Layout layout = lay_out(table, 3);
   std::string text;
-  if (!table.title.empty()) text += "## " + table.title + "\n\n";
+  if (!table.title.empty()) text += fmt::format("## {}\n\n", table.title);
   if (!table.caption.empty()) text += table.caption + "\n\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
       std::string cell = layout.lines[i][j];
       for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
         cell.insert(at, "\\");
-      text += "| " + padded(cell, layout.widths[j], table.columns[j].align) + " ";
+      text += fmt::format("| {} ", padded(cell, layout.widths[j], table.columns[j].align));
     }
     text += "|\n";
     if (i > 0) continue;
@@ -117,7 +117,7 @@ std::string to_markdown(const Table& table) {
     }
     text += "|\n";
   }
-  for (const std::string& note : table.notes) text += "\n" + note + "\n";
+  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", note);
   return text;
 }
 
