@@ -106,7 +106,7 @@ std::string to_markdown(const Table& table) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
       std::string cell = layout.lines[i][j];
       for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
-        cell.insert(at, "\\");
+        cell.insert(at, 1, '\\');
       text += fmt::format("| {} ", padded(cell, layout.widths[j], table.columns[j].align));
     }
     text += "|\n";
