@@ -1,6 +1,6 @@
 #include <set>
 
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/dataset.h"
 
 namespace sextant {

@@ -1,4 +1,4 @@
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/dataset.h"
 
 namespace sextant {

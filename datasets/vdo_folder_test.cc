@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "sextant/datasets/codec/expect_error.h"
-#include "sextant/datasets/vdo_folder_fixture.h"
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

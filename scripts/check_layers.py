@@ -9,7 +9,7 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
 
-Tests (*_test.cc, testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
+Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
 """
 
 import argparse
@@ -71,7 +71,7 @@ def read_tree(root):
     files = {}
     for top in ("lib", "datasets", "eval"):
         for path in sorted((root / top).rglob("*")):
-            if path.suffix not in (".h", ".cc") or path.name.endswith("_test.cc") or path.name == "testing.h":
+            if path.suffix not in (".h", ".cc") or path.name.endswith(("_test.cc", "testing.h")):
                 continue
             name = path.relative_to(root).as_posix().removeprefix("lib/")
             text = path.read_text(encoding="utf-8")

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

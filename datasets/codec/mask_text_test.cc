@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

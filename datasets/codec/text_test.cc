@@ -1,6 +1,6 @@
 #include <random>
 
-#include "sextant/datasets/codec/expect_error.h"
+#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"

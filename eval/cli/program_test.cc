@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/vdo_folder_fixture.h"
+#include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/record.h"
 
 namespace sextant {
@@ -75,8 +75,9 @@ TEST_F(ProgramOnFixture, RunWritesACompleteFolder) {
   for (const char* name : {"summary.md", "summary.csv", "est_camera_kitti.txt", "est_camera_tum.txt"}) {
     EXPECT_TRUE(fs::exists(out() / name)) << name;
   }
-  expect_bad_input(run(), "--force");
-  EXPECT_EQ(run("--force").code, 0);
+  EXPECT_EQ(run().code, 0);  // the same run again
+  expect_bad_input(run("--estimator motion_only"), "--force");
+  EXPECT_EQ(run("--estimator motion_only --force").code, 0);
 }
 
 TEST_F(ProgramOnFixture, RunPrintsJson) {

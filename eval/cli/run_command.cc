@@ -20,7 +20,6 @@ struct RunFlags : CommonFlags {
 };
 
 void run_and_write(const RunFlags& flags) {
-  check_output_folder(flags.out, flags.force);
   const MetricPreset& preset = find_preset(flags.preset);
   RunConfig config;
   for (const std::string& source : flags.sources)
@@ -29,13 +28,14 @@ void run_and_write(const RunFlags& flags) {
   config.options = options_tree(flags.options, flags.sets);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
+  check_output_folder(flags.out, resolved_configuration(config), flags.force);
 
   const RunResult result = run(config);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
-  write_output_folder(flags.out, files, flags.force);
+  write_output_folder(flags.out, files);
 
   if (flags.json) {
     Json json = summary_json(result.records, preset);
@@ -74,7 +74,7 @@ void add_run_command(CLI::App& app) {
   command->add_option("--out", flags->out, "Folder for the results; made if it does not exist")
       ->required()
       ->type_name("DIR");
-  command->add_flag("--force", flags->force, "Replace the results of an earlier run in --out");
+  command->add_flag("--force", flags->force, "Replace the results of another run in --out");
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   std::string presets;

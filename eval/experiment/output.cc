@@ -58,6 +58,15 @@ fs::path first_missing(const fs::path& folder) {
   return missing;
 }
 
+/// "configuration" of the folder's run.json; null when there is none to be read.
+Json recorded_configuration(const fs::path& folder) {
+  std::error_code ignored;
+  const fs::path path = folder / "run.json";
+  if (!fs::exists(path, ignored)) return {};
+  const Json provenance = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  return provenance.is_object() ? provenance.value("configuration", Json()) : Json();
+}
+
 }  // namespace
 
 OutputFiles run_files(const RunResult& result) {
@@ -79,34 +88,39 @@ OutputFiles run_files(const RunResult& result) {
   return files;
 }
 
-void check_output_folder(const fs::path& folder, bool force) {
+void check_output_folder(const fs::path& folder, const Json& configuration, bool force) {
   std::error_code ignored;
   if (folder.empty()) fail("--out: expected a folder, got ''");
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
     fail("{}: is a file, expected a folder for the results", folder.string());
   }
-  if (!force && fs::exists(folder / "records.jsonl", ignored)) {
-    fail("{}: holds the records of an earlier run; choose another folder, or pass --force to replace them",
+  if (force || !fs::exists(folder / "records.jsonl", ignored)) return;
+  if (recorded_configuration(folder) != configuration) {
+    fail("{}: holds the records of a run with other sources or options; choose another folder, or pass --force "
+         "to replace them",
          folder.string());
   }
 }
 
-void write_output_folder(const fs::path& folder, const OutputFiles& files, bool force) {
-  check_output_folder(folder, force);
-  std::vector<fs::path> written;
+void write_output_folder(const fs::path& folder, const OutputFiles& files) {
+  const fs::path staging = folder / ".incomplete";
   fs::path created;
   try {
     created = first_missing(folder);
+    fs::remove_all(staging);  // of a run that was killed
     for (const auto& [name, bytes] : files) {
       check_interrupt();
-      const fs::path path = folder / name;
-      fs::create_directories(path.parent_path());
-      write_file(path, bytes);
-      written.push_back(path);
+      fs::create_directories((staging / name).parent_path());
+      write_file(staging / name, bytes);
     }
+    for (const auto& [name, bytes] : files) {
+      fs::create_directories((folder / name).parent_path());
+      fs::rename(staging / name, folder / name);
+    }
+    fs::remove_all(staging);
   } catch (...) {
     std::error_code ignored;
-    for (const fs::path& path : written) fs::remove(path, ignored);
+    fs::remove_all(staging, ignored);
     if (!created.empty()) fs::remove_all(created, ignored);
     try {
       throw;

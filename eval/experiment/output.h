@@ -24,11 +24,13 @@ OutputFiles run_files(const RunResult& result);
 /// Version, build, machine, configuration and inputs of a run.
 Json run_provenance(const RunResult& result);
 
-/// Throws Error when `folder` cannot take results: it is a file, or holds records and `force` is off.
-void check_output_folder(const std::filesystem::path& folder, bool force);
+/// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
+/// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.
+void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
 
-/// Creates the folder where needed and writes every file under a temporary name first. When anything fails
-/// (or Ctrl-C comes), removes what it has written and created, and rethrows.
-void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files, bool force);
+/// Creates the folder where needed, writes every file into a subfolder of it and moves them into place when
+/// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created: earlier
+/// results are as they were. Rethrows.
+void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
 
 }  // namespace sextant

@@ -234,6 +234,19 @@ ResolvedOptions resolve_options(const Json& tree) {
   return options;
 }
 
+Json resolved_configuration(const RunConfig& config) {
+  const ResolvedOptions options = resolve_options(config.options);
+  Json json;
+  json["sources"] = Json::array();
+  for (const SourceSpec& spec : config.sources) json["sources"].push_back(spec.text);
+  json["estimator"] = config.estimator;
+  json["options"] = {{"extraction", write_options(options.extraction)},
+                     {"pipeline", write_options(options.pipeline)},
+                     {"estimator", make_estimator(config.estimator, options.estimator)->options()},
+                     {"source", options.source}};
+  return json;
+}
+
 RunResult run(const RunConfig& config) {
   const Clock::time_point start = Clock::now();
   if (config.sources.empty()) fail("no source given: expected at least one ADAPTER:PATH");
@@ -247,11 +260,7 @@ RunResult run(const RunConfig& config) {
 
   RunResult result;
   result.jobs = config.jobs;
-  result.configuration["estimator"] = config.estimator;
-  result.configuration["options"] = {{"extraction", write_options(options.extraction)},
-                                     {"pipeline", write_options(options.pipeline)},
-                                     {"estimator", estimator->options()},
-                                     {"source", options.source}};
+  result.configuration = resolved_configuration(config);
   for (size_t i = 0; i < sequences.size(); ++i) {
     result.sources.push_back(
         run_source(config.sources[i].text, *sequences[i], config, options, estimator, result.records));

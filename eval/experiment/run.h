@@ -41,6 +41,10 @@ struct ResolvedOptions {
 /// owners.
 ResolvedOptions resolve_options(const Json& tree);
 
+/// What decides the records: sources, estimator and every option with its value. Equal configurations on
+/// equal data give equal records.
+Json resolved_configuration(const RunConfig& config);
+
 struct SourceRun {
   std::string source;  ///< as given
   SequenceInfo info;
@@ -55,7 +59,7 @@ struct SourceRun {
 struct RunResult {
   std::vector<Record> records;  ///< by source, frame, ego first, then objects by id
   std::vector<SourceRun> sources;
-  Json configuration;  ///< every option with its value
+  Json configuration;  ///< resolved_configuration()
   double wall_time_s = 0;
   int jobs = 1;
 };

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/vdo_folder_fixture.h"
+#include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/check_source.h"
 #include "sextant/eval/experiment/output.h"
 
@@ -148,22 +148,33 @@ TEST(ResolveOptions, IsStrictAtEveryLevel) {
 TEST(OutputFolder, IsCompleteOrNotThere) {
   const TempFolder temp;
   const fs::path out = temp.path() / "a" / "b";
-  write_output_folder(out, {{"records.jsonl", "x\n"}, {"sub/t.txt", "y"}}, false);
+  write_output_folder(out, {{"records.jsonl", "x\n"}, {"sub/t.txt", "y"}});
   EXPECT_EQ(read_file(out / "sub" / "t.txt"), "y");
-  EXPECT_THAT(message_of([&] { check_output_folder(out, false); }), HasSubstr("--force"));
-  EXPECT_NO_THROW(write_output_folder(out, {{"records.jsonl", "z\n"}}, true));
-  EXPECT_EQ(read_file(out / "records.jsonl"), "z\n");
-
-  const fs::path bad =
-      temp.path() / "c" / "d";  // a file where a folder must be: the second file cannot be written
-  EXPECT_THROW(write_output_folder(bad, {{"a", "1"}, {"a/b", "2"}}, false), Error);
+  // The second file cannot be written (a file where a folder must be): what was there stays as it was.
+  EXPECT_THROW(write_output_folder(out, {{"records.jsonl", "z\n"}, {"records.jsonl/b", "2"}}), Error);
+  EXPECT_EQ(read_file(out / "records.jsonl"), "x\n");
+  EXPECT_FALSE(fs::exists(out / ".incomplete"));
+  EXPECT_THROW(write_output_folder(temp.path() / "c" / "d", {{"a", "1"}, {"a/b", "2"}}), Error);
   EXPECT_FALSE(fs::exists(temp.path() / "c"));
+}
+
+TEST(OutputFolder, ARunMayBeRepeatedInPlaceButNotReplaceAnother) {
+  const TempFolder temp;
+  const Json configuration = {{"estimator", "joint_flow"}};
+  EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
+  write_file(temp.path() / "records.jsonl", "x\n");
+  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), configuration, false); }), HasSubstr("--force"));
+  write_file(temp.path() / "run.json", Json{{"configuration", configuration}}.dump());
+  EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
+  const Json other = {{"estimator", "motion_only"}};
+  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), other, false); }), HasSubstr("--force"));
+  EXPECT_NO_THROW(check_output_folder(temp.path(), other, true));
 }
 
 TEST(OutputFolder, RefusesAFile) {
   const TempFolder temp;
   write_file(temp.path() / "f", "x");
-  EXPECT_THAT(message_of([&] { check_output_folder(temp.path() / "f", true); }), HasSubstr("is a file"));
+  EXPECT_THAT(message_of([&] { check_output_folder(temp.path() / "f", {}, true); }), HasSubstr("is a file"));
 }
 
 // ---- real data
