@@ -120,8 +120,6 @@ SEXTANT_SIMD void error_lanes(const double* x, const double* y, const double* z,
   }
 }
 
-bool is_small(const Vector6d& step, double tolerance) { return step.cwiseAbs().maxCoeff() < tolerance; }
-
 }  // namespace
 
 void SolverOptions::check() const {
@@ -177,6 +175,7 @@ SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& star
   result.T_curr_prev = start;
   NormalEquations at = accumulate(data, start, kernel);
   double damping = 1e-6;
+  double last_step_size = infinity;
   bool usable = std::isfinite(at.cost);
   while (usable && !result.converged && result.iterations < options.max_iterations) {
     ++result.iterations;
@@ -191,17 +190,19 @@ SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& star
     }
     const SE3 candidate = SE3::exp(step) * result.T_curr_prev;
     const NormalEquations next = accumulate(data, candidate, kernel);
-    // Near the optimum the cost no longer resolves a step; there the gradient tells.
-    const double resolution = 1e-14 * std::max(at.cost, 1e-300);
-    const bool improves = next.cost < at.cost - resolution ||
-                          (next.cost <= at.cost + resolution && next.gradient.norm() < at.gradient.norm());
+    // Near the optimum the cost no longer resolves a step; there the steps themselves must shrink.
+    const double resolution = 1e-12 * at.cost;
+    const double step_size = step.cwiseAbs().maxCoeff();
+    const bool unresolved = std::abs(next.cost - at.cost) <= resolution;
+    const bool improves = unresolved ? step_size < last_step_size : next.cost < at.cost;
     if (improves) {
       result.T_curr_prev = candidate;
       at = next;
       damping = std::max(damping * 0.1, 1e-15);
-      result.converged = is_small(step, options.step_tolerance);
-    } else if (is_small(step, options.step_tolerance) || next.cost <= at.cost + resolution) {
-      result.converged = true;  // neither cost nor gradient can be improved in double precision
+      last_step_size = step_size;
+      result.converged = step_size < options.step_tolerance;
+    } else if (unresolved || step_size < options.step_tolerance) {
+      result.converged = true;  // neither the cost nor the step gets smaller in double precision
     } else {
       damping *= 10;
       usable = damping < 1e12;

@@ -1,0 +1,67 @@
+// The closed form against the literal cost in Ceres, on the points of real frames.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/estimator/ceres_reference.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/pipeline.h"
+
+namespace sextant {
+namespace {
+
+double pose_difference(const SE3& a, const SE3& b) { return (a * b.inverse()).log().cwiseAbs().maxCoeff(); }
+
+double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
+  double worst = 0;
+  for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {
+    worst = std::max({worst, std::abs(a.refined_flow_u[i] - b.refined_flow_u[i]),
+                      std::abs(a.refined_flow_v[i] - b.refined_flow_v[i])});
+  }
+  return worst;
+}
+
+TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_03_demo";
+  const auto sequence = open_source(SourceSpec::parse(fmt::format("vdo:{}/kitti_03_demo@0-6", data)));
+  const SequenceInfo& info = sequence->info();
+  const JointFlowOptions options;
+  MotionOnlyOptions matched;
+  matched.sigma_px = options.effective_kernel().sigma_px;
+  matched.huber = options.effective_kernel().threshold;
+
+  FrameEstimator pipeline({}, make_estimator("joint_flow"));
+  constexpr Channels channels{.gray = true, .depth = true, .flow = true, .mask = true};
+  Frame prev = sequence->read(info.first_frame, channels);
+  int n_bodies = 0;
+  for (int k = info.first_frame + 1; k <= info.last_frame; ++k) {
+    Frame curr = sequence->read(k, channels);
+    const FrameResult result =
+        pipeline.process(extract_frame_pair(prev, curr, info.camera, 1.0 / info.rate_hz, {}));
+    prev = std::move(curr);
+    std::vector<BodyResult> bodies = result.objects;
+    bodies.push_back(result.ego);
+    for (const BodyResult& body : bodies) {
+      if (body.status != Status::ok) continue;
+      ++n_bodies;
+      const Problem problem{info.camera, body.points};
+      Vector6d away;
+      away << 0.01, -0.01, 0.02, 0.001, 0.001, -0.001;  // not from our own optimum
+      const StartingPoint start{SE3::exp(away) * body.estimate.T_curr_prev, body.estimate.inliers};
+      const MotionEstimate reference = JointFlowCeres(options).estimate(problem, start);
+      const MotionEstimate motion_only = MotionOnly(matched).estimate(problem, start);
+      ASSERT_EQ(reference.status, Status::ok);
+      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, reference.T_curr_prev), 1e-8) << k << ' ' << body.instance;
+      EXPECT_LT(flow_difference(body.estimate, reference), 1e-6) << k << ' ' << body.instance;
+      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, motion_only.T_curr_prev), 1e-10) << k << ' ' << body.instance;
+    }
+  }
+  EXPECT_GE(n_bodies, 12);
+}
+
+}  // namespace
+}  // namespace sextant
