@@ -48,8 +48,11 @@ Clip made_up_clip() {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         const bool on_box = x > 750 && x < 1010 && y > 130 && y < 330;
-        const double z = on_box ? 6 + 0.002 * (x - 750) : y > 200 ? std::min(35.0, 1.65 * 721 / (y - 173.0)) : 35;
-        const unsigned hash = (static_cast<unsigned>(x) / 4 * 2654435761U) ^ (static_cast<unsigned>(y) / 4 * 40503U);
+        const double z = on_box    ? 6 + 0.002 * (x - 750)
+                         : y > 200 ? std::min(35.0, 1.65 * 721 / (y - 173.0))
+                                   : 35;
+        const unsigned hash =
+            (static_cast<unsigned>(x) / 4 * 2654435761U) ^ (static_cast<unsigned>(y) / 4 * 40503U);
         frame.gray(x, y) = static_cast<uint8_t>(60 + (hash >> 8U) % 120);
         frame.depth_m(x, y) = static_cast<float>(z);
         const Eigen::Vector2d uv =
@@ -75,7 +78,8 @@ const Clip& clip() {
 std::vector<FramePair> extract_all() {
   std::vector<FramePair> pairs;
   for (size_t k = 0; k + 1 < clip().frames.size(); ++k) {
-    pairs.push_back(extract_frame_pair(clip().frames[k], clip().frames[k + 1], clip().camera, clip().dt_s, {}));
+    pairs.push_back(
+        extract_frame_pair(clip().frames[k], clip().frames[k + 1], clip().camera, clip().dt_s, {}));
   }
   return pairs;
 }

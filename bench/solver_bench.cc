@@ -49,9 +49,15 @@ void ransac(benchmark::State& state) {
 }
 
 BENCHMARK_CAPTURE(estimate, motion_only, "motion_only")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(estimate, motion_only_ceres, "motion_only_ceres")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(estimate, motion_only_ceres, "motion_only_ceres")
+    ->Arg(100)
+    ->Arg(3000)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(estimate, joint_flow, "joint_flow")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(estimate, joint_flow_ceres, "joint_flow_ceres")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(estimate, joint_flow_ceres, "joint_flow_ceres")
+    ->Arg(100)
+    ->Arg(3000)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK(accumulate_points)->Arg(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(ransac)->Args({3000, 10})->Args({3000, 30})->Args({3000, 50})->Unit(benchmark::kMicrosecond);
 

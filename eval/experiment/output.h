@@ -29,8 +29,8 @@ Json run_provenance(const RunResult& result);
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
 
 /// Creates the folder where needed, writes every file into a subfolder of it and moves them into place when
-/// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created: earlier
-/// results are as they were. Rethrows.
+/// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created:
+/// earlier results are as they were. Rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
 
 }  // namespace sextant

@@ -55,9 +55,11 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
       const MotionEstimate reference = JointFlowCeres(options).estimate(problem, start);
       const MotionEstimate motion_only = MotionOnly(matched).estimate(problem, start);
       ASSERT_EQ(reference.status, Status::ok);
-      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, reference.T_curr_prev), 1e-8) << k << ' ' << body.instance;
+      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, reference.T_curr_prev), 1e-8)
+          << k << ' ' << body.instance;
       EXPECT_LT(flow_difference(body.estimate, reference), 1e-6) << k << ' ' << body.instance;
-      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, motion_only.T_curr_prev), 1e-10) << k << ' ' << body.instance;
+      EXPECT_LT(pose_difference(body.estimate.T_curr_prev, motion_only.T_curr_prev), 1e-10)
+          << k << ' ' << body.instance;
     }
   }
   EXPECT_GE(n_bodies, 12);

@@ -163,7 +163,8 @@ TEST(OutputFolder, ARunMayBeRepeatedInPlaceButNotReplaceAnother) {
   const Json configuration = {{"estimator", "joint_flow"}};
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   write_file(temp.path() / "records.jsonl", "x\n");
-  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), configuration, false); }), HasSubstr("--force"));
+  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), configuration, false); }),
+              HasSubstr("--force"));
   write_file(temp.path() / "run.json", Json{{"configuration", configuration}}.dump());
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   const Json other = {{"estimator", "motion_only"}};

@@ -37,7 +37,7 @@ namespace internal {
 
 }  // namespace sextant
 
-#define SEXTANT_CHECK(condition)                                                    \
-  do {                                                                              \
+#define SEXTANT_CHECK(condition)                                                         \
+  do {                                                                                   \
     if (!(condition)) ::sextant::internal::check_failed(#condition, __FILE__, __LINE__); \
   } while (false)

@@ -43,7 +43,9 @@ struct NoVisitor {
 };
 
 template <typename T>
-concept OptionStruct = requires(T t, NoVisitor v) { t.visit(v); };
+concept OptionStruct = requires(T t, NoVisitor v) {
+  t.visit(v);
+};
 
 [[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
 void read_leaf(const std::string& where, const Json& value, bool& field);

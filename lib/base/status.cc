@@ -6,8 +6,8 @@
 
 namespace sextant {
 namespace {
-constexpr std::array<std::string_view, 7> status_names = {"ok",       "no_truth",       "not_detected", "lost",
-                                                          "diverged", "too_few_points", "gated"};
+constexpr std::array<std::string_view, 7> status_names = {
+    "ok", "no_truth", "not_detected", "lost", "diverged", "too_few_points", "gated"};
 constexpr std::array<std::string_view, 4> gate_names = {"none", "distance", "area", "static"};
 }  // namespace
 

@@ -73,7 +73,8 @@ struct ProjectionResidual {
   template <typename T>
   bool operator()(const T* motion, const T* flow, T* residual) const {
     const Eigen::Map<const Eigen::Quaternion<T>> q(motion);
-    const Eigen::Matrix<T, 3, 1> p = q.normalized() * m.cast<T>() + Eigen::Matrix<T, 3, 1>(motion[4], motion[5], motion[6]);
+    const Eigen::Matrix<T, 3, 1> p =
+        q.normalized() * m.cast<T>() + Eigen::Matrix<T, 3, 1>(motion[4], motion[5], motion[6]);
     if (p[2] <= T(1e-3)) return false;
     residual[0] = (u + flow[0] - (camera.fx * p[0] / p[2] + camera.cx)) / sigma;
     residual[1] = (v + flow[1] - (camera.fy * p[1] / p[2] + camera.cy)) / sigma;
@@ -106,7 +107,8 @@ struct FlowResidual {
 
 ProjectionResidual make_projection(const Problem& problem, size_t i, double sigma_px) {
   const Correspondences& p = problem.points;
-  return {problem.camera.left, problem.camera.left.backproject(p.u[i], p.v[i], p.depth[i]), p.u[i], p.v[i], sigma_px};
+  return {problem.camera.left, problem.camera.left.backproject(p.u[i], p.v[i], p.depth[i]), p.u[i], p.v[i],
+          sigma_px};
 }
 
 ceres::Solver::Options solver_options(const SolverOptions& options) {
@@ -133,7 +135,8 @@ MotionEstimate prepare(const Problem& problem, const StartingPoint& start) {
   estimate.inliers = start.inliers;
   estimate.refined_flow_u = problem.points.flow_u;
   estimate.refined_flow_v = problem.points.flow_v;
-  const auto n = std::count_if(start.inliers.begin(), start.inliers.end(), [](unsigned char k) { return k != 0; });
+  const auto n =
+      std::count_if(start.inliers.begin(), start.inliers.end(), [](unsigned char k) { return k != 0; });
   if (n < 3) estimate.status = Status::too_few_points;
   return estimate;
 }
@@ -168,8 +171,9 @@ MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingP
   for (size_t i = 0; i < problem.points.size(); ++i) {
     if (start.inliers[i] == 0) continue;
     ceres_problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<FixedFlowResidual, 2, 7>(new FixedFlowResidual{
-            make_projection(problem, i, options_.sigma_px), {problem.points.flow_u[i], problem.points.flow_v[i]}}),
+        new ceres::AutoDiffCostFunction<FixedFlowResidual, 2, 7>(
+            new FixedFlowResidual{make_projection(problem, i, options_.sigma_px),
+                                  {problem.points.flow_u[i], problem.points.flow_v[i]}}),
         &loss, motion.data());
   }
   ceres::Solver::Options options = solver_options(options_.solver);
@@ -196,12 +200,13 @@ MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPo
     const double u = problem.points.flow_u[i];
     const double v = problem.points.flow_v[i];
     flows[i] = {u, v};
-    ceres_problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ProjectionResidual, 2, 7, 2>(new ProjectionResidual(
-                                       make_projection(problem, i, options_.sigma_projection_px))),
-                                   &projection_loss, motion.data(), flows[i].data());
-    ceres_problem.AddResidualBlock(new ceres::AutoDiffCostFunction<FlowResidual, 2, 2>(
-                                       new FlowResidual{u, v, options_.sigma_flow_px}),
-                                   &flow_loss, flows[i].data());
+    ceres_problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ProjectionResidual, 2, 7, 2>(
+            new ProjectionResidual(make_projection(problem, i, options_.sigma_projection_px))),
+        &projection_loss, motion.data(), flows[i].data());
+    ceres_problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<FlowResidual, 2, 2>(new FlowResidual{u, v, options_.sigma_flow_px}),
+        &flow_loss, flows[i].data());
     options.linear_solver_ordering->AddElementToGroup(flows[i].data(), 0);
   }
   options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);

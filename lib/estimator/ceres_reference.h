@@ -1,7 +1,7 @@
 #pragma once
 
-// The literal costs of motion_only and joint_flow in Ceres, every refined flow an explicit 2-D parameter block
-// (Schur elimination), automatic derivatives: what the production estimators are tested against. Slow.
+// The literal costs of motion_only and joint_flow in Ceres, every refined flow an explicit 2-D parameter
+// block (Schur elimination), automatic derivatives: what the production estimators are tested against. Slow.
 
 #include "sextant/estimator/joint_flow.h"
 

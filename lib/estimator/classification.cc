@@ -6,7 +6,8 @@ namespace sextant {
 
 void ClassificationOptions::check() const {
   check_option(min_speed_mps > 0, "min_speed_mps", min_speed_mps, "> 0");
-  check_option(min_moving_share >= 0 && min_moving_share < 1, "min_moving_share", min_moving_share, "in [0, 1)");
+  check_option(min_moving_share >= 0 && min_moving_share < 1, "min_moving_share", min_moving_share,
+               "in [0, 1)");
 }
 
 MotionClass classify_motion(const Problem& object, const SE3& T_curr_prev_background, double dt_s,

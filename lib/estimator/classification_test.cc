@@ -33,8 +33,8 @@ TEST(ClassifyMotion, SeparatesMovingFromStanding) {
 
 TEST(ClassifyMotion, ThresholdIsASpeed) {
   const Problem object = moving_points({0, 0, 0.2}, 10);
-  EXPECT_TRUE(classify_motion(object, SE3(), 0.1, {}).is_dynamic);    // 2 m/s
-  EXPECT_FALSE(classify_motion(object, SE3(), 0.2, {}).is_dynamic);   // 1 m/s
+  EXPECT_TRUE(classify_motion(object, SE3(), 0.1, {}).is_dynamic);   // 2 m/s
+  EXPECT_FALSE(classify_motion(object, SE3(), 0.2, {}).is_dynamic);  // 1 m/s
 }
 
 TEST(ClassifyMotion, CameraMotionIsTakenOut) {

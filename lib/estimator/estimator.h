@@ -1,7 +1,8 @@
 #pragma once
 
 // The interface of all estimators and the table of those that exist. How to add one:
-//   1. write lib/estimator/<name>.{h,cc}: an options struct (base/options.h) and a class derived from Estimator;
+//   1. write lib/estimator/<name>.{h,cc}: an options struct (base/options.h) and a class derived from
+//   Estimator;
 //   2. add one line to the table in registry.cc.
 // The parametrised test in registry_test.cc then runs over it.
 

@@ -22,7 +22,8 @@ Landing land(int x, int y, const Flow& flow, int width, int height) {
   if (!flow.valid()) return {};
   const float u = static_cast<float>(x) + flow.u;
   const float v = static_cast<float>(y) + flow.v;
-  if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F && v < static_cast<float>(height) - 0.5F)) {
+  if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F &&
+        v < static_cast<float>(height) - 0.5F)) {
     return {};
   }
   return {static_cast<int>(std::lround(u)), static_cast<int>(std::lround(v)), true};

@@ -47,7 +47,8 @@ struct Feature {
 std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::function<bool(int, int)>& usable,
                                      const ExtractionOptions& options);
 
-/// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is one.
+/// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is
+/// one.
 FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoCamera& camera, double dt_s,
                              const ExtractionOptions& options);
 

@@ -16,7 +16,8 @@ Frame make_frame(int index) {
   frame.index = index;
   frame.gray = Image<uint8_t>(width, height);
   for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) frame.gray(x, y) = (x / 5 + y / 5) % 2 == 0 ? 200 : 40 + (x * 7 + y * 3) % 20;
+    for (int x = 0; x < width; ++x)
+      frame.gray(x, y) = (x / 5 + y / 5) % 2 == 0 ? 200 : 40 + (x * 7 + y * 3) % 20;
   }
   frame.depth_m = Image<float>(width, height, 10.0F);
   frame.flow = Image<Flow>(width, height, Flow{2.0F, 1.0F});
@@ -35,7 +36,8 @@ const StereoCamera camera = {{100, 100, 100, 60}, 50};
 TEST(DetectFeatures, AreSpreadAndStrongestFirst) {
   const Frame frame = make_frame(0);
   const ExtractionOptions options;
-  const std::vector<Feature> features = detect_features(frame.gray, [](int, int) { return true; }, options);
+  const std::vector<Feature> features = detect_features(
+      frame.gray, [](int, int) { return true; }, options);
   EXPECT_GT(features.size(), 50U);
   std::map<std::pair<int, int>, std::vector<int>> responses;
   for (const Feature& f : features) responses[{f.x / 20, f.y / 20}].push_back(f.response);

@@ -8,8 +8,8 @@
 //
 // Infimal convolution: min over a + b = r of h1(a) + h2(b) is again a Huber kernel with
 //   s^2 = s1^2 + s2^2,   k = s min(k1 / s1, k2 / s2),
-// because the convex conjugates add: h_i*(y) = s_i^2 |y|^2 / 4 on |y| <= 2 k_i / s_i. So minimising over every
-// refined flow first leaves the reprojection problem with one effective kernel, and the minimiser is
+// because the convex conjugates add: h_i*(y) = s_i^2 |y|^2 / 4 on |y| <= 2 k_i / s_i. So minimising over
+// every refined flow first leaves the reprojection problem with one effective kernel, and the minimiser is
 // recovered per point by split_residual().
 
 #include <cmath>
@@ -35,6 +35,7 @@ HuberKernel infimal_convolution(const HuberKernel& projection, const HuberKernel
 
 /// The part b of r that the flow takes at the optimum; a = r - b stays with the projection. Where both
 /// terms reach their caps together, the optimum is a segment: the excess is then shared by variance.
-Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection, const HuberKernel& flow);
+Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection,
+                               const HuberKernel& flow);
 
 }  // namespace sextant

@@ -10,7 +10,8 @@ void JointFlowOptions::check() const {
 }
 
 MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& start) const {
-  MotionEstimate estimate = estimate_with_kernel(problem, start, options_.effective_kernel(), options_.solver);
+  MotionEstimate estimate =
+      estimate_with_kernel(problem, start, options_.effective_kernel(), options_.solver);
   if (estimate.status != Status::ok) return estimate;
   const HuberKernel projection = options_.projection_kernel();
   const HuberKernel flow = options_.flow_kernel();

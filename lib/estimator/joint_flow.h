@@ -4,8 +4,8 @@
 //
 //   sum_i h1(p_i + phihat_i - project(X m_i)) + h2(phi_i - phihat_i),
 //
-// h1, h2 Huber with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are eliminated in closed form
-// (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
+// h1, h2 Huber with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are eliminated in closed
+// form (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
 // point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
 
 #include "sextant/estimator/motion_only.h"
@@ -21,7 +21,8 @@ struct JointFlowOptions {
 
   template <typename V>
   void visit(V& v) {
-    v("sigma_projection_px", sigma_projection_px, "px", "Sigma_1: reprojection error of the refined flow, per axis");
+    v("sigma_projection_px", sigma_projection_px, "px",
+      "Sigma_1: reprojection error of the refined flow, per axis");
     v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");

@@ -68,7 +68,8 @@ TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {
   }
 }
 
-JointFlowOptions with(double sigma_projection, double sigma_flow, double huber_projection, double huber_flow) {
+JointFlowOptions with(double sigma_projection, double sigma_flow, double huber_projection,
+                      double huber_flow) {
   JointFlowOptions options;
   options.sigma_projection_px = sigma_projection;
   options.sigma_flow_px = sigma_flow;
@@ -85,8 +86,17 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"Outliers30Percent", {.n_points = 800, .outlier_share = 0.3}, {}},
         Case{"FlowCapsFirst", {.n_points = 500, .outlier_share = 0.2}, with(0.4, 0.8, 1.345, 1.345)},
         Case{"ProjectionCapsFirst", {.n_points = 500, .outlier_share = 0.2}, with(1.0, 0.5, 1.0, 2.0)},
-        Case{"PublishedCamera", {.n_points = 500, .outlier_share = 0.1}, with(std::sqrt(10), std::sqrt(1 / 0.3), 0.632, 1e6)},
-        Case{"SmallPatch", {.n_points = 400, .outlier_share = 0.1, .near_m = 20, .far_m = 22, .spread = 0.05, .start_error = 0.005}, {}},
+        Case{"PublishedCamera",
+             {.n_points = 500, .outlier_share = 0.1},
+             with(std::sqrt(10), std::sqrt(1 / 0.3), 0.632, 1e6)},
+        Case{"SmallPatch",
+             {.n_points = 400,
+              .outlier_share = 0.1,
+              .near_m = 20,
+              .far_m = 22,
+              .spread = 0.05,
+              .start_error = 0.005},
+             {}},
         Case{"FiveThousand", {.n_points = 5000, .outlier_share = 0.2}, {}}),
     [](const auto& test) { return test.param.name; });
 
@@ -126,7 +136,8 @@ TEST(ReprojectionSolver, GradientAndHessianAgainstFiniteDifferences) {
     const NormalEquations plus = accumulate(data, SE3::exp(xi) * random.start.T_curr_prev, kernel);
     const NormalEquations minus = accumulate(data, SE3::exp(-xi) * random.start.T_curr_prev, kernel);
     EXPECT_NEAR((plus.cost - minus.cost) / (2 * h), at.gradient[k], 1e-6 * at.gradient.norm()) << k;
-    // The Gauss-Newton Hessian leaves out the curvature of the projection: a few percent with these residuals.
+    // The Gauss-Newton Hessian leaves out the curvature of the projection: a few percent with these
+    // residuals.
     const Vector6d column = (plus.gradient - minus.gradient) / (2 * h);
     EXPECT_LT((column - at.hessian.col(k)).norm(), 0.1 * at.hessian.col(k).norm()) << k;
   }
@@ -155,7 +166,8 @@ TEST(ReprojectionSolver, InlierCountIsExactOrOutOfReach) {
   std::vector<double> errors;
   squared_errors(data, random.T_curr_prev, errors);
   ASSERT_EQ(errors.size(), 1003U);
-  const auto expected = static_cast<int>(std::count_if(errors.begin(), errors.end(), [](double e) { return e <= 1; }));
+  const auto expected =
+      static_cast<int>(std::count_if(errors.begin(), errors.end(), [](double e) { return e <= 1; }));
   EXPECT_EQ(count_inliers(data, random.T_curr_prev, 1.0, 0), expected);
   EXPECT_EQ(count_inliers(data, random.T_curr_prev, 1.0, expected), expected);
   EXPECT_LT(count_inliers(data, random.T_curr_prev, 1.0, 1004), 1004);
@@ -165,7 +177,8 @@ TEST(MotionOnly, CovarianceMatchesCeres) {
   const RandomProblem random = make_random_problem(8, {.n_points = 400});
   const MotionEstimate ours = MotionOnly({}).estimate(random.problem, random.start);
   const MotionEstimate reference = MotionOnlyCeres({}).estimate(random.problem, random.start);
-  // Ceres weighs outer points by IRLS, ours by the exact Hessian: equal up to the few points beyond the threshold.
+  // Ceres weighs outer points by IRLS, ours by the exact Hessian: equal up to the few points beyond the
+  // threshold.
   EXPECT_LT((ours.covariance - reference.covariance).norm(), 0.1 * reference.covariance.norm());
 }
 

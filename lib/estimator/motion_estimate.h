@@ -10,12 +10,12 @@
 namespace sextant {
 
 struct MotionEstimate {
-  Status status = Status::diverged;  ///< ok, diverged or too_few_points
-  SE3 T_curr_prev;                   ///< maps the body's points, previous to current camera coordinates
+  Status status = Status::diverged;        ///< ok, diverged or too_few_points
+  SE3 T_curr_prev;                         ///< maps the body's points, previous to current camera coordinates
   Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist [rho; omega] (m, rad): inverse Gauss-Newton
                                            ///< Hessian at the optimum in the estimator's own sigmas
   std::vector<unsigned char> inliers;      ///< per point of the problem: 1 = used in the optimisation
-  std::vector<double> refined_flow_u;      ///< px, per point; the measured flow where the estimator refines none
+  std::vector<double> refined_flow_u;  ///< px, per point; the measured flow where the estimator refines none
   std::vector<double> refined_flow_v;
   int iterations = 0;
   double cost = 0;  ///< at the optimum, in units of variance

@@ -23,8 +23,8 @@ void MotionOnlyOptions::check() const {
   check_option(huber > 0, "huber", huber, "> 0");
 }
 
-MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, const HuberKernel& kernel,
-                                    const SolverOptions& options) {
+MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start,
+                                    const HuberKernel& kernel, const SolverOptions& options) {
   MotionEstimate estimate;
   estimate.inliers = start.inliers;
   estimate.refined_flow_u = problem.points.flow_u;

@@ -33,7 +33,7 @@ class MotionOnly : public Estimator {
 };
 
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
-MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, const HuberKernel& kernel,
-                                    const SolverOptions& options);
+MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start,
+                                    const HuberKernel& kernel, const SolverOptions& options);
 
 }  // namespace sextant

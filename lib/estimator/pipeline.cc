@@ -144,7 +144,8 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
   const std::optional<SE3> propagated =
       has_camera_motion_ ? std::optional<SE3>(last_camera_motion_) : std::nullopt;
-  estimate_body({pair.camera, pair.background}, propagated, min_ego_inliers, options_.start, *estimator_, ego);
+  estimate_body({pair.camera, pair.background}, propagated, min_ego_inliers, options_.start, *estimator_,
+                ego);
   return ego;
 }
 

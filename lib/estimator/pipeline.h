@@ -31,7 +31,8 @@ struct PipelineOptions {
   void visit(V& v) {
     v("start", start, "", "RANSAC against the propagated motion");
     v("classification", classification, "", "dynamic or static");
-    v("max_object_distance_m", max_object_distance_m, "m", "gate on the median depth of an object, and farthest object point (paper: 25)");
+    v("max_object_distance_m", max_object_distance_m, "m",
+      "gate on the median depth of an object, and farthest object point (paper: 25)");
     v("min_object_area", min_object_area, "fraction of the image", "gate on an object's area (paper: 0.005)");
     v("min_object_points", min_object_points, "count", "fewest points and fewest inliers of an object");
     v("estimate_static_objects", estimate_static_objects, "", "also estimate objects classified static");
@@ -57,13 +58,13 @@ struct BodyResult {
   MotionEstimate estimate;  ///< meaningful when status == ok
   int n_points = 0;
   int n_inliers = 0;
-  bool start_propagated = false;    ///< the propagated motion won against RANSAC
-  double area_fraction = 0;         ///< of the image
-  double distance_m = 0;            ///< median depth of the points; NaN without points
-  double moving_share = 0;          ///< share of points with scene flow above the threshold; NaN if unknown
+  bool start_propagated = false;  ///< the propagated motion won against RANSAC
+  double area_fraction = 0;       ///< of the image
+  double distance_m = 0;          ///< median depth of the points; NaN without points
+  double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();  ///< of the inliers, previous camera coordinates
-  double speed_mps = 0;             ///< |t - (I - R) c| / dt; NaN when not estimated
+  double speed_mps = 0;                                  ///< |t - (I - R) c| / dt; NaN when not estimated
   BodyTimes times;
 };
 
@@ -88,15 +89,16 @@ class FrameEstimator {
 
  private:
   BodyResult estimate_ego(const FramePair& pair) const;
-  BodyResult gate_and_classify(const FramePair& pair, const ObjectObservation& object, const BodyResult& ego) const;
+  BodyResult gate_and_classify(const FramePair& pair, const ObjectObservation& object,
+                               const BodyResult& ego) const;
   std::map<int, int> associate(const FramePair& pair, const std::vector<BodyResult>& objects);
   void estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const;
 
   PipelineOptions options_;
   std::shared_ptr<const Estimator> estimator_;
-  int last_curr_ = 0;                   ///< frame number that the state below belongs to
+  int last_curr_ = 0;  ///< frame number that the state below belongs to
   bool has_last_ = false;
-  SE3 last_camera_motion_;              ///< T_curr_prev of the background, last pair
+  SE3 last_camera_motion_;  ///< T_curr_prev of the background, last pair
   bool has_camera_motion_ = false;
   std::map<int, int> track_of_instance_;  ///< of the last current frame
   std::map<int, SE3> motion_of_track_;    ///< H in the coordinates of the last current camera

@@ -11,7 +11,7 @@ constexpr double dt_s = 0.1;
 const StereoCamera camera = {{700, 700, 600, 180}, 380};
 
 const SE3 camera_step(so3_exp({0.002, 0.01, -0.001}), Eigen::Vector3d(0.02, 0.01, 1.1));  // T_prev_curr
-const SE3 object_step(so3_exp({0, 0.02, 0}), Eigen::Vector3d(0.1, 0, 1.4));               // H, previous camera
+const SE3 object_step(so3_exp({0, 0.02, 0}), Eigen::Vector3d(0.1, 0, 1.4));  // H, previous camera
 
 /// Exact points of a body with motion X = T_curr_prev on a grid around (u0, v0).
 Correspondences exact_points(const SE3& X, double u0, double v0, double z0, int n) {
@@ -67,7 +67,8 @@ TEST(Pipeline, ExactMeasurementsGiveExactMotions) {
   EXPECT_EQ(object.n_inliers, 200);
   Eigen::Vector3d c = Eigen::Vector3d::Zero();
   const Correspondences points = exact_points(moving, 400, 150, 8, 200);
-  for (size_t i = 0; i < points.size(); ++i) c += camera.left.backproject(points.u[i], points.v[i], points.depth[i]) / 200;
+  for (size_t i = 0; i < points.size(); ++i)
+    c += camera.left.backproject(points.u[i], points.v[i], points.depth[i]) / 200;
   EXPECT_NEAR(object.speed_mps, (object_step * c - c).norm() / dt_s, 1e-7);
 }
 
@@ -132,7 +133,8 @@ TEST(Pipeline, MajorityZeroStartsANewLabel) {
   ObjectObservation newcomer = observe(3, moving, 100);
   newcomer.instance_prev.assign(100, 1);
   newcomer.n_background = 300;
-  const FrameResult result = estimator.process(make_pair(1, {observe(1, moving), observe(2, moving), newcomer}));
+  const FrameResult result =
+      estimator.process(make_pair(1, {observe(1, moving), observe(2, moving), newcomer}));
   EXPECT_EQ(result.objects[0].track, 1);
   EXPECT_EQ(result.objects[1].track, 2);
   EXPECT_EQ(result.objects[2].track, 3);

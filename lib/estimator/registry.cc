@@ -23,10 +23,12 @@ EstimatorEntry entry(const char* name, const char* description) {
 
 std::span<const EstimatorEntry> estimators() {
   static const std::vector<EstimatorEntry> table = {
-      entry<JointFlow, JointFlowOptions>("joint_flow", "motion and refined flow, paper eq. (11), closed form"),
+      entry<JointFlow, JointFlowOptions>("joint_flow",
+                                         "motion and refined flow, paper eq. (11), closed form"),
       entry<MotionOnly, MotionOnlyOptions>("motion_only", "motion from given flow, paper eq. (4) and (10)"),
       entry<JointFlowCeres, JointFlowOptions>("joint_flow_ceres", "reference of joint_flow in Ceres (slow)"),
-      entry<MotionOnlyCeres, MotionOnlyOptions>("motion_only_ceres", "reference of motion_only in Ceres (slow)"),
+      entry<MotionOnlyCeres, MotionOnlyOptions>("motion_only_ceres",
+                                                "reference of motion_only in Ceres (slow)"),
   };
   return table;
 }

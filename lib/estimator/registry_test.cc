@@ -41,7 +41,8 @@ TEST(MakeEstimator, UnknownNameSuggestsTheNearest) {
     make_estimator("join_flow");
     FAIL();
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("did you mean 'joint_flow'?"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("did you mean 'joint_flow'?"), std::string::npos)
+        << error.what();
   }
 }
 

@@ -12,8 +12,8 @@ namespace {
 
 // Four points at a time. With -ffp-contract=off the two clones give the same bits.
 using Lanes = double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
-using UnalignedLanes =
-    double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double)), aligned(sizeof(double)), may_alias));
+using UnalignedLanes = double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double)),
+                                             aligned(sizeof(double)), may_alias));
 using LaneMask = long __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
 #define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
 
@@ -39,8 +39,9 @@ constexpr int n_hessian = 21;  // upper triangle, row by row
 
 /// sums = [hessian (21), gradient (6), sum of h, number of points behind the camera]
 SEXTANT_SIMD void accumulate_lanes(const double* x, const double* y, const double* z, const double* target_u,
-                                   const double* target_v, const double* weight, size_t n, const RigidMotion& m,
-                                   const PinholeCamera& camera, double sigma, double threshold, double* sums) {
+                                   const double* target_v, const double* weight, size_t n,
+                                   const RigidMotion& m, const PinholeCamera& camera, double sigma,
+                                   double threshold, double* sums) {
   Lanes hessian[n_hessian] = {};
   Lanes gradient[6] = {};
   Lanes cost = {};
@@ -80,10 +81,15 @@ SEXTANT_SIMD void accumulate_lanes(const double* x, const double* y, const doubl
     const Lanes wuv = -radial * eu * ev;
     const Lanes wvv = scale - radial * ev * ev;
     // Rows of d project(exp(xi) q) / d xi; ju[1] = jv[0] = 0.
-    const Lanes ju[6] = {camera.fx * iz,          zero, -camera.fx * xn * iz, -camera.fx * xn * yn,
-                         camera.fx * (one + xn * xn), -camera.fx * yn};
-    const Lanes jv[6] = {zero,           camera.fy * iz,    -camera.fy * yn * iz, -camera.fy * (one + yn * yn),
-                         camera.fy * xn * yn, camera.fy * xn};
+    const Lanes ju[6] = {
+        camera.fx * iz, zero, -camera.fx * xn * iz, -camera.fx * xn * yn, camera.fx * (one + xn * xn),
+        -camera.fx * yn};
+    const Lanes jv[6] = {zero,
+                         camera.fy * iz,
+                         -camera.fy * yn * iz,
+                         -camera.fy * (one + yn * yn),
+                         camera.fy * xn * yn,
+                         camera.fy * xn};
     int k = 0;
     for (int a = 0; a < 6; ++a) {
       const Lanes wu = wuu * ju[a] + wuv * jv[a];
@@ -100,8 +106,8 @@ SEXTANT_SIMD void accumulate_lanes(const double* x, const double* y, const doubl
 }
 
 SEXTANT_SIMD void error_lanes(const double* x, const double* y, const double* z, const double* target_u,
-                              const double* target_v, size_t n, const RigidMotion& m, const PinholeCamera& camera,
-                              double* errors) {
+                              const double* target_v, size_t n, const RigidMotion& m,
+                              const PinholeCamera& camera, double* errors) {
   const Lanes zero = {};
   const Lanes one = zero + 1.0;
   for (size_t i = 0; i < n; i += ReprojectionData::lanes) {
@@ -157,8 +163,8 @@ ReprojectionData::ReprojectionData(const Problem& problem, const std::vector<uns
 NormalEquations accumulate(const ReprojectionData& data, const SE3& T_curr_prev, const HuberKernel& kernel) {
   std::array<double, n_hessian + 8> sums{};
   accumulate_lanes(data.x(), data.y(), data.z(), data.target_u(), data.target_v(), data.weight(),
-                   data.padded_size(), RigidMotion(T_curr_prev), data.camera(), kernel.sigma_px, kernel.threshold,
-                   sums.data());
+                   data.padded_size(), RigidMotion(T_curr_prev), data.camera(), kernel.sigma_px,
+                   kernel.threshold, sums.data());
   NormalEquations out;
   int k = 0;
   for (int a = 0; a < 6; ++a) {
@@ -237,7 +243,8 @@ int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double t
     if (count + (all - seen) < at_least) break;
     // A model with at_least inliers would show at_least / all of them in the points seen, binomially.
     const double share = at_least / all;
-    if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen)) break;
+    if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen))
+      break;
   }
   return count;
 }

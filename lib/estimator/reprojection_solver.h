@@ -74,8 +74,9 @@ SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& star
 /// Per point of `data` (in order): squared reprojection error, px^2; +inf behind the camera.
 void squared_errors(const ReprojectionData& data, const SE3& T_curr_prev, std::vector<double>& errors);
 
-/// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is out
-/// of reach; or, if `data` is in random order, once the points seen so far say so beyond four standard deviations.
+/// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is
+/// out of reach; or, if `data` is in random order, once the points seen so far say so beyond four standard
+/// deviations.
 int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double threshold_px, int at_least);
 
 }  // namespace sextant

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <opencv2/calib3d.hpp>
 
@@ -76,7 +76,8 @@ class P3P {
     std::vector<SE3> motions;
     for (size_t k = 0; k < rotations.size(); ++k) {
       const Eigen::Vector3d omega(rotations[k][0], rotations[k][1], rotations[k][2]);
-      const SE3 T(so3_exp(omega), Eigen::Vector3d(translations[k][0], translations[k][1], translations[k][2]));
+      const SE3 T(so3_exp(omega),
+                  Eigen::Vector3d(translations[k][0], translations[k][1], translations[k][2]));
       if (T.is_finite()) motions.push_back(T);
     }
     return motions;

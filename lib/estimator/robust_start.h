@@ -1,8 +1,8 @@
 #pragma once
 
 // Robust start: AP3P (Ke & Roumeliotis, CVPR 2017; OpenCV's SOLVEPNP_AP3P) inside RANSAC (Fischler & Bolles),
-// against the propagated motion; the model with more inliers wins, the propagated one on a tie (paper sec. IV-B).
-// Samples come from a counter-based sequence of the sample's index: no state, no clock, no thread.
+// against the propagated motion; the model with more inliers wins, the propagated one on a tie (paper sec.
+// IV-B). Samples come from a counter-based sequence of the sample's index: no state, no clock, no thread.
 
 #include <optional>
 
@@ -23,8 +23,9 @@ struct RobustStartOptions {
     v("confidence", confidence, "probability", "of one all-inlier sample; sets the number of samples");
     v("max_iterations", max_iterations, "count", "most samples drawn");
     v("min_iterations", min_iterations, "count", "fewest samples drawn");
-    v("local_refinements", local_refinements, "count", "least-squares steps on the winner's inliers, each kept "
-                                                       "only if it gains inliers");
+    v("local_refinements", local_refinements, "count",
+      "least-squares steps on the winner's inliers, each kept "
+      "only if it gains inliers");
   }
   void check() const;
 };

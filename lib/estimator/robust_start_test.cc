@@ -51,7 +51,8 @@ TEST(RobustStart, SameResultEveryTime) {
 }
 
 TEST(RobustStart, AgreesWithOpenCvRansac) {
-  const RandomProblem random = make_random_problem(3, {.n_points = 500, .flow_noise_px = 0.2, .outlier_share = 0.3});
+  const RandomProblem random =
+      make_random_problem(3, {.n_points = 500, .flow_noise_px = 0.2, .outlier_share = 0.3});
   const Correspondences& p = random.problem.points;
   const PinholeCamera& camera = random.problem.camera.left;
   std::vector<cv::Point3d> points;
@@ -63,8 +64,8 @@ TEST(RobustStart, AgreesWithOpenCvRansac) {
   }
   cv::Mat rotation, translation, inliers;
   const cv::Matx33d k(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
-  cv::solvePnPRansac(points, pixels, k, cv::noArray(), rotation, translation, false, 500, 1.0F, 0.999, inliers,
-                     cv::SOLVEPNP_AP3P);
+  cv::solvePnPRansac(points, pixels, k, cv::noArray(), rotation, translation, false, 500, 1.0F, 0.999,
+                     inliers, cv::SOLVEPNP_AP3P);
   const RobustStart start = robust_start(random.problem, std::nullopt, {});
   EXPECT_GE(start.n_inliers, inliers.rows - 5);
 }
@@ -79,7 +80,8 @@ TEST(RobustStart, DegenerateProblemsGetAStatus) {
   for (int k = 0; k < 20; ++k) {
     identical.problem.points.push_back(one.u[0], one.v[0], one.depth[0], one.flow_u[0], one.flow_v[0]);
   }
-  const RobustStart start = robust_start(identical.problem, std::nullopt, {});  // whatever it says: no crash, no NaN
+  const RobustStart start =
+      robust_start(identical.problem, std::nullopt, {});  // whatever it says: no crash, no NaN
   EXPECT_TRUE(start.start.T_curr_prev.is_finite());
 }
 

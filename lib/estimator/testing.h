@@ -1,7 +1,7 @@
 #pragma once
 
-// Random one-body problems for tests and benchmarks: a motion, points in view, flow and depth noise, outliers.
-// A pure function of its arguments.
+// Random one-body problems for tests and benchmarks: a motion, points in view, flow and depth noise,
+// outliers. A pure function of its arguments.
 
 #include <random>
 
@@ -12,11 +12,11 @@ namespace sextant::testing {
 struct RandomProblemOptions {
   int n_points = 500;
   double flow_noise_px = 0.3;
-  double outlier_share = 0.0;   ///< of uniformly wrong flows, up to 20 px
+  double outlier_share = 0.0;  ///< of uniformly wrong flows, up to 20 px
   double near_m = 5.0;
   double far_m = 40.0;
-  double spread = 1.0;          ///< share of the image that the points cover; small = near-degenerate
-  double start_error = 0.02;    ///< of the start's twist, m and rad / 10
+  double spread = 1.0;        ///< share of the image that the points cover; small = near-degenerate
+  double start_error = 0.02;  ///< of the start's twist, m and rad / 10
 };
 
 struct RandomProblem {
@@ -27,14 +27,16 @@ struct RandomProblem {
 
 inline RandomProblem make_random_problem(unsigned seed, const RandomProblemOptions& options) {
   std::mt19937_64 engine(seed);
-  const auto uniform = [&](double a, double b) { return a + (b - a) * (static_cast<double>(engine() >> 11U) * 0x1p-53); };
+  const auto uniform = [&](double a, double b) {
+    return a + (b - a) * (static_cast<double>(engine() >> 11U) * 0x1p-53);
+  };
   std::normal_distribution<double> normal;
   RandomProblem out;
   StereoCamera& camera = out.problem.camera;
   camera = {{720, 718, 610, 180}, 380};
   Vector6d xi;
-  xi << uniform(-0.2, 0.2), uniform(-0.1, 0.1), uniform(-1.5, -0.3), uniform(-0.01, 0.01), uniform(-0.03, 0.03),
-      uniform(-0.01, 0.01);
+  xi << uniform(-0.2, 0.2), uniform(-0.1, 0.1), uniform(-1.5, -0.3), uniform(-0.01, 0.01),
+      uniform(-0.03, 0.03), uniform(-0.01, 0.01);
   out.T_curr_prev = SE3::exp(xi);
   for (int i = 0; i < options.n_points; ++i) {
     const double u = 610 + options.spread * uniform(-600, 600);

@@ -10,11 +10,11 @@ namespace sextant {
 struct Frame {
   int index = 0;  ///< the data set's own frame number
 
-  Image<uint8_t> gray;      ///< luminance, 0..255
-  Image<Rgb> rgb;           ///< only when asked for (overlays, networks)
-  Image<float> depth_m;     ///< z-depth; NaN = invalid
-  Image<Flow> flow;         ///< from this frame to the next, px; NaN = invalid
-  Image<uint16_t> mask;     ///< instance ids of this frame; 0 = background
+  Image<uint8_t> gray;   ///< luminance, 0..255
+  Image<Rgb> rgb;        ///< only when asked for (overlays, networks)
+  Image<float> depth_m;  ///< z-depth; NaN = invalid
+  Image<Flow> flow;      ///< from this frame to the next, px; NaN = invalid
+  Image<uint16_t> mask;  ///< instance ids of this frame; 0 = background
 };
 
 /// A set of channels to read.

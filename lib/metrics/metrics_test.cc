@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "sextant/base/error.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"
 #include "sextant/metrics/presets.h"
 #include "sextant/metrics/velocity.h"
-#include "sextant/base/error.h"
 
 namespace sextant {
 namespace {

@@ -13,9 +13,11 @@ namespace {
 
 const std::vector<MetricPreset>& table() {
   static const std::vector<MetricPreset> presets = {
-      {"paper", "as the paper states: object motion in the camera frame, mean over steps, same velocity formula",
+      {"paper",
+       "as the paper states: object motion in the camera frame, mean over steps, same velocity formula",
        "Et_m", "ER_deg", "Ev_kmh", "v_gt_kmh", Aggregate::mean},
-      {"multimot_code", "as the published code: object motion in the estimate's world, velocity truth from the box origin",
+      {"multimot_code",
+       "as the published code: object motion in the estimate's world, velocity truth from the box origin",
        "Et_world_m", "ER_world_deg", "Ev_origin_kmh", "v_gt_origin_kmh", Aggregate::mean},
       {"vdo_slam", "VDO-SLAM: object motion in the body frame, RMSE over steps", "Et_body_m", "ER_body_deg",
        "Ev_origin_kmh", "v_gt_origin_kmh", Aggregate::rmse},
@@ -59,6 +61,8 @@ double aggregate(Aggregate how, std::span<const double> values) {
 
 std::span<const MetricPreset> metric_presets() { return table(); }
 
-const MetricPreset& find_preset(std::string_view name) { return find_entry(metric_presets(), name, "metric preset"); }
+const MetricPreset& find_preset(std::string_view name) {
+  return find_entry(metric_presets(), name, "metric preset");
+}
 
 }  // namespace sextant

@@ -17,9 +17,9 @@ double aggregate(Aggregate how, std::span<const double> values);
 struct MetricPreset {
   std::string name;
   std::string description;
-  std::string object_Et_key;   ///< which recorded translation error, m
-  std::string object_ER_key;   ///< which recorded rotation error, deg
-  std::string velocity_key;    ///< which recorded velocity error, km/h
+  std::string object_Et_key;       ///< which recorded translation error, m
+  std::string object_ER_key;       ///< which recorded rotation error, deg
+  std::string velocity_key;        ///< which recorded velocity error, km/h
   std::string velocity_truth_key;  ///< which recorded true velocity, km/h ("values")
   Aggregate aggregate = Aggregate::mean;
 };

@@ -13,11 +13,11 @@
 namespace sextant {
 
 struct ObjectTruth {
-  int id = 0;                       ///< id in the source's masks (KITTI track id + 1 in VDO folders)
-  SE3 T_camera_object;              ///< object pose in the camera frame of its own instant
+  int id = 0;           ///< id in the source's masks (KITTI track id + 1 in VDO folders)
+  SE3 T_camera_object;  ///< object pose in the camera frame of its own instant
   std::optional<double> left, top, right, bottom;  ///< 2-D box, px
-  std::optional<bool> moving;       ///< the data set's own dynamic/static flag, if it has one
-  bool interpolated = false;        ///< pose made by interpolation between labelled frames
+  std::optional<bool> moving;                      ///< the data set's own dynamic/static flag, if it has one
+  bool interpolated = false;                       ///< pose made by interpolation between labelled frames
 };
 
 class SequenceTruth {
