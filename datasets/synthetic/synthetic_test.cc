@@ -1,0 +1,275 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <opencv2/features2d.hpp>
+#include <thread>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/pipeline.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr Channels kAll{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
+
+std::unique_ptr<Sequence> open(const std::string& source) { return open_source(SourceSpec::parse(source)); }
+
+/// NaN equals NaN: compares what is stored.
+template <typename T>
+bool same_bytes(const Image<T>& a, const Image<T>& b) {
+  return a.width() == b.width() && a.height() == b.height() &&
+         std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+bool same_bytes(const Frame& a, const Frame& b) {
+  return a.index == b.index && same_bytes(a.gray, b.gray) && same_bytes(a.rgb, b.rgb) &&
+         same_bytes(a.depth_m, b.depth_m) && same_bytes(a.flow, b.flow) && same_bytes(a.mask, b.mask);
+}
+
+std::map<int, double> area_shares(const Image<uint16_t>& mask) {
+  std::map<int, double> shares;
+  for (size_t i = 0; i < mask.size(); ++i) shares[mask.data()[i]] += 1.0 / static_cast<double>(mask.size());
+  return shares;
+}
+
+class SyntheticScenario : public testing::TestWithParam<const char*> {
+ protected:
+  std::unique_ptr<Sequence> sequence_ = open(std::string("synthetic:") + GetParam());
+};
+
+TEST_P(SyntheticScenario, DepthAndPosesExplainTheFlow) {
+  const SequenceInfo& info = sequence_->info();
+  for (int k = info.first_frame; k < info.last_frame; k += 4) {
+    const Frame frame = sequence_->read(k, {.depth = true, .flow = true, .mask = true});
+    int n_static = 0;
+    int n_object = 0;
+    double worst_px = 0;
+    for (int y = 3; y < info.height; y += 5) {
+      for (int x = 2; x < info.width; x += 5) {
+        const double depth_m = frame.depth_m(x, y);
+        ASSERT_EQ(std::isfinite(depth_m), frame.flow(x, y).valid() || std::isfinite(depth_m));
+        if (!frame.flow(x, y).valid()) continue;
+        const int id = frame.mask(x, y);
+        const auto motion = id == 0 ? sequence_->truth().background_motion(k, k + 1)
+                                    : sequence_->truth().object_motion(id, k, k + 1);
+        if (!motion) continue;  // the object is hidden in the next frame
+        const Eigen::Vector2d to =
+            info.camera.left.project(*motion * info.camera.left.backproject(x, y, depth_m));
+        const Eigen::Vector2d flow(frame.flow(x, y).u, frame.flow(x, y).v);
+        // Flow is stored in single precision: near points move by thousands of pixels.
+        const double error_px = (to - Eigen::Vector2d(x, y) - flow).norm() / std::max(1.0, flow.norm() / 500);
+        worst_px = std::max(worst_px, error_px);
+        ++(id == 0 ? n_static : n_object);
+      }
+    }
+    EXPECT_LT(worst_px, 1e-4) << "frame " << k;
+    EXPECT_GT(n_static, 10000);
+    EXPECT_GT(n_object, 100);
+  }
+}
+
+TEST_P(SyntheticScenario, HasManyCornersOffTheObjects) {
+  const SequenceInfo& info = sequence_->info();
+  for (const int k : {info.first_frame, info.last_frame}) {
+    const Frame frame = sequence_->read(k, {.gray = true, .depth = true, .mask = true});
+    const cv::Mat view(info.height, info.width, CV_8UC1, const_cast<uint8_t*>(frame.gray.data()));
+    std::vector<cv::KeyPoint> corners;
+    cv::FAST(view, corners, 7, true);
+    int n = 0;
+    for (const cv::KeyPoint& corner : corners) {
+      const int x = static_cast<int>(corner.pt.x), y = static_cast<int>(corner.pt.y);
+      n += frame.mask(x, y) == 0 && std::isfinite(frame.depth_m(x, y)) ? 1 : 0;
+    }
+    EXPECT_GT(n, 2000) << "frame " << k;
+  }
+}
+
+TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
+  // Texture is fixed to the surfaces: the gray value at the end of the flow is that of its start. Shadows of
+  // moving cars, occlusions and filters differ, so the median counts.
+  const SequenceInfo& info = sequence_->info();
+  const int k = info.first_frame + 3;
+  const Frame prev = sequence_->read(k, kAll);
+  const Frame curr = sequence_->read(k + 1, kAll);
+  std::vector<int> differences, unmoved;
+  for (int y = 0; y < info.height; y += 2) {
+    for (int x = 0; x < info.width; x += 2) {
+      if (!prev.flow(x, y).valid() || std::hypot(prev.flow(x, y).u, prev.flow(x, y).v) < 1) continue;
+      const int to_x = static_cast<int>(std::lround(static_cast<float>(x) + prev.flow(x, y).u));
+      const int to_y = static_cast<int>(std::lround(static_cast<float>(y) + prev.flow(x, y).v));
+      if (!curr.gray.contains(to_x, to_y)) continue;
+      differences.push_back(std::abs(prev.gray(x, y) - curr.gray(to_x, to_y)));
+      unmoved.push_back(std::abs(prev.gray(x, y) - curr.gray(x, y)));
+    }
+  }
+  const auto median = [](std::vector<int>& values) {
+    std::ranges::nth_element(values, values.begin() + static_cast<ptrdiff_t>(values.size() / 2));
+    return values[values.size() / 2];
+  };
+  ASSERT_GT(differences.size(), 200U);
+  EXPECT_LE(median(differences), 5);
+  EXPECT_LT(2 * median(differences), median(unmoved));
+}
+
+TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
+  const auto again = open(std::string("synthetic:") + GetParam());
+  const int k = sequence_->info().first_frame + 2;
+  const Frame expected = again->read(k, kAll);
+  Frame one, two;
+  std::thread first([&] { one = sequence_->read(k, kAll); });
+  std::thread second([&] { two = sequence_->read(k, kAll); });
+  first.join();
+  second.join();
+  EXPECT_TRUE(same_bytes(one, expected));
+  EXPECT_TRUE(same_bytes(two, expected));
+  // A channel does not depend on which others are read.
+  EXPECT_TRUE(same_bytes(sequence_->read(k, {.depth = true}).depth_m, expected.depth_m));
+  EXPECT_TRUE(same_bytes(sequence_->read(k, {.mask = true}).mask, expected.mask));
+  EXPECT_TRUE(same_bytes(*sequence_->true_flow(k), expected.flow));
+}
+
+TEST_P(SyntheticScenario, TruthHasTheBoxesOfTheMasks) {
+  const SequenceInfo& info = sequence_->info();
+  for (const int k : {info.first_frame, info.last_frame}) {
+    const Image<uint16_t> mask = sequence_->read(k, {.mask = true}).mask;
+    const auto shares = area_shares(mask);
+    EXPECT_EQ(sequence_->truth().objects.at(k).size(), shares.size() - 1);
+    for (const ObjectTruth& object : sequence_->truth().objects.at(k)) {
+      ASSERT_TRUE(shares.contains(object.id));
+      double left = info.width, top = info.height, right = -1, bottom = -1;
+      for (int y = 0; y < info.height; ++y) {
+        for (int x = 0; x < info.width; ++x) {
+          if (mask(x, y) != object.id) continue;
+          left = std::min<double>(left, x);
+          right = std::max<double>(right, x);
+          top = std::min<double>(top, y);
+          bottom = std::max<double>(bottom, y);
+        }
+      }
+      EXPECT_EQ(*object.left, left);
+      EXPECT_EQ(*object.top, top);
+      EXPECT_EQ(*object.right, right);
+      EXPECT_EQ(*object.bottom, bottom);
+    }
+  }
+}
+
+TEST_P(SyntheticScenario, EstimatorOnExactDataFindsTheTruth) {
+  const SequenceInfo& info = sequence_->info();
+  FrameEstimator estimator({}, make_estimator("joint_flow"));
+  double worst_ego_m = 0;
+  double worst_object_m = 0;
+  int n_objects = 0;
+  Frame prev = sequence_->read(info.first_frame, kAll);
+  for (int k = info.first_frame + 1; k <= info.last_frame; ++k) {
+    Frame curr = sequence_->read(k, kAll);
+    const FrameResult result =
+        estimator.process(extract_frame_pair(prev, curr, info.camera, 1 / info.rate_hz, {}));
+    ASSERT_EQ(result.ego.status, Status::ok) << k;
+    const auto distance_m = [](const SE3& a, const SE3& b) { return (a.inverse() * b).translation().norm(); };
+    worst_ego_m = std::max(worst_ego_m, distance_m(*sequence_->truth().background_motion(k - 1, k),
+                                                   result.ego.estimate.T_curr_prev));
+    for (const BodyResult& object : result.objects) {
+      const ObjectTruth* truth = sequence_->truth().find(k, object.instance);
+      ASSERT_NE(truth, nullptr);
+      if (object.status != Status::ok) continue;
+      EXPECT_TRUE(*truth->moving) << "frame " << k << " object " << object.instance;
+      ++n_objects;
+      worst_object_m =
+          std::max(worst_object_m, distance_m(*sequence_->truth().object_motion(object.instance, k - 1, k),
+                                              object.estimate.T_curr_prev));
+    }
+    prev = std::move(curr);
+  }
+  EXPECT_LT(worst_ego_m, 1e-5);
+  EXPECT_LT(worst_object_m, 1e-4);
+  EXPECT_GE(n_objects, info.last_frame - info.first_frame);  // one in every pair at least
+  RecordProperty("worst_ego_m", fmt::format("{:.2e}", worst_ego_m));
+  RecordProperty("worst_object_m", fmt::format("{:.2e}", worst_object_m));
+  RecordProperty("n_objects", n_objects);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SyntheticScenario, testing::Values("s18", "s01-turn", "s01-crossing"),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+TEST(Synthetic, S18HasTheCarsOfThePaper) {
+  const auto sequence = open("synthetic:s18");
+  EXPECT_EQ(sequence->info().first_frame, 0);
+  EXPECT_EQ(sequence->info().last_frame, 10);
+  const double distance_m[] = {8.4, 17.8, 26.3};
+  const double share[] = {0.065, 0.0080, 0.0035};
+  std::map<int, double> mean_m, mean_share;
+  for (int k = 0; k <= 10; ++k) {
+    const auto shares = area_shares(sequence->read(k, {.mask = true}).mask);
+    for (int id = 1; id <= 3; ++id) {
+      const ObjectTruth* car = sequence->truth().find(k, id);
+      ASSERT_NE(car, nullptr);
+      EXPECT_TRUE(*car->moving);
+      mean_m[id] += car->T_camera_object.translation().norm() / 11;
+      mean_share[id] += shares.at(id) / 11;
+    }
+    if (k == 0) continue;
+    const double step_m = sequence->truth().camera.motion(k - 1, k)->translation().norm();
+    EXPECT_GT(step_m, 0.53);
+    EXPECT_LT(step_m, 0.68);
+  }
+  for (int id = 1; id <= 3; ++id) {
+    EXPECT_NEAR(mean_m[id], distance_m[id - 1], 0.2 * distance_m[id - 1]) << id;
+    EXPECT_NEAR(mean_share[id], share[id - 1], 0.2 * share[id - 1]) << id;
+  }
+}
+
+TEST(Synthetic, TurnTurnsAndCrossingStands) {
+  const auto turn = open("synthetic:s01-turn");
+  for (int k = 1; k <= turn->info().last_frame; ++k) {
+    const SE3 step = *turn->truth().camera.motion(k - 1, k);
+    const double turn_deg = rotation_angle_rad(step.rotation()) * 57.29577951308232;
+    EXPECT_GT(turn_deg, 1.45) << k;
+    EXPECT_LT(turn_deg, 2.65) << k;
+    EXPECT_GT(step.translation().norm(), 0.53) << k;
+    EXPECT_LT(step.translation().norm(), 0.74) << k;
+    EXPECT_NEAR(turn->truth().find(k, 1)->T_camera_object.translation().norm(), 13.0, 2.6);
+  }
+  const auto crossing = open("synthetic:s01-crossing");
+  for (int k = 1; k <= crossing->info().last_frame; ++k) {
+    EXPECT_EQ(crossing->truth().camera.motion(k - 1, k)->translation().norm(), 0.0);
+    EXPECT_NEAR(crossing->truth().find(k, 1)->T_camera_object.translation().norm(), 14.0, 2.8) << k;
+  }
+}
+
+TEST(Synthetic, LastFrameOfTheScenarioHasNoFlow) {
+  EXPECT_TRUE(open("synthetic:s18")->read(10, {.flow = true}).flow.empty());
+  EXPECT_FALSE(open("synthetic:s18")->true_flow(10).has_value());
+  EXPECT_FALSE(open("synthetic:s18@2-5")->read(5, {.flow = true}).flow.empty());
+}
+
+TEST(Synthetic, SkyHasNoDepthAndNoFlow) {
+  const Frame frame = open("synthetic:s18")->read(0, kAll);
+  EXPECT_TRUE(std::isnan(frame.depth_m(600, 60)));
+  EXPECT_FALSE(frame.flow(600, 60).valid());
+  EXPECT_EQ(frame.mask(600, 60), 0);
+}
+
+TEST(Synthetic, BadSourcesAreErrors) {
+  EXPECT_THAT([] { open("synthetic:s01-tun"); },
+              ThrowsMessage<Error>(HasSubstr("unknown scenario 's01-tun': did you mean 's01-turn'")));
+  EXPECT_THAT([] { open("synthetic:s18@3-11"); },
+              ThrowsMessage<Error>(HasSubstr("synthetic:s18: frames 3-11 asked for, it has frames 0-10")));
+  EXPECT_THAT([] { open("synthetic:s18#left"); }, ThrowsMessage<Error>(HasSubstr("no '#'")));
+  EXPECT_THAT([] { open("synthetic:s18@2-4")->read(5, {.depth = true}); },
+              ThrowsMessage<Error>(HasSubstr("no frame 5: it has frames 2-4")));
+}
+
+}  // namespace
+}  // namespace sextant
