@@ -14,14 +14,14 @@ using Eigen::Vector3f;
 
 constexpr double kNearestFlow_m = 0.1;
 
-/// Eight places in a pixel, one in each row and column of an 8x8 grid.
-constexpr std::array<std::array<double, 2>, 8> kSubpixels = {{{-0.4375, -0.0625},
-                                                              {-0.3125, 0.3125},
-                                                              {-0.1875, -0.3125},
-                                                              {-0.0625, 0.0625},
-                                                              {0.0625, 0.4375},
+/// Eight places in a pixel, one in each row and column of an 8x8 grid; those near the centre first.
+constexpr std::array<std::array<double, 2>, 8> kSubpixels = {{{-0.0625, 0.0625},
                                                               {0.1875, -0.1875},
+                                                              {-0.1875, -0.3125},
                                                               {0.3125, 0.1875},
+                                                              {-0.4375, -0.0625},
+                                                              {-0.3125, 0.3125},
+                                                              {0.0625, 0.4375},
                                                               {0.4375, -0.4375}}};
 
 /// A half-open rectangle of pixels.
@@ -31,21 +31,27 @@ struct Window {
 
 /// Where a mesh can be seen at most.
 Window window_of(const Mesh& mesh, const SE3& T_camera_body, const PinholeCamera& camera) {
+  constexpr double kNear_m = 0.1;
   double left = kWidth, top = kHeight, right = 0, bottom = 0;
+  size_t n_behind = 0;
   for (const Vector3d& vertex : mesh.vertices) {
     const Vector3d p = T_camera_body * vertex;
-    if (p.z() < 0.3) continue;
+    if (p.z() < kNear_m) {
+      ++n_behind;
+      continue;
+    }
     const Eigen::Vector2d pixel = camera.project(p);
     left = std::min(left, pixel.x());
     right = std::max(right, pixel.x());
     top = std::min(top, pixel.y());
     bottom = std::max(bottom, pixel.y());
   }
-  // A body around the camera's own plane may reach anywhere below the horizon: widen rather than miss it.
+  if (n_behind == mesh.vertices.size()) return {};
+  if (n_behind > 0) return {0, 0, kWidth, kHeight};  // it crosses the camera's plane
   const auto clamp = [](double value, int high) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(high)));
   };
-  return {clamp(std::floor(left) - 1, kWidth), clamp(std::floor(top) - 1, kHeight), clamp(right + 2, kWidth),
+  return {clamp(left - 1, kWidth), clamp(top - 1, kHeight), clamp(right + 2, kWidth),
           clamp(bottom + 2, kHeight)};
 }
 
@@ -142,7 +148,7 @@ Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) 
     if (a.shadowed != b.shadowed) return true;
     if (patch_of(a) == patch_of(b) && !curved(a)) return false;
     if (!curved(a) || !curved(b)) return true;
-    return std::abs(a.depth_m - b.depth_m) > 0.02 * std::min(a.depth_m, b.depth_m);
+    return std::abs(a.depth_m - b.depth_m) > 0.04 * std::min(a.depth_m, b.depth_m);
   };
   Image<Rgb> image(kWidth, kHeight);
   RayScene::Directions rays;
@@ -163,8 +169,16 @@ Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) 
         rays[i] = pinhole.ray(x + kSubpixels[i][0], y + kSubpixels[i][1]);
       }
       view.scene->cast(rays, RayScene::kWidth, true, found);
+      // Textures are filtered already: every surface in the pixel is shaded once, near the centre.
+      std::array<Vector3f, RayScene::kWidth> colours;
       Vector3f sum = Vector3f::Zero();
-      for (size_t i = 0; i < kSubpixels.size(); ++i) sum += shader.colour(found[i], rays[i]).cwiseMin(1.5F);
+      for (size_t i = 0; i < kSubpixels.size(); ++i) {
+        const auto same = [&](const Hit& other) { return !differ(found[i], other); };
+        const auto before = std::find_if(found.begin(), found.begin() + static_cast<ptrdiff_t>(i), same);
+        const auto first = static_cast<size_t>(before - found.begin());
+        colours[i] = first < i ? colours[first] : shader.colour(found[i], rays[i]).cwiseMin(1.5F);
+        sum += colours[i];
+      }
       image(x, y) = to_rgb(sum / static_cast<float>(kSubpixels.size()));
     }
   }

@@ -122,19 +122,20 @@ Vector3f asphalt(const Look& look, const Sample& s) {
   return look.colour * std::max(0.2F, 1.0F + 0.17F * grain + 0.07F * patchy - 0.5F * dark);
 }
 
+/// White paint over the road's surface; it wears off in places.
+Vector3f marked(const Look& look, const Sample& s, float white) {
+  const Vector3f ground = asphalt(look, s);
+  if (white <= 0) return ground;
+  const float wear = 0.8F + 0.15F * fractal(s, look.seed + 130, 0.5, 0.02);
+  return mix(ground, {0.85F, 0.85F, 0.82F}, std::clamp(white * wear, 0.0F, 1.0F));
+}
+
 Vector3f road(const Look& look, const Sample& s) {
   float white = cover(s.u, s.width_u_m, -0.07, 0.07) * cover_periodic(s.v, s.width_v_m, 6.0, 0.0, 3.0);
   for (const double side : {-look.extent, look.extent}) {
     white += cover(s.u, s.width_u_m, side - 0.07, side + 0.07);
   }
-  const float wear = 0.8F + 0.15F * fractal(s, look.seed + 130, 0.5, 0.02);
-  return mix(asphalt(look, s), {0.85F, 0.85F, 0.82F}, std::clamp(white * wear, 0.0F, 1.0F));
-}
-
-Vector3f stripes(const Look& look, const Sample& s) {
-  const float wear = 0.8F + 0.15F * fractal(s, look.seed + 130, 0.5, 0.02);
-  const float white = cover_periodic(s.u, s.width_u_m, 1.0, 0.25, 0.75) * wear;
-  return mix(asphalt(look, s), {0.85F, 0.85F, 0.82F}, std::clamp(white, 0.0F, 1.0F));
+  return marked(look, s, white);
 }
 
 Vector3f paving(const Look& look, const Sample& s) {
@@ -159,6 +160,7 @@ Vector3f windows(const Look& look, const Sample& s, const Vector3f& wall) {
                      cover_periodic(s.v, s.width_v_m, kStorey_m, 0.93, 2.47);
   const float sill = cover_periodic(s.u, s.width_u_m, kBay_m, 0.5, 2.2) *
                      cover_periodic(s.v, s.width_v_m, kStorey_m, 0.70, 0.85);
+  if (opening + sill <= 0) return wall;
   // Every window has its own darkness and curtain.
   const auto sharp =
       static_cast<float>(std::clamp(kBay_m / std::max(s.width_u_m, s.width_v_m) - 1.0, 0.0, 1.0));
@@ -166,7 +168,7 @@ Vector3f windows(const Look& look, const Sample& s, const Vector3f& wall) {
   const double blind =
       2.47 - 1.2 * random01(static_cast<uint32_t>(bay), static_cast<uint32_t>(storey), look.seed);
   const float curtain = sharp * cover(s.v - storey * kStorey_m, s.width_v_m, blind, 2.47) * 0.55F;
-  const float reflection = 0.10F * fractal(s, look.seed + 60, 1.5, 0.03);
+  const float reflection = pane <= 0 ? 0.0F : 0.10F * fractal(s, look.seed + 60, 1.5, 0.03);
   const Vector3f glass =
       Vector3f(0.14F, 0.18F, 0.23F) * (0.7F + lit) + Vector3f::Constant(curtain + reflection);
   Vector3f colour = mix(wall, {0.72F, 0.70F, 0.66F}, std::min(1.0F, sill));
@@ -198,7 +200,7 @@ Vector3f colour_at(const Look& look, const Sample& s) {
     case Material::road:
       return road(look, s);
     case Material::stripes:
-      return stripes(look, s);
+      return marked(look, s, cover_periodic(s.u, s.width_u_m, 1.0, 0.25, 0.75));
     case Material::paving:
       return paving(look, s);
     case Material::facade:
