@@ -1,7 +1,7 @@
 #include "sextant/base/registry.h"
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/datasets/synthetic/adapter.h"
+#include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/vdo_folder.h"
 
 namespace sextant {
@@ -11,8 +11,7 @@ std::span<const Adapter> adapters() {
       {"vdo", "multimot / VDO-SLAM folder: images, disparity, flow and masks in files",
        "vdo:/data/kitti_03_demo@0-19", open_vdo_folder, [] { return describe_options(VdoFolderOptions{}); }},
       {"synthetic", "rendered street scenes, exact depth, flow, masks and truth: s18, s01-turn, s01-crossing",
-       "synthetic:s18", open_synthetic<Sequence, SourceSpec>,
-       [] { return describe_options(SyntheticOptions{}); }},
+       "synthetic:s18", open_synthetic, [] { return describe_options(SyntheticOptions{}); }},
   };
   return table;
 }

@@ -17,6 +17,7 @@ struct OverlayFlags : CommonFlags {
   std::string estimator = RunConfig{}.estimator;
   std::string out;
   int frame = 0;
+  int width_px = 0;
 };
 
 void draw(const OverlayFlags& flags) {
@@ -46,7 +47,8 @@ void draw(const OverlayFlags& flags) {
   run(config);
   Channels channels;
   channels.rgb = channels.mask = true;
-  write_file(flags.out, draw_overlay(sequence->read(result->prev, channels), *result, records));
+  write_file(flags.out,
+             draw_overlay(sequence->read(result->prev, channels), *result, records, flags.width_px));
   if (!flags.quiet) fmt::print("Picture: {}\n", flags.out);
 }
 
@@ -64,6 +66,8 @@ void add_overlay_command(CLI::App& app) {
       ->required()
       ->type_name("K");
   command->add_option("--out", flags->out, "PNG file")->required()->type_name("FILE.png");
+  command->add_option("--width", flags->width_px, "Width of the picture in px; 0 = twice the image's")
+      ->check(CLI::Range(0, 20000));
   command->add_option("--estimator", flags->estimator, "Which estimator")
       ->type_name("NAME")
       ->capture_default_str();
@@ -71,7 +75,7 @@ void add_overlay_command(CLI::App& app) {
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress and no output");
-  command->footer("Example:\n  sextant overlay vdo:kitti_03_demo --frame 10 --out overlay.png");
+  command->footer("Example:\n  sextant overlay synthetic:s18 --frame 5 --out overlay.png");
   command->callback([flags] { draw(*flags); });
 }
 

@@ -113,7 +113,8 @@ std::string number(const Record* record, Record::Numbers Record::*map, const std
 
 }  // namespace
 
-std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records) {
+std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records,
+                         int width_px) {
   SEXTANT_CHECK(!frame.rgb.empty() && !frame.mask.empty());
   cv::Mat canvas = canvas_of(frame);
   draw_points(result.ego, static_colour, false, canvas);
@@ -141,6 +142,11 @@ std::string draw_overlay(const Frame& frame, const FrameResult& result, const st
                   result.curr),
       canvas);
 
+  if (width_px > 0 && width_px < canvas.cols) {
+    const int height_px =
+        static_cast<int>(std::lround(static_cast<double>(canvas.rows) * width_px / canvas.cols));
+    cv::resize(cv::Mat(canvas), canvas, {width_px, std::max(height_px, 1)}, 0, 0, cv::INTER_AREA);
+  }
   std::vector<uchar> png;
   SEXTANT_CHECK(cv::imencode(".png", canvas, png, {cv::IMWRITE_PNG_COMPRESSION, 9}));
   return {png.begin(), png.end()};

@@ -12,6 +12,8 @@
 namespace sextant {
 
 /// PNG bytes. `frame` is the previous frame of the pair with rgb and mask; `records` are those of the pair.
-std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records);
+/// The picture is twice as wide as the frame; `width_px` > 0 shrinks it to that width.
+std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records,
+                         int width_px = 0);
 
 }  // namespace sextant

@@ -1,36 +1,15 @@
-#pragma once
+#include "sextant/datasets/synthetic_scenes.h"
 
-// Adapter `synthetic`: scenes that need no download. SOURCE is synthetic:<scenario>[@first-last].
-//
-// This folder lies below datasets/ in the layers, so the interface that it serves comes as a parameter: the
-// table in datasets/registry.cc names open_synthetic<Sequence, SourceSpec>.
-
-#include <memory>
-#include <optional>
-#include <utility>
-
-#include "sextant/base/options.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
 namespace sextant {
+namespace {
 
-/// None so far: a scenario is complete by its name.
-struct SyntheticOptions {
-  template <typename V>
-  void visit(V&) {}
-};
+// Raised whenever any pixel or pose of a scenario changes.
+constexpr const char* version = "synthetic scenes version 1";
 
-namespace synthetic {
-
-/// Raised whenever any pixel or pose of a scenario changes.
-inline constexpr const char* kVersion = "synthetic scenes version 1";
-
-template <typename Sequence>
 class RenderedSequence final : public Sequence {
  public:
-  using Info = std::remove_cvref_t<decltype(std::declval<const Sequence&>().info())>;
-
-  template <typename SourceSpec>
   explicit RenderedSequence(const SourceSpec& source) : renderer_(source.path) {
     const int last = renderer_.scenario().n_frames() - 1;
     info_.dataset = "synthetic";
@@ -41,17 +20,17 @@ class RenderedSequence final : public Sequence {
       fail("synthetic:{}: frames {}-{} asked for, it has frames 0-{}", source.path, info_.first_frame,
            info_.last_frame, last);
     }
-    info_.camera = camera();
-    info_.rate_hz = kRateHz;
-    info_.width = kWidth;
-    info_.height = kHeight;
+    info_.camera = synthetic::camera();
+    info_.rate_hz = synthetic::kRateHz;
+    info_.width = synthetic::kWidth;
+    info_.height = synthetic::kHeight;
     info_.channels = {.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
-    info_.provenance = {std::string("images: rendered, ") + kVersion, "depth: rendered, exact",
+    info_.provenance = {std::string("images: rendered, ") + version, "depth: rendered, exact",
                         "flow: rendered, exact", "masks: rendered, exact"};
     truth_ = renderer_.truth(info_.first_frame, info_.last_frame);
   }
 
-  const Info& info() const override { return info_; }
+  const SequenceInfo& info() const override { return info_; }
   const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override {
     check_frame(frame);
@@ -72,22 +51,20 @@ class RenderedSequence final : public Sequence {
          info_.last_frame);
   }
 
-  Renderer renderer_;
-  Info info_;
+  synthetic::Renderer renderer_;
+  SequenceInfo info_;
   SequenceTruth truth_;
 };
 
-}  // namespace synthetic
+}  // namespace
 
-/// Throws Error on an unknown scenario or option, a '#' in the source, or frames that it does not have.
-template <typename Sequence, typename SourceSpec>
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
   SyntheticOptions options;
-  read_options(source.options, options);
+  read_options(source.options, options, "synthetic");
   if (!source.sequence.empty()) {
     fail("source '{}': a synthetic source has no '#': expected synthetic:scenario[@first-last]", source.text);
   }
-  return std::make_unique<synthetic::RenderedSequence<Sequence>>(source);
+  return std::make_unique<RenderedSequence>(source);
 }
 
 }  // namespace sextant
