@@ -2,27 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/ceres_reference.h"
 #include "sextant/estimator/extraction.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/estimator/testing.h"
 
 namespace sextant {
 namespace {
 
-double pose_difference(const SE3& a, const SE3& b) { return (a * b.inverse()).log().cwiseAbs().maxCoeff(); }
-
-double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
-  double worst = 0;
-  for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {
-    worst = std::max({worst, std::abs(a.refined_flow_u[i] - b.refined_flow_u[i]),
-                      std::abs(a.refined_flow_v[i] - b.refined_flow_v[i])});
-  }
-  return worst;
-}
+using testing::flow_difference;
+using testing::pose_difference;
 
 TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
   const char* data = std::getenv("SEXTANT_DATA");

@@ -102,9 +102,9 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
   table.caption = fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
                               preset.description, preset.object_Et_key, preset.object_ER_key,
                               preset.velocity_key, preset.velocity_truth_key);
-  table.columns = {{"dataset", "dataset", Align::left},
-                   {"sequence", "sequence", Align::left},
-                   {"estimator", "estimator", Align::left},
+  table.columns = {{"dataset", "dataset", Align::left, 0, true},
+                   {"sequence", "sequence", Align::left, 0, true},
+                   {"estimator", "estimator", Align::left, 0, true},
                    {"body", "body", Align::left},
                    {"n_pairs", "pairs", Align::right, 0},
                    {"n_truth", "truth", Align::right, 0},

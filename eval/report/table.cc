@@ -63,6 +63,27 @@ std::string exact(const Cell& cell) {
   return "";
 }
 
+struct FoldedTable {
+  Table table;
+  std::string said_once;  ///< "dataset vdo, sequence 0003"
+};
+
+/// Takes out the columns marked `fold` that say the same in every row.
+FoldedTable fold_columns(const Table& table) {
+  FoldedTable out{table, ""};
+  if (table.rows.empty()) return out;
+  for (size_t j = table.columns.size(); j-- > 0;) {
+    const auto same = [&](const std::vector<Cell>& row) { return row[j] == table.rows.front()[j]; };
+    if (!table.columns[j].fold || !std::all_of(table.rows.begin(), table.rows.end(), same)) continue;
+    const std::string said = table.columns[j].title + " " + rounded(table.rows.front()[j], table.columns[j]);
+    out.said_once = out.said_once.empty() ? said : said + ", " + out.said_once;
+    const auto at = static_cast<std::ptrdiff_t>(j);
+    out.table.columns.erase(out.table.columns.begin() + at);
+    for (std::vector<Cell>& row : out.table.rows) row.erase(row.begin() + at);
+  }
+  return out;
+}
+
 }  // namespace
 
 void Table::add_row(std::vector<Cell> row) {
@@ -74,11 +95,13 @@ void Table::add_row(std::vector<Cell> row) {
   rows.push_back(std::move(row));
 }
 
-std::string to_text(const Table& table) {
+std::string to_text(const Table& whole) {
+  const auto [table, folded] = fold_columns(whole);
   const Layout layout = lay_out(table, 1);
   std::string text;
   if (!table.title.empty()) text += table.title + "\n";
   if (!table.caption.empty()) text += table.caption + "\n";
+  if (!folded.empty()) text += folded + "\n";
   if (!text.empty()) text += "\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     std::string line;

@@ -30,6 +30,22 @@ TEST(Table, TextIsAligned) {
             "\nn\n");
 }
 
+TEST(Table, TextSaysOnceWhatAllRowsShare) {
+  Table table = example();
+  table.columns.insert(table.columns.begin(), {"set", "set", Align::left, 0, true});
+  for (auto& row : table.rows) row.insert(row.begin(), std::string("kitti"));
+  EXPECT_EQ(to_text(table),
+            "T\nC\nset kitti\n\n"
+            "name   x [m]\n"
+            "-----  -----\n"
+            "a,\"b|   0.33\n"
+            "é          -\n"
+            "\nn\n");
+  EXPECT_EQ(to_csv(table).substr(0, 12), "set,name,x_m");
+  table.rows.back().front() = std::string("vkitti");
+  EXPECT_NE(to_text(table).find("set     name"), std::string::npos);
+}
+
 TEST(Table, MarkdownEscapesBars) {
   EXPECT_EQ(to_markdown(example()),
             "## T\n\nC\n\n"

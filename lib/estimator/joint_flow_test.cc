@@ -10,20 +10,11 @@
 namespace sextant {
 namespace {
 
+using testing::flow_difference;
 using testing::make_random_problem;
+using testing::pose_difference;
 using testing::RandomProblem;
 using testing::RandomProblemOptions;
-
-double pose_difference(const SE3& a, const SE3& b) { return (a * b.inverse()).log().cwiseAbs().maxCoeff(); }
-
-double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
-  double worst = 0;
-  for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {
-    worst = std::max({worst, std::abs(a.refined_flow_u[i] - b.refined_flow_u[i]),
-                      std::abs(a.refined_flow_v[i] - b.refined_flow_v[i])});
-  }
-  return worst;
-}
 
 struct Case {
   const char* name;

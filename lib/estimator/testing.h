@@ -3,6 +3,8 @@
 // Random one-body problems for tests and benchmarks: a motion, points in view, flow and depth noise,
 // outliers. A pure function of its arguments.
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "sextant/estimator/estimator.h"
@@ -24,6 +26,21 @@ struct RandomProblem {
   SE3 T_curr_prev;
   StartingPoint start;  ///< near the truth, all points
 };
+
+/// Largest component of the twist between two motions (m, rad).
+inline double pose_difference(const SE3& a, const SE3& b) {
+  return (a * b.inverse()).log().cwiseAbs().maxCoeff();
+}
+
+/// Largest difference of any component of any refined flow (px).
+inline double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
+  double worst = 0;
+  for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {
+    worst = std::max({worst, std::abs(a.refined_flow_u[i] - b.refined_flow_u[i]),
+                      std::abs(a.refined_flow_v[i] - b.refined_flow_v[i])});
+  }
+  return worst;
+}
 
 inline RandomProblem make_random_problem(unsigned seed, const RandomProblemOptions& options) {
   std::mt19937_64 engine(seed);
