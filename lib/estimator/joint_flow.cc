@@ -16,9 +16,9 @@ MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& 
   const HuberKernel projection = options_.projection_kernel();
   const HuberKernel flow = options_.flow_kernel();
   const Correspondences& points = problem.points;
+  const PinholeCamera& camera = problem.camera.left;
   for (size_t i = 0; i < points.size(); ++i) {
     if (start.inliers[i] == 0) continue;
-    const PinholeCamera& camera = problem.camera.left;
     const Eigen::Vector3d m = camera.backproject(points.u[i], points.v[i], points.depth[i]);
     const Eigen::Vector2d target(points.u[i] + points.flow_u[i], points.v[i] + points.flow_v[i]);
     const Eigen::Vector2d r = target - camera.project(estimate.T_curr_prev * m);

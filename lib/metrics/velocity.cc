@@ -2,10 +2,12 @@
 
 #include <cmath>
 
+#include "sextant/estimator/pipeline.h"
+
 namespace sextant {
 
 double velocity_kmh(const SE3& H, const Eigen::Vector3d& centroid, double dt_s) {
-  return (H * centroid - centroid).norm() / dt_s * kmh_per_mps;
+  return speed_mps(H, centroid, dt_s) * kmh_per_mps;
 }
 
 double velocity_error_kmh(double estimate_kmh, double truth_kmh) {
