@@ -32,6 +32,9 @@ struct SourceSpec {
 
   /// Throws Error that shows the expected form.
   static SourceSpec parse(const std::string& text);
+  /// Adds the options of `tree` that concern this adapter: those under the adapter's name ("kitti.flow"), and
+  /// those under no adapter's name, which every source gets.
+  void add_options(const Json& tree);
 };
 
 struct SequenceInfo {
@@ -43,7 +46,7 @@ struct SequenceInfo {
   int height = 0;
   int first_frame = 0;  ///< inclusive, after @first-last
   int last_frame = 0;
-  Channels channels;                    ///< what read() can give
+  Channels channels;                    ///< what read() can give; truth in text alone: none
   std::vector<std::string> warnings;    ///< for the user, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
 };
@@ -60,6 +63,8 @@ class Sequence {
   virtual Frame read(int frame, Channels channels) const = 0;
   /// Dense true flow to the next frame, where the data set has it.
   virtual std::optional<Image<Flow>> true_flow(int /*frame*/) const { return std::nullopt; }
+  /// Dense true depth (m), where the data set has it apart from what read() gives.
+  virtual std::optional<Image<float>> true_depth(int /*frame*/) const { return std::nullopt; }
   /// Checks that every file a run over all frames needs is there, without decoding; throws on the first that
   /// is not.
   virtual void check_files() const = 0;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 
 #include "sextant/datasets/dataset.h"
@@ -50,6 +51,19 @@ SourceSpec SourceSpec::parse(const std::string& text) {
   if (spec.adapter.empty()) bad(text, "no adapter before ':'");
   if (spec.path.empty()) bad(text, "no path after ':'");
   return spec;
+}
+
+void SourceSpec::add_options(const Json& tree) {
+  const auto is_adapter = [](const std::string& key) {
+    return std::ranges::any_of(adapters(), [&](const Adapter& a) { return a.name == key; });
+  };
+  for (const auto& item : tree.items()) {
+    if (!is_adapter(item.key())) options[item.key()] = item.value();
+  }
+  if (const auto own = tree.find(adapter); own != tree.end()) {
+    if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, own->dump());
+    options.update(*own);
+  }
 }
 
 }  // namespace sextant

@@ -1,5 +1,6 @@
 #include "sextant/datasets/synthetic_scenes.h"
 
+#include "sextant/datasets/frame_range.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
 namespace sextant {
@@ -14,12 +15,9 @@ class RenderedSequence final : public Sequence {
     const int last = renderer_.scenario().n_frames() - 1;
     info_.dataset = "synthetic";
     info_.sequence = source.path;
-    info_.first_frame = source.first.value_or(0);
-    info_.last_frame = source.last.value_or(last);
-    if (info_.first_frame < 0 || info_.first_frame > info_.last_frame || info_.last_frame > last) {
-      fail("synthetic:{}: frames {}-{} asked for, it has frames 0-{}", source.path, info_.first_frame,
-           info_.last_frame, last);
-    }
+    std::set<int> frames;
+    for (int frame = 0; frame <= last; ++frame) frames.insert(frames.end(), frame);
+    choose_frames(source, frames, name(), info_);
     info_.camera = synthetic::camera();
     info_.rate_hz = synthetic::kRateHz;
     info_.width = synthetic::kWidth;
@@ -33,11 +31,11 @@ class RenderedSequence final : public Sequence {
   const SequenceInfo& info() const override { return info_; }
   const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override {
-    check_frame(frame);
+    check_frame(info_, frame, name());
     return renderer_.render(frame, channels);
   }
   std::optional<Image<Flow>> true_flow(int frame) const override {
-    check_frame(frame);
+    check_frame(info_, frame, name());
     Image<Flow> flow = renderer_.render(frame, {.flow = true}).flow;
     if (flow.empty()) return std::nullopt;
     return flow;
@@ -45,11 +43,7 @@ class RenderedSequence final : public Sequence {
   void check_files() const override {}  // there are none
 
  private:
-  void check_frame(int frame) const {
-    if (frame >= info_.first_frame && frame <= info_.last_frame) return;
-    fail("synthetic:{}: no frame {}: it has frames {}-{}", info_.sequence, frame, info_.first_frame,
-         info_.last_frame);
-  }
+  std::string name() const { return "synthetic:" + renderer_.scenario().name; }
 
   synthetic::Renderer renderer_;
   SequenceInfo info_;

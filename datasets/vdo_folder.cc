@@ -14,6 +14,7 @@
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
+#include "sextant/datasets/frame_range.h"
 #include "sextant/datasets/vdo_truth.h"
 
 namespace sextant {
@@ -67,7 +68,7 @@ class VdoFolder final : public Sequence {
   const SequenceTruth& truth() const override { return truth_; }
 
   Frame read(int frame, Channels channels) const override {
-    check_frame(frame);
+    check_frame(info_, frame, dir_.string());
     Frame out;
     out.index = frame;
     if (channels.gray || channels.rgb) read_image(image_path(frame), channels, out);
@@ -125,15 +126,7 @@ class VdoFolder final : public Sequence {
       if (const auto frame = frame_of(entry.path())) frames.insert(*frame);
     }
     if (frames.empty()) fail("{}: no images named like 000000.png", images_.string());
-    info_.first_frame = source.first.value_or(*frames.begin());
-    info_.last_frame = source.last.value_or(*frames.rbegin());
-    if (info_.first_frame < *frames.begin() || info_.last_frame > *frames.rbegin()) {
-      fail("{}: frames {}-{} asked for, it has images of frames {}-{}", dir_.string(), info_.first_frame,
-           info_.last_frame, *frames.begin(), *frames.rbegin());
-    }
-    for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
-      if (!frames.contains(frame)) need(image_path(frame), frame, "image");
-    }
+    sextant::choose_frames(source, frames, images_.string(), info_);
   }
 
   void choose_camera(const VdoFolderOptions& options) {
@@ -233,13 +226,6 @@ class VdoFolder final : public Sequence {
     info_.warnings.push_back(fmt::format("{}: no pose for {} of {} frames, the first is {}", poses.string(),
                                          missing.size(), info_.last_frame - info_.first_frame + 1,
                                          missing.front()));
-  }
-
-  void check_frame(int frame) const {
-    if (frame < info_.first_frame || frame > info_.last_frame) {
-      fail("{}: frame {} asked for, the range is {}-{}", dir_.string(), frame, info_.first_frame,
-           info_.last_frame);
-    }
   }
 
   void read_image(const fs::path& path, Channels channels, Frame& out) const {

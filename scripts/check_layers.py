@@ -22,7 +22,7 @@ import tempfile
 # Folder -> the folders it may include, bottom to top. A folder may always include itself.
 _MEASUREMENT = ["base", "geometry", "measurement"]
 _LIB = _MEASUREMENT + ["truth", "noise", "estimator", "metrics", "stats"]
-_DATASETS = ["datasets/codec", "datasets/synthetic", "datasets"]
+_DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
 LAYERS = {
     "base": [],
     "geometry": ["base"],
@@ -33,8 +33,9 @@ LAYERS = {
     "metrics": _MEASUREMENT + ["truth", "noise", "estimator"],
     "stats": ["base"],
     "datasets/codec": _MEASUREMENT,
+    "datasets/channels": _MEASUREMENT + ["datasets/codec"],
     "datasets/synthetic": _MEASUREMENT + ["truth", "noise", "datasets/codec"],
-    "datasets": _MEASUREMENT + ["truth", "noise", "datasets/codec", "datasets/synthetic"],
+    "datasets": _MEASUREMENT + ["truth", "noise", "datasets/codec", "datasets/channels", "datasets/synthetic"],
     "eval/experiment": _LIB + _DATASETS,
     "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
     "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
@@ -51,8 +52,9 @@ TRUTH_READERS = [
     "eval/experiment/*",
     "eval/external/*",
 ]
-TRUTH_READERS_EXCEPT = ["datasets/codec/*"]
-TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*", "datasets/codec/*"]
+TRUTH_READERS_EXCEPT = ["datasets/codec/*", "datasets/channels/*"]
+TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*", "datasets/codec/*",
+              "datasets/channels/*"]
 TRUTH_FREE_EXCEPT = ["noise/*verification*"]
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)

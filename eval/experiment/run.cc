@@ -162,7 +162,7 @@ class PairConsumer {
 };
 
 std::unique_ptr<Sequence> open_checked(SourceSpec spec, const Json& source_options) {
-  spec.options.update(source_options);
+  spec.add_options(source_options);
   std::unique_ptr<Sequence> sequence = open_source(spec);
   const SequenceInfo& info = sequence->info();
   if (info.last_frame <= info.first_frame) {

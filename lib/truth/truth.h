@@ -5,6 +5,7 @@
 
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sextant/geometry/trajectory.h"
@@ -12,18 +13,24 @@
 
 namespace sextant {
 
+/// Object axes: x right, y down, z ahead; origin in the middle of the box's bottom face.
 struct ObjectTruth {
-  int id = 0;           ///< id in the source's masks (KITTI track id + 1 in VDO folders)
+  int id = 0;           ///< id in the source's masks (KITTI track id + 1)
   SE3 T_camera_object;  ///< object pose in the camera frame of its own instant
   std::optional<double> left, top, right, bottom;  ///< 2-D box, px
   std::optional<bool> moving;                      ///< the data set's own dynamic/static flag, if it has one
   bool interpolated = false;                       ///< pose made by interpolation between labelled frames
+  std::optional<Eigen::Vector3d> size_m;           ///< width (x), height (y), length (z) of the box
+  std::string type;                                ///< the data set's own word ("Car"); may be empty
 };
 
 class SequenceTruth {
  public:
   Trajectory camera;                                ///< T_world_camera
   std::map<int, std::vector<ObjectTruth>> objects;  ///< by frame number, ordered by id
+  /// RMS error of the truth's own step lengths, where the data set allows to compute it (m): no estimator can
+  /// be measured to be better than that.
+  std::optional<double> camera_step_floor_m;
 
   const ObjectTruth* find(int frame, int id) const;
 

@@ -1,0 +1,78 @@
+#pragma once
+
+// One channel of a sequence (flow, depth or masks): read from files of any of the known formats, or computed
+// from the images. Adapters offer the choice as an option; its text is what stands before each line here.
+//
+//   flow    dis                 OpenCV's DIS, medium preset, previous to next image
+//           flo:DIR             Middlebury .flo
+//           kitti_png:DIR       16-bit PNG, (n - 2^15) / 64 px
+//           vkitti_png:DIR      16-bit PNG, (2 n / 65535 - 1)(size - 1) px
+//           onnx:FILE           a network
+//   depth   sgbm                OpenCV's semi-global block matching with left-right check
+//           disparity256:DIR    16-bit PNG, z = bf / (n / 256)
+//           depth256:DIR        16-bit PNG, z = n / 256 m, 0 = invalid (KITTI depth benchmark)
+//           cm:DIR              16-bit PNG, z = n / 100 m, 65535 = invalid
+//   masks   instance_png:DIR    8- or 16-bit gray or palette PNG, the stored number is the id
+//           mots_png:DIR        16-bit PNG, class * 1000 + track id; class 10 is ignored; id = track id + 1
+//           mots_txt:FILE       "frame id class height width rle" (COCO run lengths); id = track id + 1
+//           vdo_text:DIR        integers as text
+//           boxes               the 2-D label boxes, nearer objects in front: a last resort
+//           onnx:FILE           a network
+//
+// In a DIR, a file belongs to the frame whose number is the first run of digits in its name.
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/geometry/camera.h"
+#include "sextant/measurement/frame.h"
+
+namespace sextant {
+
+/// What a channel may be computed from.
+struct ChannelInputs {
+  std::function<Image<Rgb>(int frame)> left;   ///< reads, and logs, the image of a frame
+  std::function<Image<Rgb>(int frame)> right;  ///< empty: the source has no right images
+  InputLog* inputs = nullptr;                  ///< logs every file read
+  int width = 0;                               ///< px; every channel is checked against it
+  int height = 0;
+  int first_frame = 0;
+  int last_frame = 0;  ///< flow of this frame may be missing
+  StereoCamera camera;
+};
+
+/// A 2-D label box of one frame, px.
+struct LabelBox {
+  int id = 0;  ///< as in masks
+  double left = 0, top = 0, right = 0, bottom = 0;
+  double depth_m = 0;  ///< decides which box is in front
+};
+
+template <typename T>
+class ChannelSource {
+ public:
+  virtual ~ChannelSource() = default;
+  /// Safe to call from several threads. Throws Error that names the file and what is wrong with it.
+  virtual Image<T> read(int frame) const = 0;
+  /// Throws Error when the file that read(frame) needs is not there.
+  virtual void check_file(int /*frame*/) const {}
+  /// "flow: dis", for provenance.
+  virtual std::string provenance() const = 0;
+};
+
+using FlowSource = ChannelSource<Flow>;
+using DepthSource = ChannelSource<float>;
+using MaskSource = ChannelSource<uint16_t>;
+
+/// Throw Error on an unknown choice (with the known ones), a folder that is not there, or a computation whose
+/// images are missing. `inputs` is copied; the functions in it must live as long as the source.
+std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs);
+std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs);
+std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
+                                             std::map<int, std::vector<LabelBox>> boxes = {});
+
+}  // namespace sextant
