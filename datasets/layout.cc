@@ -1,0 +1,26 @@
+#include "sextant/datasets/layout.h"
+
+#include <algorithm>
+
+#include "sextant/base/registry.h"
+
+namespace sextant {
+
+std::span<const Layout> layouts() {
+  static const std::vector<Layout> table = {};
+  return table;
+}
+
+const Layout& find_layout(const std::string& name) { return find_entry(layouts(), name, "layout"); }
+
+int default_number(const std::string& sequence) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto first = std::ranges::find_if(sequence, is_digit);
+  int number = 0;
+  for (auto it = first; it != sequence.end() && is_digit(*it) && number < 1'000'000; ++it) {
+    number = 10 * number + (*it - '0');
+  }
+  return number;
+}
+
+}  // namespace sextant

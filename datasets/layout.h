@@ -1,0 +1,40 @@
+#pragma once
+
+// Writing a sequence in the layout of a published data set, so that the adapter of that data set reads it back
+// as it would read a download. How to add a layout: one file with a function like these, one line in
+// layout.cc.
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+
+struct LayoutRequest {
+  std::filesystem::path out;  ///< the data set's root; made when it is not there
+  std::string sequence;       ///< the layout's name of the sequence ("0018/clone"); empty: default_number()
+  Json options = Json::object();  ///< the layout's own options (strict)
+  int jobs = 1;                   ///< threads; the files do not depend on it
+  bool quiet = false;             ///< no progress line
+};
+
+struct Layout {
+  std::string name;
+  std::string description;  ///< one line for help
+  /// Writes all frames and the truth; returns the SOURCE that reads them. Throws Error when the sequence is
+  /// there already, or holds what the format cannot express.
+  std::function<std::string(const Sequence&, const LayoutRequest&)> write;
+  std::function<std::vector<OptionHelp>()> options;
+};
+
+std::span<const Layout> layouts();
+/// By name; throws Error with the nearest one.
+const Layout& find_layout(const std::string& name);
+
+/// The first number in a sequence's name ("s18" -> 18, "0018/clone" -> 18), 0 when there is none.
+int default_number(const std::string& sequence);
+
+}  // namespace sextant
