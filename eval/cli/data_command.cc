@@ -115,6 +115,8 @@ void add_data_command(CLI::App& app) {
       "PASS, WARN or FAIL per line; exit code 2 when one fails.\n"
       "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
   check_command->callback([flags, source] { check(*source, *flags); });
+
+  add_data_make_command(*data);
 }
 
 }  // namespace sextant

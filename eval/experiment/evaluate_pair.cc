@@ -105,6 +105,7 @@ Record evaluate_ego(const FrameResult& result, const PairContext& context,
   if (true_background) {
     const SE3 T_prev_curr = true_background->inverse();
     record.values["step_gt_m"] = T_prev_curr.translation().norm();
+    if (const auto floor_m = context.truth.camera_step_floor_m) record.values["step_floor_m"] = *floor_m;
     record.values["rotation_gt_deg"] = rotation_angle_rad(T_prev_curr.rotation()) * 180.0 / std::numbers::pi;
   }
   if (result.ego.status != Status::ok) return record;

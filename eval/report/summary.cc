@@ -1,5 +1,6 @@
 #include "sextant/eval/report/summary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -71,6 +72,24 @@ int body_order(const Record& record) {
   return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
 }
 
+/// What the truth itself is worth, per sequence that says so.
+std::vector<std::string> floor_notes(const std::vector<Record>& records) {
+  std::map<std::string, double> floors;
+  for (const Record& record : records) {
+    if (const auto floor_m = find(record.values, "step_floor_m")) {
+      floors[record.dataset + " " + record.sequence] = *floor_m;
+    }
+  }
+  std::vector<std::string> notes;
+  for (const auto& [sequence, floor_m] : floors) {
+    notes.push_back(
+        fmt::format("Ground-truth floor of {}: its true steps are off by {:.4f} m RMS along the way; "
+                    "E_t [m] of ego cannot be told to be better.",
+                    sequence, floor_m));
+  }
+  return notes;
+}
+
 Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 
 }  // namespace
@@ -133,6 +152,7 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
+  std::ranges::move(floor_notes(records), std::back_inserter(table.notes));
   return table;
 }
 

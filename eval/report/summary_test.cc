@@ -44,6 +44,17 @@ std::vector<Record> example() {
   return records;
 }
 
+TEST(Summary, SaysWhatTheTruthIsWorth) {
+  std::vector<Record> records = example();
+  const size_t n_notes = summary_table(records, find_preset("paper")).notes.size();
+  for (Record& record : records) {
+    if (record.is_ego()) record.values["step_floor_m"] = 0.0563;
+  }
+  const std::vector<std::string> notes = summary_table(records, find_preset("paper")).notes;
+  ASSERT_EQ(notes.size(), n_notes + 1);
+  EXPECT_THAT(notes.back(), testing::AllOf(testing::HasSubstr("vdo s"), testing::HasSubstr("0.0563 m")));
+}
+
 TEST(Summary, MeansCoverageAndStatusesByHand) {
   const std::vector<BodySummary> rows = summarize(example(), find_preset("paper"));
   ASSERT_EQ(rows.size(), 3U);

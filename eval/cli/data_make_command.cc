@@ -1,0 +1,93 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/layout.h"
+#include "sextant/eval/cli/command.h"
+
+namespace sextant {
+namespace {
+
+struct MakeFlags : CommonFlags {
+  std::string source;
+  std::string layout;
+  std::string out;
+  std::string sequence;
+};
+
+/// A scenario may be given by its name alone.
+std::string complete_source(const std::string& text) {
+  return text.find(':') == std::string::npos ? "synthetic:" + text : text;
+}
+
+/// --set source.* goes to the adapter, --set layout.* to the writer.
+Json group(const Json& tree, const std::string& key) {
+  for (const auto& item : tree.items()) {
+    if (item.key() != "source" && item.key() != "layout") {
+      fail("unknown option key '{}': known: source, layout", item.key());
+    }
+  }
+  return tree.value(key, Json::object());
+}
+
+void make(const MakeFlags& flags) {
+  const Json options = options_tree(flags.options, flags.sets);
+  const Layout& layout = find_layout(flags.layout);
+  SourceSpec source = find_source(complete_source(flags.source), flags.data_root);
+  source.add_options(group(options, "source"));
+  const std::unique_ptr<Sequence> sequence = open_source(source);
+  LayoutRequest request;
+  request.out = flags.out;
+  request.sequence = flags.sequence;
+  request.options = group(options, "layout");
+  request.jobs = flags.jobs;
+  request.quiet = flags.quiet;
+  const std::string written = layout.write(*sequence, request);
+  if (flags.json) {
+    fmt::print("{}\n", Json{{"source", written}, {"layout", layout.name}}.dump(2));
+  } else {
+    fmt::print("Written: {}\n", written);
+    if (!flags.quiet) fmt::print("Next: sextant data check {}\n", written);
+  }
+}
+
+}  // namespace
+
+void add_data_make_command(CLI::App& data) {
+  const auto flags = std::make_shared<MakeFlags>();
+  CLI::App* command = data.add_subcommand("make", "Write a scenario, or any source, in a data set's layout");
+  command
+      ->add_option("source", flags->source,
+                   "A scenario (s18, city, ...) or adapter:path[#sequence][@first-last]")
+      ->required()
+      ->type_name("SCENARIO");
+  std::string names;
+  std::string lines;
+  for (const Layout& layout : layouts()) {
+    names += (names.empty() ? "" : "|") + layout.name;
+    lines += fmt::format("  {:<10} {}\n", layout.name, layout.description);
+    for (const OptionHelp& option : layout.options()) {
+      lines += fmt::format("    --set layout.{}={} [{}] {}\n", option.key, option.default_value, option.unit,
+                           option.meaning);
+    }
+  }
+  command->add_option("--layout", flags->layout, "Which data set's layout")->required()->type_name(names);
+  command->add_option("--out", flags->out, "Root folder of the data set; made if it does not exist")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--sequence", flags->sequence, "The sequence's name there, e.g. 0018/clone")
+      ->type_name("NAME");
+  add_option_flags(*command, *flags);
+  add_data_flag(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress; only the SOURCE that was written");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer(
+      fmt::format("Layouts:\n{}Example:\n  sextant data make s18 --layout vkitti1 --out D\n"
+                  "  sextant run vkitti1:D#0018/clone --out results",
+                  lines));
+  command->callback([flags] { make(*flags); });
+}
+
+}  // namespace sextant
