@@ -11,17 +11,18 @@ constexpr const char* version = "synthetic scenes version 1";
 
 class RenderedSequence final : public Sequence {
  public:
-  explicit RenderedSequence(const SourceSpec& source) : renderer_(source.path) {
+  explicit RenderedSequence(const SourceSpec& source) : renderer_(synthetic::make_scenario(source.path)) {
     const int last = renderer_.scenario().n_frames() - 1;
     info_.dataset = "synthetic";
     info_.sequence = source.path;
     std::set<int> frames;
     for (int frame = 0; frame <= last; ++frame) frames.insert(frames.end(), frame);
     choose_frames(source, frames, name(), info_);
-    info_.camera = synthetic::camera();
-    info_.rate_hz = synthetic::kRateHz;
-    info_.width = synthetic::kWidth;
-    info_.height = synthetic::kHeight;
+    const synthetic::Scenario& scenario = renderer_.scenario();
+    info_.camera = scenario.camera;
+    info_.rate_hz = scenario.rate_hz;
+    info_.width = scenario.width;
+    info_.height = scenario.height;
     info_.channels = {.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
     info_.provenance = {std::string("images: rendered, ") + version, "depth: rendered, exact",
                         "flow: rendered, exact", "masks: rendered, exact"};

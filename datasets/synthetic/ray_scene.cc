@@ -69,19 +69,21 @@ Bodies::Bodies(std::vector<Mesh> meshes) : meshes_(std::move(meshes)), handles_(
 
 Bodies::~Bodies() = default;
 
-RayScene::RayScene(const Bodies& bodies, std::span<const SE3> T_camera_body, const Vector3d& to_sun_camera)
+RayScene::RayScene(const Bodies& bodies, std::span<const std::optional<SE3>> T_camera_body,
+                   const Vector3d& to_sun_camera)
     : bodies_(bodies),
-      T_camera_body_(T_camera_body.begin(), T_camera_body.end()),
       to_sun_(to_sun_camera.normalized()),
       handle_(std::make_unique<Handle>(bodies.handles_->device)) {
-  SEXTANT_CHECK(T_camera_body_.size() == bodies.size());
+  SEXTANT_CHECK(T_camera_body.size() == bodies.size());
   rtcSetSceneFlags(handle_->scene, RTC_SCENE_FLAG_ROBUST);
-  for (unsigned i = 0; i < T_camera_body_.size(); ++i) {
-    T_body_camera_.push_back(T_camera_body_[i].inverse());
-    R_camera_body_.push_back(T_camera_body_[i].rotation().toRotationMatrix());
+  for (unsigned i = 0; i < T_camera_body.size(); ++i) {
+    const SE3 T = T_camera_body[i].value_or(SE3());
+    T_body_camera_.push_back(T.inverse());
+    R_camera_body_.push_back(T.rotation().toRotationMatrix());
+    if (!T_camera_body[i]) continue;
     RTCGeometry instance = rtcNewGeometry(bodies.handles_->device, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, bodies.handles_->scenes[i]);
-    const Eigen::Matrix<float, 3, 4> transform = T_camera_body_[i].matrix().topRows<3>().cast<float>();
+    const Eigen::Matrix<float, 3, 4> transform = T.matrix().topRows<3>().cast<float>();
     rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform.data());
     rtcCommitGeometry(instance);
     rtcAttachGeometryByID(handle_->scene, instance, i);

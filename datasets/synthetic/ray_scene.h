@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -52,7 +53,9 @@ class RayScene {
   using Directions = std::array<Eigen::Vector3d, kWidth>;
   using Hits = std::array<Hit, kWidth>;
 
-  RayScene(const Bodies& bodies, std::span<const SE3> T_camera_body, const Eigen::Vector3d& to_sun_camera);
+  /// A body without a pose is not there.
+  RayScene(const Bodies& bodies, std::span<const std::optional<SE3>> T_camera_body,
+           const Eigen::Vector3d& to_sun_camera);
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -68,8 +71,7 @@ class RayScene {
   void cast_shadows(const Directions& rays, int n, Hits& hits) const;
 
   const Bodies& bodies_;
-  std::vector<SE3> T_camera_body_;
-  std::vector<SE3> T_body_camera_;
+  std::vector<SE3> T_body_camera_;  ///< identity for those not there, which no ray hits
   std::vector<Eigen::Matrix3d> R_camera_body_;
   Eigen::Vector3d to_sun_;
   std::unique_ptr<Handle> handle_;

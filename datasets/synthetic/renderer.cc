@@ -5,6 +5,7 @@
 
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/synthetic/shading.h"
+#include "sextant/datasets/synthetic/view.h"
 
 namespace sextant::synthetic {
 namespace {
@@ -24,37 +25,6 @@ constexpr std::array<std::array<double, 2>, 8> kSubpixels = {{{-0.0625, 0.0625},
                                                               {0.0625, 0.4375},
                                                               {0.4375, -0.4375}}};
 
-/// A half-open rectangle of pixels.
-struct Window {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
-
-/// Where a mesh can be seen at most.
-Window window_of(const Mesh& mesh, const SE3& T_camera_body, const PinholeCamera& camera) {
-  constexpr double kNear_m = 0.1;
-  double left = kWidth, top = kHeight, right = 0, bottom = 0;
-  size_t n_behind = 0;
-  for (const Vector3d& vertex : mesh.vertices) {
-    const Vector3d p = T_camera_body * vertex;
-    if (p.z() < kNear_m) {
-      ++n_behind;
-      continue;
-    }
-    const Eigen::Vector2d pixel = camera.project(p);
-    left = std::min(left, pixel.x());
-    right = std::max(right, pixel.x());
-    top = std::min(top, pixel.y());
-    bottom = std::max(bottom, pixel.y());
-  }
-  if (n_behind == mesh.vertices.size()) return {};
-  if (n_behind > 0) return {0, 0, kWidth, kHeight};  // it crosses the camera's plane
-  const auto clamp = [](double value, int high) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(high)));
-  };
-  return {clamp(left - 1, kWidth), clamp(top - 1, kHeight), clamp(right + 2, kWidth),
-          clamp(bottom + 2, kHeight)};
-}
-
 uint8_t to_byte(float value) {
   // Display curve: a little contrast, highlights roll off.
   const float x = std::clamp(value, 0.0F, 4.0F);
@@ -66,16 +36,10 @@ Rgb to_rgb(const Vector3f& colour) { return {to_byte(colour.x()), to_byte(colour
 
 }  // namespace
 
-struct Renderer::View {
-  int frame = 0;
-  SE3 T_world_camera;
-  std::vector<SE3> T_camera_body;
-  std::unique_ptr<RayScene> scene;
-};
-
-Renderer::Renderer(const std::string& scenario) : scenario_(make_scenario(scenario)) {
+Renderer::Renderer(Scenario scenario) : scenario_(std::move(scenario)) {
+  scenario_.check();
   std::vector<Mesh> meshes;
-  meshes.push_back(make_street(scenario_.street));
+  meshes.push_back(scenario_.world);
   for (const Actor& actor : scenario_.actors) meshes.push_back(make_car(actor.shape));
   bodies_ = std::make_unique<Bodies>(std::move(meshes));
 }
@@ -86,9 +50,11 @@ Renderer::View Renderer::view(int frame) const {
   out.frame = frame;
   out.T_world_camera = scenario_.T_world_camera[frame];
   const SE3 T_camera_world = out.T_world_camera.inverse();
-  out.T_camera_body.push_back(T_camera_world);
+  out.T_camera_body.emplace_back(T_camera_world);
   for (const Actor& actor : scenario_.actors) {
-    out.T_camera_body.push_back(T_camera_world * actor.T_world_object[frame]);
+    const std::optional<SE3>& T_world_object = actor.T_world_object[frame];
+    out.T_camera_body.push_back(T_world_object ? std::optional(T_camera_world * *T_world_object)
+                                               : std::nullopt);
   }
   out.scene = std::make_unique<RayScene>(*bodies_, out.T_camera_body, T_camera_world.rotation() * to_sun());
   return out;
@@ -103,17 +69,17 @@ Frame Renderer::render(int frame, const Channels& channels) const {
 }
 
 void Renderer::render_geometry(const View& view, Frame& out, const Channels& channels) const {
-  const PinholeCamera pinhole = camera().left;
+  const PinholeCamera pinhole = scenario_.camera.left;
   const bool colours = channels.gray || channels.rgb;
-  std::vector<Hit> hits(static_cast<size_t>(kWidth) * kHeight);
+  std::vector<Hit> hits(static_cast<size_t>(scenario_.width) * scenario_.height);
   RayScene::Directions rays;
   RayScene::Hits found;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; x += RayScene::kWidth) {
-      const int n = std::min(RayScene::kWidth, kWidth - x);
+  for (int y = 0; y < scenario_.height; ++y) {
+    for (int x = 0; x < scenario_.width; x += RayScene::kWidth) {
+      const int n = std::min(RayScene::kWidth, scenario_.width - x);
       for (int i = 0; i < n; ++i) rays[i] = pinhole.ray(x + i, y);
       view.scene->cast(rays, n, colours, found);
-      std::copy_n(found.begin(), n, hits.begin() + static_cast<ptrdiff_t>(y) * kWidth + x);
+      std::copy_n(found.begin(), n, hits.begin() + static_cast<ptrdiff_t>(y) * scenario_.width + x);
     }
   }
   if (colours) {
@@ -122,23 +88,25 @@ void Renderer::render_geometry(const View& view, Frame& out, const Channels& cha
     if (!channels.rgb) out.rgb = {};
   }
   if (channels.depth) {
-    out.depth_m = Image<float>(kWidth, kHeight, NAN);
+    out.depth_m = Image<float>(scenario_.width, scenario_.height, NAN);
     for (size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].body != Hit::kNone) out.depth_m.data()[i] = static_cast<float>(hits[i].depth_m);
     }
   }
   if (channels.mask) {
-    out.mask = Image<uint16_t>(kWidth, kHeight);
+    out.mask = Image<uint16_t>(scenario_.width, scenario_.height);
     for (size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].body == Hit::kNone || hits[i].body == 0) continue;
       out.mask.data()[i] = static_cast<uint16_t>(scenario_.actors[hits[i].body - 1].id);
     }
   }
-  if (channels.flow && view.frame + 1 < scenario_.n_frames()) render_flow(view, hits, out);
+  if (channels.flow && view.frame + 1 < scenario_.n_frames()) {
+    out.flow = render_flow(view, hits, view.frame + 1);
+  }
 }
 
 Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) const {
-  const PinholeCamera pinhole = camera().left;
+  const PinholeCamera pinhole = scenario_.camera.left;
   const Shader shader(*bodies_, *view.scene, view.T_camera_body, view.T_world_camera, 1.0 / pinhole.fx);
   const auto patch_of = [&](const Hit& hit) { return bodies_->mesh(hit.body).triangles[hit.triangle].patch; };
   const auto curved = [&](const Hit& hit) { return bodies_->mesh(hit.body).patches[patch_of(hit)].curved; };
@@ -150,17 +118,17 @@ Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) 
     if (!curved(a) || !curved(b)) return true;
     return std::abs(a.depth_m - b.depth_m) > 0.04 * std::min(a.depth_m, b.depth_m);
   };
-  Image<Rgb> image(kWidth, kHeight);
+  Image<Rgb> image(scenario_.width, scenario_.height);
   RayScene::Directions rays;
   RayScene::Hits found;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const Hit& hit = hits[static_cast<size_t>(y) * kWidth + x];
+  for (int y = 0; y < scenario_.height; ++y) {
+    for (int x = 0; x < scenario_.width; ++x) {
+      const Hit& hit = hits[static_cast<size_t>(y) * scenario_.width + x];
       bool edge = false;
       if (x > 0) edge |= differ(hit, *(&hit - 1));
-      if (x + 1 < kWidth) edge |= differ(hit, *(&hit + 1));
-      if (y > 0) edge |= differ(hit, *(&hit - kWidth));
-      if (y + 1 < kHeight) edge |= differ(hit, *(&hit + kWidth));
+      if (x + 1 < scenario_.width) edge |= differ(hit, *(&hit + 1));
+      if (y > 0) edge |= differ(hit, *(&hit - scenario_.width));
+      if (y + 1 < scenario_.height) edge |= differ(hit, *(&hit + scenario_.width));
       if (!edge) {
         image(x, y) = to_rgb(shader.colour(hit, pinhole.ray(x, y)));
         continue;
@@ -185,60 +153,34 @@ Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) 
   return image;
 }
 
-void Renderer::render_flow(const View& view, const std::vector<Hit>& hits, Frame& out) const {
-  const PinholeCamera pinhole = camera().left;
-  const SE3 T_next_world = scenario_.T_world_camera[view.frame + 1].inverse();
-  std::vector<SE3> T_next_curr;  // of each body's points
-  for (size_t i = 0; i < view.T_camera_body.size(); ++i) {
-    const SE3 T_next_body =
-        i == 0 ? T_next_world : T_next_world * scenario_.actors[i - 1].T_world_object[view.frame + 1];
-    T_next_curr.push_back(T_next_body * view.T_camera_body[i].inverse());
+std::vector<std::optional<SE3>> Renderer::motions(const View& view, int frame) const {
+  const SE3 T_other_world = scenario_.T_world_camera[frame].inverse();
+  std::vector<std::optional<SE3>> T_other_curr(view.T_camera_body.size());
+  T_other_curr[0] = T_other_world * view.T_camera_body[0]->inverse();
+  for (size_t i = 1; i < T_other_curr.size(); ++i) {
+    const std::optional<SE3>& T_world_object = scenario_.actors[i - 1].T_world_object[frame];
+    if (!view.T_camera_body[i] || !T_world_object) continue;
+    T_other_curr[i] = T_other_world * *T_world_object * view.T_camera_body[i]->inverse();
   }
-  out.flow = Image<Flow>(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const Hit& hit = hits[static_cast<size_t>(y) * kWidth + x];
-      if (hit.body == Hit::kNone) continue;
-      const auto stored_m = static_cast<double>(static_cast<float>(hit.depth_m));
-      const Vector3d next = T_next_curr[hit.body] * pinhole.backproject(x, y, stored_m);
-      if (next.z() < kNearestFlow_m) continue;
-      const Eigen::Vector2d pixel = pinhole.project(next);
-      out.flow(x, y) = {static_cast<float>(pixel.x() - x), static_cast<float>(pixel.y() - y)};
-    }
-  }
+  return T_other_curr;
 }
 
-SequenceTruth Renderer::truth(int first, int last) const {
-  const PinholeCamera pinhole = camera().left;
-  SequenceTruth truth;
-  for (int frame = first; frame <= last; ++frame) {
-    truth.camera.set(frame, scenario_.T_world_camera[frame]);
-    const View now = view(frame);
-    for (size_t i = 0; i < scenario_.actors.size(); ++i) {
-      const Actor& actor = scenario_.actors[i];
-      const SE3& T_camera_object = now.T_camera_body[i + 1];
-      const Window window = window_of(bodies_->mesh(i + 1), T_camera_object, pinhole);
-      Window seen{kWidth, kHeight, -1, -1};
-      RayScene::Directions rays;
-      RayScene::Hits found;
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; x += RayScene::kWidth) {
-          const int n = std::min(RayScene::kWidth, window.x1 - x);
-          for (int k = 0; k < n; ++k) rays[k] = pinhole.ray(x + k, y);
-          now.scene->cast(rays, n, false, found);
-          for (int k = 0; k < n; ++k) {
-            if (found[k].body != i + 1) continue;
-            seen = {std::min(seen.x0, x + k), std::min(seen.y0, y), std::max(seen.x1, x + k),
-                    std::max(seen.y1, y)};
-          }
-        }
-      }
-      if (seen.x1 < 0) continue;
-      truth.objects[frame].push_back(
-          {actor.id, T_camera_object, seen.x0, seen.y0, seen.x1, seen.y1, actor.moving, false});
+Image<Flow> Renderer::render_flow(const View& view, const std::vector<Hit>& hits, int frame) const {
+  const PinholeCamera& pinhole = scenario_.camera.left;
+  const auto T_other_curr = motions(view, frame);
+  Image<Flow> flow(scenario_.width, scenario_.height);
+  for (int y = 0; y < scenario_.height; ++y) {
+    for (int x = 0; x < scenario_.width; ++x) {
+      const Hit& hit = hits[static_cast<size_t>(y) * scenario_.width + x];
+      if (hit.body == Hit::kNone || !T_other_curr[hit.body]) continue;
+      const auto stored_m = static_cast<double>(static_cast<float>(hit.depth_m));
+      const Vector3d other = *T_other_curr[hit.body] * pinhole.backproject(x, y, stored_m);
+      if (other.z() < kNearestFlow_m) continue;
+      const Eigen::Vector2d pixel = pinhole.project(other);
+      flow(x, y) = {static_cast<float>(pixel.x() - x), static_cast<float>(pixel.y() - y)};
     }
   }
-  return truth;
+  return flow;
 }
 
 }  // namespace sextant::synthetic

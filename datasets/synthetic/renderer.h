@@ -7,7 +7,7 @@
 //   depth_m     z-depth of what is seen at the pixel centre; NaN = sky
 //   flow        where that very point (at the stored depth) is seen in the next frame under the true motion
 //               of its body, whether or not something hides it there, inside the image or not; NaN = sky, or
-//               behind the next camera. The last frame has none
+//               behind the next camera, or the body is not there then. The last frame has none
 //   mask        ids of all cars, moving or parked
 //
 // A pure function of scenario and frame.
@@ -22,17 +22,10 @@
 
 namespace sextant::synthetic {
 
-inline constexpr int kWidth = 1242;
-inline constexpr int kHeight = 375;
-inline constexpr double kRateHz = 10;
-
-/// That of Virtual KITTI.
-inline StereoCamera camera() { return {{725.0, 725.0, 620.5, 187.0}, 725.0 * 0.532725}; }
-
 class Renderer {
  public:
-  /// Throws Error on an unknown scenario.
-  explicit Renderer(const std::string& scenario);
+  /// Throws Error on a scenario that check() refuses.
+  explicit Renderer(Scenario scenario);
 
   const Scenario& scenario() const { return scenario_; }
   /// Frame numbers in [0, n_frames). Safe to call from several threads.
@@ -46,7 +39,10 @@ class Renderer {
   View view(int frame) const;
   void render_geometry(const View& view, Frame& out, const Channels& channels) const;
   Image<Rgb> render_rgb(const View& view, const std::vector<Hit>& hits) const;
-  void render_flow(const View& view, const std::vector<Hit>& hits, Frame& out) const;
+  /// Of each body's points: T_other_curr, from this view's camera to that of another frame; empty where the
+  /// body is not there in both.
+  std::vector<std::optional<SE3>> motions(const View& view, int frame) const;
+  Image<Flow> render_flow(const View& view, const std::vector<Hit>& hits, int frame) const;
 
   Scenario scenario_;
   std::unique_ptr<Bodies> bodies_;  ///< body 0 is the street, body i the actor i - 1

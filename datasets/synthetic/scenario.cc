@@ -3,8 +3,10 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <set>
 
 #include "sextant/base/registry.h"
+#include "sextant/datasets/synthetic/street.h"
 
 namespace sextant::synthetic {
 namespace {
@@ -94,8 +96,7 @@ CarShape wagon(const Eigen::Vector3f& colour) { return {colour, 4.5, 1.80, 1.50,
 
 Scenario s18() {
   Scenario s;
-  s.street.z_to_m = 170;
-  s.street.seed = 18;
+  s.world = make_street({.z_to_m = 170, .seed = 18});
   const auto ego = drive({1.75, 0, 0.004}, 11, [](int k) {
     return Advance{0.605 + 0.065 * std::sin(0.7 * k + 0.5), 0.0015 * std::cos(0.5 * k)};
   });
@@ -130,7 +131,7 @@ StreetPlan crossroads(uint32_t seed) {
 
 Scenario s01_turn() {
   Scenario s;
-  s.street = crossroads(11);
+  s.world = make_street(crossroads(11));
   const auto ego = drive({1.0, kCrossing_m - 8.5, -25 * kDegree}, 16, [](int k) {
     return Advance{0.73 - 0.19 * k / 14.0, -(2.6 - 1.1 * k / 14.0) * kDegree};
   });
@@ -147,7 +148,7 @@ Scenario s01_turn() {
 
 Scenario s01_crossing() {
   Scenario s;
-  s.street = crossroads(12);
+  s.world = make_street(crossroads(12));
   s.T_world_camera = camera_on(std::vector<Stance>(12, {1.75, kCrossing_m - 14.5, 0.02}), 0.0);
   Cast cast(s);
   cast.moving(wagon(kBlue), {1.5, kCrossing_m - 2.2, -12 * kDegree}, [](int k) {
@@ -173,6 +174,32 @@ Scenario make_scenario(const std::string& name) {
   Scenario scenario = find_entry(entries, name, "scenario").make();
   scenario.name = name;
   return scenario;
+}
+
+void Scenario::check() const {
+  camera.check();
+  if (width <= 0 || height <= 0 || !(rate_hz > 0)) {
+    fail("scenario '{}': images of {}x{} at {} Hz: expected positive numbers", name, width, height, rate_hz);
+  }
+  if (T_world_camera.empty()) fail("scenario '{}': it has no camera poses", name);
+  for (const SE3& pose : T_world_camera) {
+    if (!pose.is_finite()) fail("scenario '{}': a camera pose is not finite", name);
+  }
+  std::set<int> ids;
+  for (const Actor& actor : actors) {
+    if (actor.id < 1 || actor.id > 65535) {
+      fail("scenario '{}': object id {}: expected 1..65535, which masks can hold", name, actor.id);
+    }
+    if (!ids.insert(actor.id).second) fail("scenario '{}': object id {} is given twice", name, actor.id);
+    if (actor.T_world_object.size() != T_world_camera.size()) {
+      fail("scenario '{}': object {} has {} poses, the camera {}: expected one a frame", name, actor.id,
+           actor.T_world_object.size(), T_world_camera.size());
+    }
+    for (const auto& pose : actor.T_world_object) {
+      if (pose && !pose->is_finite())
+        fail("scenario '{}': a pose of object {} is not finite", name, actor.id);
+    }
+  }
 }
 
 }  // namespace sextant::synthetic

@@ -1,35 +1,47 @@
 #pragma once
 
-// What happens in a synthetic sequence: the static scene, the cars and the motions, frame by frame.
+// What happens in a synthetic sequence: the camera, the static scene, the cars and the motions, frame by
+// frame. World axes: x right, y down, z ahead. A scenario may be made by hand, or by name:
 //
 //   s18           11 frames, driving ahead; three moving cars at about 8, 18 and 26 m, and parked ones
 //   s01-turn      16 frames, turning left by 2.6 to 1.5 degrees a frame behind a car 13 m away
 //   s01-crossing  12 frames, standing; a car 14 m away turns left
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "sextant/base/error.h"
 #include "sextant/datasets/synthetic/car.h"
-#include "sextant/datasets/synthetic/street.h"
+#include "sextant/datasets/synthetic/mesh.h"
+#include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
 
 namespace sextant::synthetic {
 
+/// A car. Object axes: x right, y down, z ahead, origin in the middle of the box's bottom face.
 struct Actor {
-  int id = 0;  ///< in masks; 1..
+  int id = 0;  ///< in masks and truth; 1..65535
   CarShape shape;
-  bool moving = false;
-  std::vector<SE3> T_world_object;  ///< one a frame
+  std::string type = "Car";                        ///< the truth's word: "Car", "Van"
+  bool moving = false;                             ///< the truth's flag
+  std::vector<std::optional<SE3>> T_world_object;  ///< one a frame; empty while it is not there
 };
 
 struct Scenario {
   std::string name;
-  StreetPlan street;
-  std::vector<Actor> actors;        ///< in order of id
+  StereoCamera camera = virtual_kitti_camera();  ///< both cameras; the right one lies bf / fx along x
+  int width = 1242;
+  int height = 375;
+  double rate_hz = 10;
+  Mesh world;                       ///< all that stands still but the parked cars, world coordinates
+  std::vector<Actor> actors;        ///< no two of one id
   std::vector<SE3> T_world_camera;  ///< one a frame; frame numbers start at 0
 
   int n_frames() const { return static_cast<int>(T_world_camera.size()); }
+  /// Throws Error when a frame, a pose or an id is missing or makes no sense.
+  void check() const;
+
+  static StereoCamera virtual_kitti_camera() { return {{725.0, 725.0, 620.5, 187.0}, 725.0 * 0.532725}; }
 };
 
 /// Throws Error on an unknown name, with the nearest one.

@@ -12,13 +12,13 @@ using Eigen::Vector3f;
 
 Vector3d to_sun() { return Vector3d(0.55, -0.95, -0.42).normalized(); }
 
-Shader::Shader(const Bodies& bodies, const RayScene& scene, std::span<const SE3> T_camera_body,
+Shader::Shader(const Bodies& bodies, const RayScene& scene, std::span<const std::optional<SE3>> T_camera_body,
                const SE3& T_world_camera, double pixel_rad)
     : bodies_(bodies),
       scene_(scene),
       R_world_camera_(T_world_camera.rotation().toRotationMatrix()),
       pixel_rad_(pixel_rad) {
-  for (const SE3& T : T_camera_body) T_body_camera_.push_back(T.inverse());
+  for (const auto& T : T_camera_body) T_body_camera_.push_back(T.value_or(SE3()).inverse());
 }
 
 Vector3f Shader::colour(const Hit& hit, const Vector3d& ray) const {

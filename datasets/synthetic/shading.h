@@ -12,7 +12,7 @@ Eigen::Vector3d to_sun();
 class Shader {
  public:
   /// `pixel` is the angle (rad) that one sample covers.
-  Shader(const Bodies& bodies, const RayScene& scene, std::span<const SE3> T_camera_body,
+  Shader(const Bodies& bodies, const RayScene& scene, std::span<const std::optional<SE3>> T_camera_body,
          const SE3& T_world_camera, double pixel_rad);
 
   /// Colour 0..1 of a hit (or the sky) seen along `ray`, which has z = 1.
