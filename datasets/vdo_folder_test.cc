@@ -277,7 +277,7 @@ TEST_F(VdoDemo, OpensWithItsTwoWarnings) {
                                    testing::HasSubstr("steps of 0.05 s, but the rate is 10 Hz")));
   sequence->check_files();
   EXPECT_EQ(sequence->truth().camera.poses().size(), 144u);
-  expect_error([&] { open(source_ + "@0-143"); }, "it has images of frames 0-19");
+  expect_error([&] { open(source_ + "@0-143"); }, "it has frames 0-19");
 }
 
 TEST_F(VdoDemo, TruthIsThatOfACarInTraffic) {

@@ -8,13 +8,6 @@
 namespace sextant {
 namespace {
 
-const ObjectTruth* find(const ObjectTruths& objects, int frame, int id) {
-  const auto it = objects.find(frame);
-  if (it == objects.end()) return nullptr;
-  const auto found = std::ranges::find(it->second, id, &ObjectTruth::id);
-  return found == it->second.end() ? nullptr : &*found;
-}
-
 ObjectTruth read_object(const TextRows& rows) {
   ObjectTruth object;
   object.id = rows.integer(1, "the object id");
@@ -39,7 +32,7 @@ ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) 
     rows.expect(10, "frame id left top right bottom x y z ry (10 values)");
     const int frame = rows.integer(0, "the frame number");
     const ObjectTruth object = read_object(rows);
-    if (find(objects, frame, object.id) != nullptr) {
+    if (std::ranges::find(objects[frame], object.id, &ObjectTruth::id) != objects[frame].end()) {
       rows.fail_here("object {} appears twice in frame {}", object.id, frame);
     }
     objects[frame].push_back(object);
@@ -47,20 +40,6 @@ ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) 
   for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
   mark_interpolated(objects);
   return objects;
-}
-
-void mark_interpolated(ObjectTruths& objects) {
-  for (auto& [frame, list] : objects) {
-    for (ObjectTruth& object : list) {
-      const ObjectTruth* before = find(objects, frame - 1, object.id);
-      const ObjectTruth* after = find(objects, frame + 1, object.id);
-      if (before == nullptr || after == nullptr) continue;
-      const Eigen::Vector3d& p = object.T_camera_object.translation();
-      const Eigen::Vector3d step_in = p - before->T_camera_object.translation();
-      const Eigen::Vector3d step_out = after->T_camera_object.translation() - p;
-      object.interpolated = (step_out - step_in).norm() <= 1e-6 * std::max(1.0, p.norm());
-    }
-  }
 }
 
 }  // namespace sextant

@@ -1,0 +1,242 @@
+#include "sextant/datasets/kitti_truth.h"
+
+#include <fmt/ranges.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "sextant/datasets/codec/kitti_calibration.h"
+#include "sextant/datasets/codec/kitti_labels.h"
+#include "sextant/datasets/object_truths.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSlow_mps = 1.0;  // below, speed says nothing about a step's length
+
+Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
+  Eigen::Matrix4d out = Eigen::Matrix4d::Identity();
+  out.topRows<3>() = m;
+  return out;
+}
+
+Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectified) {
+  const Eigen::Matrix4d unrectified =
+      homogeneous(calibration.Tr_velo_to_cam) * homogeneous(calibration.Tr_imu_to_velo);
+  if (!rectified) return unrectified;
+  Eigen::Matrix4d rectify = Eigen::Matrix4d::Identity();
+  rectify.topLeftCorner<3, 3>() = calibration.R_rect;
+  rectify.topRightCorner<3, 1>() = calibration.offset_m(2);
+  return rectify * unrectified;
+}
+
+std::vector<SE3> imu_poses(const std::vector<KittiOxts>& samples) {
+  const double scale = mercator_scale(samples.front().latitude_deg);
+  std::vector<SE3> poses;
+  for (const KittiOxts& sample : samples) poses.push_back(pose_from_oxts(sample, scale));
+  return poses;
+}
+
+double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
+  return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
+}
+
+// Positions whose steps have the length that the speed says.
+void correct_steps(const std::vector<KittiOxts>& samples, double mean_s, std::vector<SE3>& poses) {
+  Eigen::Vector3d position = poses.front().translation();
+  Eigen::Vector3d before = position;
+  for (size_t i = 0; i + 1 < poses.size(); ++i) {
+    Eigen::Vector3d step = poses[i + 1].translation() - before;
+    before = poses[i + 1].translation();
+    const double speed = mean_speed_mps(samples, i);
+    if (speed > kSlow_mps && step.norm() > 0) step *= mean_s * speed / step.norm();
+    position += step;
+    poses[i + 1] = SE3(poses[i + 1].rotation(), position);
+  }
+}
+
+// Matrices, not SE3: the files' seven digits leave A short of a rotation by 1e-7, which over 200 m of track
+// would show against the authors' numbers.
+Trajectory camera_poses(const std::vector<SE3>& imu, const Eigen::Matrix4d& A) {
+  const Eigen::Matrix4d A_inverse = A.inverse();
+  const SE3 to_first = imu.front().inverse();
+  Trajectory camera;
+  for (size_t k = 0; k < imu.size(); ++k) {
+    const Eigen::Matrix4d m = A * (to_first * imu[k]).matrix() * A_inverse;
+    camera.set(static_cast<int>(k), SE3::from_matrix(m.topRows<3>()));
+  }
+  return camera;
+}
+
+ObjectTruth object_of(const KittiLabel& label, const Eigen::Vector3d& offset_m) {
+  ObjectTruth object;
+  object.id = label.track_id + 1;
+  const double yaw = label.rotation_y_rad + std::numbers::pi / 2;
+  object.T_camera_object =
+      SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), label.position_m + offset_m);
+  object.left = label.left;
+  object.top = label.top;
+  object.right = label.right;
+  object.bottom = label.bottom;
+  object.size_m = Eigen::Vector3d(label.width_m, label.height_m, label.length_m);
+  object.type = label.type;
+  return object;
+}
+
+ObjectTruths objects_of(const std::vector<KittiLabel>& labels, const Eigen::Vector3d& offset_m) {
+  ObjectTruths objects;
+  for (const KittiLabel& label : labels) {
+    if (!label.dont_care()) objects[label.frame].push_back(object_of(label, offset_m));
+  }
+  for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
+  mark_interpolated(objects);
+  return objects;
+}
+
+std::set<std::string> sequences_in(const fs::path& calib) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(calib)) {
+    if (entry.path().extension() == ".txt") names.insert(entry.path().stem().string());
+  }
+  return names;
+}
+
+void check_sequence(const fs::path& root, const std::string& sequence) {
+  if (!fs::is_directory(root)) fail("{}: no such folder", root.string());
+  const fs::path calib = root / "training" / "calib";
+  if (!fs::is_directory(calib)) {
+    fail("{}: no folder training/calib in it: expected the folder that holds training/ of KITTI tracking",
+         root.string());
+  }
+  if (!sequence.empty() && fs::is_regular_file(calib / (sequence + ".txt"))) return;
+  const std::set<std::string> known = sequences_in(calib);
+  fail("{}: no {}: give the sequence after '#' (such as #0005); there are: {}", calib.string(),
+       sequence.empty() ? "sequence is asked for" : sequence + ".txt",
+       known.empty() ? "none" : fmt::format("{}", fmt::join(known, " ")));
+}
+
+class Reader {
+ public:
+  Reader(const fs::path& root, const std::string& sequence, const KittiTruthOptions& options,
+         InputLog& inputs)
+      : training_(root / "training"), file_(sequence + ".txt"), options_(options), inputs_(inputs) {}
+
+  KittiTruth read() {
+    const fs::path path = training_ / "calib" / file_;
+    calibration_ = decode_kitti_calibration(inputs_.read(path), path.string());
+    choose_camera(path);
+    read_poses();
+    read_objects();
+    return out_;
+  }
+
+ private:
+  bool rectified() const { return options_.ground_truth == "rectified"; }
+
+  void choose_camera(const fs::path& path) {
+    out_.camera.left = calibration_.camera(2);
+    const bool grey = options_.bf_preset == "grey";
+    out_.camera.bf = options_.bf > 0 ? options_.bf : grey ? calibration_.grey_bf() : calibration_.colour_bf();
+    if (!(out_.camera.bf > 0)) {
+      fail(
+          "{}: focal length times baseline is {:.7g} by {}: expected a left and a right camera, or give the "
+          "option bf",
+          path.string(), out_.camera.bf, grey ? "P0(0,3) - P1(0,3)" : "P2(0,3) - P3(0,3)");
+    }
+    out_.camera.check();
+    out_.provenance.push_back(fmt::format("camera: P2, bf = {:.7g} ({})", out_.camera.bf,
+                                          options_.bf > 0 ? "given" : options_.bf_preset + " pair"));
+  }
+
+  void read_poses() {
+    const fs::path path = training_ / "oxts" / file_;
+    if (!fs::exists(path)) {
+      out_.warnings.push_back(fmt::format("no {}: no true camera motion", path.string()));
+      return;
+    }
+    const std::vector<KittiOxts> samples = decode_kitti_oxts(inputs_.read(path), path.string());
+    out_.n_poses = static_cast<int>(samples.size());
+    std::vector<SE3> imu = imu_poses(samples);
+    const std::optional<StepFloor> floor = kitti_step_floor(samples);
+    const bool corrected = options_.velocity == "velocity_corrected";
+    if (corrected && floor) correct_steps(samples, floor->mean_s, imu);
+    out_.truth.camera = camera_poses(imu, camera_from_imu(calibration_, rectified()));
+    out_.provenance.push_back(
+        fmt::format("camera truth: oxts, {}, {}", options_.ground_truth, options_.velocity));
+    if (!floor) {
+      out_.provenance.push_back("camera truth floor: unknown, no step is faster than 1 m/s");
+      return;
+    }
+    if (!corrected) out_.truth.camera_step_floor_m = floor->floor_m;
+    out_.provenance.push_back(fmt::format(
+        "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}",
+        floor->floor_m, floor->mean_s, floor->n_steps, corrected ? "; replaced by it" : ""));
+  }
+
+  void read_objects() {
+    const fs::path path = training_ / "label_02" / file_;
+    if (!fs::exists(path)) {
+      out_.warnings.push_back(fmt::format("no {}: no true object motion", path.string()));
+      return;
+    }
+    const std::vector<KittiLabel> labels = decode_kitti_labels(inputs_.read(path), path.string());
+    for (const KittiLabel& label : labels) {
+      out_.last_labelled_frame = std::max(out_.last_labelled_frame.value_or(0), label.frame);
+    }
+    const Eigen::Vector3d offset_m = rectified() ? calibration_.offset_m(2) : Eigen::Vector3d::Zero();
+    out_.truth.objects = objects_of(labels, offset_m);
+    out_.provenance.push_back(fmt::format("object truth: label_02, id = track id + 1, positions in {}",
+                                          rectified() ? "camera 2" : "rectified camera 0"));
+  }
+
+  fs::path training_;
+  std::string file_;
+  const KittiTruthOptions& options_;
+  InputLog& inputs_;
+  KittiCalibration calibration_;
+  KittiTruth out_;
+};
+
+}  // namespace
+
+void KittiTruthOptions::check() const {
+  check_option(ground_truth == "rectified" || ground_truth == "authors", "ground_truth", ground_truth,
+               "rectified or authors");
+  check_option(velocity == "raw" || velocity == "velocity_corrected", "velocity", velocity,
+               "raw or velocity_corrected");
+  check_option(bf_preset == "colour" || bf_preset == "grey", "bf_preset", bf_preset, "colour or grey");
+  check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
+}
+
+std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples) {
+  const std::vector<SE3> poses = imu_poses(samples);
+  std::vector<std::pair<double, double>> steps;  // length (m), speed (m/s)
+  double sum_s = 0;
+  for (size_t i = 0; i + 1 < poses.size(); ++i) {
+    const double speed = mean_speed_mps(samples, i);
+    if (!(speed > kSlow_mps)) continue;
+    steps.emplace_back((poses[i + 1].translation() - poses[i].translation()).norm(), speed);
+    sum_s += steps.back().first / speed;
+  }
+  if (steps.empty()) return std::nullopt;
+  StepFloor out;
+  out.n_steps = static_cast<int>(steps.size());
+  out.mean_s = sum_s / out.n_steps;
+  double sum_squares = 0;
+  for (const auto& [length_m, speed] : steps) sum_squares += std::pow(length_m - out.mean_s * speed, 2);
+  out.floor_m = std::sqrt(sum_squares / out.n_steps);
+  return out;
+}
+
+KittiTruth read_kitti_truth(const fs::path& root, const std::string& sequence,
+                            const KittiTruthOptions& options, InputLog& inputs) {
+  check_sequence(root, sequence);
+  return Reader(root, sequence, options, inputs).read();
+}
+
+}  // namespace sextant

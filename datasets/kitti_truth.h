@@ -1,0 +1,82 @@
+#pragma once
+
+// Camera, camera trajectory and object tracks of a KITTI tracking sequence from its text files alone
+// (training/{calib,oxts,label_02}/%04d.txt).
+//
+// Camera poses, relative to the first sample: T_0_k = A P_0^-1 P_k A^-1 with P the devkit's oxts poses and
+//
+//   ground_truth = rectified:  A = O R_rect Tr_velo_to_cam Tr_imu_to_velo, O = offset of camera 2: poses of
+//   the
+//                              camera of image_02; object positions are moved by O as well
+//   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as in the pose_gt.txt of the paper's
+//   authors;
+//                              object positions as labelled (rectified camera 0)
+//
+// The floor of that truth: an oxts sample is not taken exactly at its image, so step lengths jitter. With d
+// the length of a step and v the mean speed at its ends, over steps with v > 1 m/s,
+//
+//   floor = rms(d - mean(d / v) v)   (m)
+//
+// velocity = velocity_corrected replaces the length of those steps by mean(d / v) v.
+//
+// Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)).
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/base/options.h"
+#include "sextant/datasets/codec/kitti_oxts.h"
+#include "sextant/geometry/camera.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+struct KittiTruthOptions {
+  std::string ground_truth = "rectified";
+  std::string velocity = "raw";
+  std::string bf_preset = "colour";
+  double bf = 0;
+
+  template <typename V>
+  void visit(V& v) {
+    v("ground_truth", ground_truth, "",
+      "camera poses: rectified = of the camera of image_02; authors = without rectification and offset, as "
+      "in "
+      "the pose_gt.txt of the paper's authors");
+    v("velocity", velocity, "",
+      "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed");
+    v("bf_preset", bf_preset, "",
+      "focal length times baseline: colour = that of image_02 and image_03; grey = of the grey pair (the "
+      "authors' choice)");
+    v("bf", bf, "px m", "focal length times baseline; 0 = by bf_preset");
+  }
+  void check() const;
+};
+
+/// Steps of a trajectory against the measured speed; see the head of this file.
+struct StepFloor {
+  int n_steps = 0;     ///< with v > 1 m/s
+  double mean_s = 0;   ///< mean of d / v
+  double floor_m = 0;  ///< rms of d - mean_s v
+};
+/// Empty when no step is faster than 1 m/s.
+std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);
+
+struct KittiTruth {
+  StereoCamera camera;
+  SequenceTruth truth;  ///< all frames of the files
+  int n_poses = 0;      ///< samples in oxts; 0 = there is no such file
+  std::optional<int> last_labelled_frame;
+  std::vector<std::string> warnings;
+  std::vector<std::string> provenance;
+};
+
+/// `root` holds training/. Throws Error on a folder or calibration that is not there or files that are not as
+/// described; missing oxts or labels are warnings.
+KittiTruth read_kitti_truth(const std::filesystem::path& root, const std::string& sequence,
+                            const KittiTruthOptions& options, InputLog& inputs);
+
+}  // namespace sextant
