@@ -2,16 +2,14 @@
 
 #include <iterator>
 
-#include "sextant/datasets/codec/text_rows.h"
-
 namespace sextant {
 namespace {
 
 constexpr double kOrthonormal = 1e-3;
 
-Eigen::Matrix4d read_matrix(const TextRows& rows) {
+Eigen::Matrix4d read_matrix(const TextRows& rows, size_t first) {
   Eigen::Matrix4d m;
-  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = rows.finite(static_cast<size_t>(i) + 1, "a pose value");
+  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = rows.finite(static_cast<size_t>(i) + first, "a pose value");
   return m;
 }
 
@@ -32,14 +30,18 @@ void check_rigid(const Eigen::Matrix4d& m, const TextRows& rows) {
 
 }  // namespace
 
+SE3 read_pose_fields(const TextRows& rows, size_t first) {
+  const Eigen::Matrix4d m = read_matrix(rows, first);
+  check_rigid(m, rows);
+  return SE3::from_matrix(m.topRows<3>());
+}
+
 std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name) {
   std::map<int, SE3> poses;
   for (TextRows rows(text, name); rows.next();) {
     rows.expect(17, "frame number + 16 values");
     const int frame = rows.integer(0, "the frame number");
-    const Eigen::Matrix4d m = read_matrix(rows);
-    check_rigid(m, rows);
-    if (!poses.emplace(frame, SE3::from_matrix(m.topRows<3>())).second) {
+    if (!poses.emplace(frame, read_pose_fields(rows, 1)).second) {
       rows.fail_here("frame {} has a pose already: every frame may appear once", frame);
     }
   }

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "sextant/datasets/codec/text_rows.h"
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
@@ -14,6 +15,9 @@ namespace sextant {
 /// By frame number. Throws Error "NAME:LINE: ..." on another number of values, values that are not finite,
 /// a last row other than 0 0 0 1, a rotation that is off orthonormal by more than 1e-3, a frame given twice.
 std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name);
+
+/// The 4x4 matrix in fields `first` .. `first + 15` of a row, checked as above.
+SE3 read_pose_fields(const TextRows& rows, size_t first);
 
 /// 17 significant digits: reads back as the same poses.
 std::string encode_pose_text(const std::map<int, SE3>& poses);

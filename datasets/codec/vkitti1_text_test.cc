@@ -1,0 +1,147 @@
+#include "sextant/datasets/codec/vkitti1_text.h"
+
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/codec/vkitti_box.h"
+
+namespace sextant {
+namespace {
+
+constexpr const char* kHeader =
+    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
+    "orig_label "
+    "moving model color\n";
+
+// Two poses and their inverse order of the world: rows as the data set has them, header mangled by a table
+// reader.
+TEST(Vkitti1Text, ExtrinsicsMapWorldToCamera) {
+  const auto poses = decode_vkitti1_extrinsics(
+      "\xef\xbb\xbf"
+      "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0.1 0.2 1\r\n"
+      "\r\n"
+      "3 0 0 1 10 0 1 0 20 -1 0 0 30 0 0 0 1\r\n"
+      "4 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\r\n",
+      "x.txt");
+  ASSERT_EQ(poses.size(), 2u);
+  EXPECT_LT((poses.at(3) * Eigen::Vector3d(1, 2, 3) - Eigen::Vector3d(13, 22, 29)).norm(), 1e-12);
+  EXPECT_LT((poses.at(4) * Eigen::Vector3d(1, 2, 3) - Eigen::Vector3d(2, 4, 6)).norm(), 1e-12);
+}
+
+TEST(Vkitti1Text, ExtrinsicsRoundTrip) {
+  const std::map<int, SE3> poses = {
+      {0, SE3::exp((Vector6d() << 1.25, 107, -3, 0.3, -1.9, 0.02).finished())},
+      {7, SE3::exp((Vector6d() << -250.0 / 3, 112, 9, -0.01, 2.5, 0.04).finished())}};
+  const auto again = decode_vkitti1_extrinsics(encode_vkitti1_extrinsics(poses), "x.txt");
+  ASSERT_EQ(again.size(), 2u);
+  for (const auto& [frame, pose] : poses) EXPECT_LT((again.at(frame).inverse() * pose).log().norm(), 1e-12);
+}
+
+TEST(Vkitti1Text, BadExtrinsics) {
+  const std::string header = "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1\n";
+  const std::string good = "0 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n";
+  const auto error = [&](const std::string& text, const char* message) {
+    expect_error([&] { decode_vkitti1_extrinsics(text, "x.txt"); }, message);
+  };
+  error("", "x.txt:0: expected a first row with the names of the columns");
+  error(good, "x.txt:1: the first row names no column frame, r1,1, t3");
+  error("frame t1 r1,1 t3\n", "x.txt:1: expected the 17 columns frame r1,1");
+  error(header + "0 1 0 0 1 0 1 0 2 0 0 1 3\n", "x.txt:2: expected 17 values");
+  error(header + "0 1 0 0 nan 0 1 0 2 0 0 1 3 0 0 0 1\n",
+        "x.txt:2: expected a finite number for a pose value");
+  error(header + "0 2 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n", "x.txt:2: expected a rotation in the pose");
+  error(header + "0 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 2\n", "x.txt:2: expected 0 0 0 1");
+  error(header + fmt::format("-1{}", good.substr(1)), "x.txt:2: expected 0 or more for frame, got -1");
+  error(header + good + good, "x.txt:3: frame 0 has a pose already");
+}
+
+TEST(Vkitti1Text, ObjectsAsTheDataSetHasThem) {
+  const auto objects = decode_vkitti1_objects(
+      kHeader + std::string(
+                    "0 1 DontCare 0 2 -1.796513 722 186 866 281 1.612032 1.404795 3.772344 3.008632 1.41593 "
+                    "13.15864 -1.571733 0.001502285 -0.07224336 0 0.3971491 Car 1 Hatchback Black\n"),
+      "motgt.txt");
+  ASSERT_EQ(objects.size(), 1u);
+  const Vkitti1Object& o = objects[0];
+  EXPECT_EQ(o.tid, 1);
+  EXPECT_EQ(o.label, "DontCare");
+  EXPECT_EQ(o.occluded, 2);
+  EXPECT_EQ(o.l, 722);
+  EXPECT_EQ(o.t, 186);
+  EXPECT_EQ(o.r, 866);
+  EXPECT_EQ(o.b, 281);
+  EXPECT_EQ(o.w3d, 1.612032);
+  EXPECT_EQ(o.h3d, 1.404795);
+  EXPECT_EQ(o.l3d, 3.772344);
+  EXPECT_EQ(o.z3d, 13.15864);
+  EXPECT_EQ(o.rz, -0.07224336);
+  EXPECT_EQ(o.occupr, 0.3971491);
+  EXPECT_EQ(o.orig_label, "Car");
+  EXPECT_TRUE(o.moving);
+  EXPECT_EQ(o.model, "Hatchback");
+  EXPECT_EQ(o.color, "Black");
+}
+
+TEST(Vkitti1Text, ObjectColumnsGoByName) {
+  std::string header = kHeader;
+  const std::string row =
+      "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 -1.5 0.1 -0.2 0 0.4 Van 0 M C\n";
+  const auto plain = decode_vkitti1_objects(header + row, "x")[0];
+  const auto moved = decode_vkitti1_objects(fmt::format("extra {}9 {}", header, row),
+                                            "x")[0];  // every column one further to the right
+  EXPECT_EQ(encode_vkitti1_objects({plain}), encode_vkitti1_objects({moved}));
+  EXPECT_EQ(encode_vkitti1_objects({plain}), header +
+                                                 "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 3 1.4 13.1 "
+                                                 "-1.5 0.1 -0.2 0 0.4 Van 0 M C\n");
+}
+
+TEST(Vkitti1Text, BadObjects) {
+  const std::string row =
+      "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 -1.5 0.1 -0.2 0 0.4 Car 0 M C\n";
+  const auto error = [&](const std::string& text, const char* message) {
+    expect_error([&] { decode_vkitti1_objects(text, "x.txt"); }, message);
+  };
+  std::string older = kHeader;
+  older.replace(older.find(" moving model color"), 19, "");
+  error(older + row, "x.txt:1: the first row names no column moving, model, color: expected frame tid");
+  error(kHeader + row + row, "x.txt:3: track 1 appears twice in frame 0");
+  error(kHeader + row.substr(0, row.size() - 5), "x.txt:2: expected 25 values");
+  std::string bad = row;
+  error(kHeader + bad.replace(bad.find("13.1"), 4, "inf "), "x.txt:2: expected a finite number for z3d");
+  bad = row;
+  error(kHeader + bad.replace(bad.find("0 M"), 1, "2"),
+        "x.txt:2: expected 0, 1, True or False for moving, got '2'");
+  error(kHeader + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected 0 or more for tid, got -1");
+}
+
+TEST(Vkitti1Text, Colors) {
+  const std::string text = "Category(:id) r g b\nBuilding 140 140 140\nCar:0 200 1 2\nVan:12 3 4 255\n";
+  const auto colors = decode_vkitti1_colors(text, "x.txt");
+  ASSERT_EQ(colors.size(), 3u);
+  EXPECT_EQ(colors[0].category, "Building");
+  EXPECT_FALSE(colors[0].tid.has_value());
+  EXPECT_EQ(colors[2].category, "Van");
+  EXPECT_EQ(colors[2].tid, 12);
+  EXPECT_EQ(colors[2].color, (Rgb{3, 4, 255}));
+  EXPECT_EQ(encode_vkitti1_colors(colors), text);
+  const auto error = [&](const std::string& rows, const char* message) {
+    expect_error([&] { decode_vkitti1_colors("Category(:id) r g b\n" + rows, "x.txt"); }, message);
+  };
+  error("Car:0 1 2 3\nCar:1 1 2 3\n", "x.txt:3: colour 1 2 3 is that of line 2 already");
+  error("Car:0 1 2 256\n", "x.txt:2: expected a colour of 0 to 255, got 256");
+  error("Car:x 1 2 3\n", "x.txt:2: expected a track id of 0 or more after ':', got 'Car:x'");
+  error("Car:0 1 2\n", "x.txt:2: expected 4 values");
+}
+
+TEST(VkittiBox, AnglesAreTheInverseOfTheRotation) {
+  for (const VkittiAngles& a : {VkittiAngles{1.638601, -0.01539355, 0.0373097}, VkittiAngles{-3.1, 0.3, -0.2},
+                                VkittiAngles{0, 0, 0}}) {
+    const VkittiAngles b = vkitti_angles(vkitti_rotation(a));
+    EXPECT_NEAR(a.ry, b.ry, 1e-12);
+    EXPECT_NEAR(a.rx, b.rx, 1e-12);
+    EXPECT_NEAR(a.rz, b.rz, 1e-12);
+  }
+  // ry = 0 looks along the camera's x axis.
+  EXPECT_LT((vkitti_rotation({}) * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,62 @@
+#pragma once
+
+// The ground truth of Virtual KITTI 1.3.1, from its text files alone. Found below a root in any of these
+// places
+// (<v> the variation, such as "clone"):
+//
+//   vkitti_1.3.1_extrinsicsgt/<world>_<v>.txt,  vkitti_1.3.1_motgt/<world>_<v>.txt   the official archives
+//   vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/...                       each unpacked into a folder of its own
+//   name vkitti_1.3.1_text/<world>_camera.txt, <world>_objects.txt, or these in the root itself: clone only
+//
+// Result: T_world_camera = inverse of the extrinsics; per object id = tid + 1, T_camera_object with the
+// middle of the box's bottom face and vkitti_box.h's rotation, size_m = (w3d, h3d, l3d), type = orig_label,
+// and the box. `moving` is set in worlds 0001 and 0002 only: elsewhere the data set flags cars that move as
+// parked.
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/vkitti1_text.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+/// Where the texts of one world and variation are; empty paths: not there.
+struct Vkitti1TextFiles {
+  std::filesystem::path extrinsics;
+  std::filesystem::path objects;
+};
+
+/// The folder of one archive ("motgt") below `root`, if it is there.
+std::optional<std::filesystem::path> vkitti1_folder(const std::filesystem::path& root,
+                                                    const std::string& kind);
+
+/// Worlds of which anything is there ("0001"), and variations of one of them ("clone").
+std::set<std::string> vkitti1_worlds(const std::filesystem::path& root);
+std::set<std::string> vkitti1_variations(const std::filesystem::path& root, const std::string& world);
+
+Vkitti1TextFiles find_vkitti1_text(const std::filesystem::path& root, const std::string& world,
+                                   const std::string& variation);
+
+struct Vkitti1Truth {
+  SequenceTruth truth;
+  std::vector<std::string> warnings;  ///< what is missing or not to be trusted, one line each
+};
+
+/// Reads what is there; a file that is not gives a warning. Throws Error on a damaged file, and on objects in
+/// frames that have no extrinsics.
+Vkitti1Truth read_vkitti1_truth(const Vkitti1TextFiles& files, const std::string& world, InputLog& inputs);
+/// The same, for who only needs the truth: throws Error when the world, the variation or either file is not
+/// there.
+Vkitti1Truth read_vkitti1_truth(const std::filesystem::path& root, const std::string& world,
+                                const std::string& variation, InputLog& inputs);
+
+/// Throws Error that names the worlds, or variations, that are there.
+void require_vkitti1_sequence(const std::filesystem::path& root, const std::string& world,
+                              const std::string& variation);
+
+}  // namespace sextant

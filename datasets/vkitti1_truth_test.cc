@@ -1,0 +1,202 @@
+#include "sextant/datasets/vkitti1_truth.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <numbers>
+
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/geometry/camera.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+double median(std::vector<double> values) {
+  SEXTANT_CHECK(!values.empty());
+  const auto middle = values.begin() + static_cast<long>(values.size()) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+const char* const kExtrinsics =
+    "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1\n"
+    "0 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"
+    "1 1 0 0 0 0 1 0 0 0 0 1 -1.5 0 0 0 1\n";
+const char* const kObjects =
+    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
+    "orig_label "
+    "moving model color\n"
+    "0 4 Car 0 0 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Car 0 M C\n"
+    "0 2 DontCare 0 0 -1.5 1 2 3 4 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Van 1 M C\n";
+
+class Vkitti1Truths : public testing::Test {
+ protected:
+  void put(const fs::path& name, std::string_view text) {
+    fs::create_directories((temp_.path() / name).parent_path());
+    write_file(temp_.path() / name, text);
+  }
+  Vkitti1Truth read(const std::string& world, const std::string& variation = "clone") {
+    InputLog inputs;
+    return read_vkitti1_truth(temp_.path(), world, variation, inputs);
+  }
+  TempFolder temp_;
+};
+
+TEST_F(Vkitti1Truths, AllThreePlaces) {
+  put("a/vkitti_1.3.1_extrinsicsgt/0001_fog.txt", kExtrinsics);
+  put("a/vkitti_1.3.1_motgt/0001_fog.txt", kObjects);
+  put("b/vkitti_1.3.1_extrinsicsgt/vkitti_1.3.1_extrinsicsgt/0001_clone.txt", kExtrinsics);
+  put("b/vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/0001_clone.txt", kObjects);
+  put("c/vkitti_1.3.1_text/0001_camera.txt", kExtrinsics);
+  put("c/vkitti_1.3.1_text/0001_objects.txt", kObjects);
+  InputLog inputs;
+  for (const auto& [root, variation] :
+       {std::pair{"a", "fog"}, {"b", "clone"}, {"c", "clone"}, {"c/vkitti_1.3.1_text", "clone"}}) {
+    const Vkitti1Truth out = read_vkitti1_truth(temp_.path() / root, "0001", variation, inputs);
+    EXPECT_EQ(out.truth.camera.poses().size(), 2u) << root;
+    EXPECT_TRUE(out.warnings.empty());
+  }
+  EXPECT_EQ(inputs.entries().size(), 6u);
+}
+
+TEST_F(Vkitti1Truths, WhatARowMeans) {
+  put("vkitti_1.3.1_text/0001_camera.txt", kExtrinsics);
+  put("vkitti_1.3.1_text/0001_objects.txt", kObjects);
+  const SequenceTruth truth = read("0001").truth;
+  EXPECT_NEAR(truth.camera.pose(1)->translation().z(), 1.5, 1e-12);  // camera -> world: it drove ahead
+  ASSERT_EQ(truth.objects.at(0).size(), 2u);
+  EXPECT_EQ(truth.objects.at(0)[0].id, 3);
+  const ObjectTruth* car = truth.find(0, 5);
+  ASSERT_NE(car, nullptr);
+  EXPECT_EQ(*car->size_m, Eigen::Vector3d(1.6, 1.4, 3.7));
+  EXPECT_EQ(car->T_camera_object.translation(), Eigen::Vector3d(3.0, 1.4, 13.1));
+  EXPECT_EQ(*car->left, 722);
+  EXPECT_EQ(*car->top, 186);
+  EXPECT_EQ(*car->right, 866);
+  EXPECT_EQ(*car->bottom, 281);
+  EXPECT_EQ(*car->moving, false);
+  EXPECT_EQ(*truth.find(0, 3)->moving, true);
+  EXPECT_EQ(truth.find(0, 3)->type, "Van");
+}
+
+TEST_F(Vkitti1Truths, MovingIsLeftOutWhereItIsWrong) {
+  put("0018_camera.txt", kExtrinsics);
+  put("0018_objects.txt", kObjects);
+  const Vkitti1Truth out = read("0018");
+  EXPECT_FALSE(out.truth.find(0, 3)->moving.has_value());
+  EXPECT_THAT(out.warnings, testing::ElementsAre(testing::HasSubstr("the column 'moving' is not used")));
+}
+
+TEST_F(Vkitti1Truths, WhatIsNotThere) {
+  expect_error([&] { read("0001"); }, temp_.path().string() + ": no Virtual KITTI 1.3.1 in it");
+  put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", kExtrinsics);
+  put("vkitti_1.3.1_motgt/0002_rain.txt", kObjects);
+  put("0018_camera.txt", kExtrinsics);
+  expect_error([&] { read("0001"); }, ": no world '0001' in it; there: 0002, 0018");
+  expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; there: fog, rain");
+  expect_error([&] { read("0002", "fog"); }, "lacks its file vkitti_1.3.1_motgt/0002_fog.txt");
+  expect_error([&] { read("0018"); }, "lacks its file vkitti_1.3.1_motgt/0018_clone.txt");
+  const Vkitti1TextFiles files = find_vkitti1_text(temp_.path(), "0018", "clone");
+  InputLog inputs;
+  EXPECT_THAT(read_vkitti1_truth(files, "0018", inputs).warnings,
+              testing::ElementsAre("no motgt of world 0018: no true object motion"));
+}
+
+TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
+  put("0001_camera.txt", kExtrinsics);
+  std::string objects = kObjects;
+  put("0001_objects.txt", objects.replace(objects.rfind("0 2 DontCare"), 1, "2"));
+  expect_error([&] { read("0001"); }, "0001_objects.txt: it has objects in frame 2, of which");
+}
+
+// The real text: conventions can only be told from numbers that someone else wrote.
+class Vkitti1Real : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const char* data = std::getenv("SEXTANT_DATA");
+    if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
+    if (!fs::is_directory(fs::path(data) / "vkitti_1.3.1_text")) {
+      GTEST_SKIP() << data << "/vkitti_1.3.1_text is not there";
+    }
+    InputLog inputs;
+    truth_ = read_vkitti1_truth(data, GetParam(), "clone", inputs).truth;
+  }
+  SequenceTruth truth_;
+};
+
+// Steps of at least 0.3 m a frame in the world, against the object's own z axis.
+TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
+  std::vector<double> angles_deg;
+  std::vector<double> tilts_deg;
+  for (const auto& [frame, list] : truth_.objects) {
+    for (const ObjectTruth& object : list) {
+      const SE3 T_world_object = *truth_.camera.pose(frame) * object.T_camera_object;
+      const Eigen::Vector3d down = T_world_object.rotation() * Eigen::Vector3d::UnitY();
+      tilts_deg.push_back(std::hypot(down.x(), down.z()) * 180 / std::numbers::pi);
+      const ObjectTruth* next = truth_.find(frame + 1, object.id);
+      if (next == nullptr) continue;
+      const Eigen::Vector3d step = (*truth_.camera.pose(frame + 1) * next->T_camera_object).translation() -
+                                   T_world_object.translation();
+      if (step.norm() < 0.3) continue;
+      const Eigen::Vector3d ahead = T_world_object.rotation() * Eigen::Vector3d::UnitZ();
+      angles_deg.push_back(std::atan2(ahead.cross(step).norm(), ahead.dot(step)) * 180 / std::numbers::pi);
+    }
+  }
+  RecordProperty("heading_median_deg", fmt::format("{:.4f}", median(angles_deg)));
+  RecordProperty("tilt_median_deg", fmt::format("{:.5f}", median(tilts_deg)));
+  EXPECT_GT(angles_deg.size(), 200u);
+  EXPECT_LT(median(angles_deg), 5.0);
+  EXPECT_LT(median(tilts_deg), 0.001);
+}
+
+// The projected corners of the 3-D box (f = 725, c = (620.5, 187)) against the 2-D box, which holds the
+// pixels of the car: the car fills its box, so they agree to a few pixels.
+TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
+  const PinholeCamera camera{725, 725, 620.5, 187};
+  std::vector<double> errors_px;
+  for (const auto& [frame, list] : truth_.objects) {
+    for (const ObjectTruth& o : list) {
+      Eigen::AlignedBox2d box;
+      bool in_front = true;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3d p =
+            o.T_camera_object * Eigen::Vector3d((corner & 1 ? 0.5 : -0.5) * o.size_m->x(),
+                                                corner & 2 ? -o.size_m->y() : 0.0,
+                                                (corner & 4 ? 0.5 : -0.5) * o.size_m->z());
+        in_front = in_front && p.z() > 1;
+        box.extend(camera.project(p));
+      }
+      // Boxes at the border of the image are cut there.
+      if (!in_front || *o.left < 1 || *o.top < 1 || *o.right > 1240 || *o.bottom > 373) continue;
+      errors_px.push_back(
+          std::max({std::abs(box.min().x() - *o.left), std::abs(box.min().y() - *o.top),
+                    std::abs(box.max().x() - *o.right), std::abs(box.max().y() - *o.bottom)}));
+    }
+  }
+  RecordProperty("box_median_px", fmt::format("{:.3f}", median(errors_px)));
+  EXPECT_GT(errors_px.size(), 500u);
+  EXPECT_LT(median(errors_px), 4.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Vkitti1Real, testing::Values("0001", "0002", "0018"));
+
+TEST_F(Vkitti1Truths, RowsOfVersion2AreThoseOfVersion1) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr || !fs::is_directory(fs::path(data) / "vkitti_1.3.1_text")) {
+    GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
+  }
+  InputLog inputs;
+  const SequenceTruth truth = read_vkitti1_truth(data, "0018", "clone", inputs).truth;
+  // Virtual KITTI 2.0.3, Scene18/clone/pose.txt, first row (docs/datasets.md): world_space_X, Y, Z and
+  // rotation_world_space_y, next to camera-space numbers that are those of 1.3.1.
+  const SE3 T_world_object = *truth.camera.pose(25) * truth.find(25, 1)->T_camera_object;
+  EXPECT_LT((T_world_object.translation() - Eigen::Vector3d(53.18796, -106, 79.85496)).norm(), 2e-4);
+  const Eigen::Vector3d ahead = T_world_object.rotation() * Eigen::Vector3d::UnitZ();
+  const double yaw_rad = 2.263542 + std::numbers::pi / 2;
+  EXPECT_LT((ahead - Eigen::Vector3d(std::sin(yaw_rad), 0, std::cos(yaw_rad))).norm(), 1e-4);
+}
+
+}  // namespace
+}  // namespace sextant
