@@ -107,7 +107,8 @@ TEST_F(Vkitti1Truths, WhatIsNotThere) {
 TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
   put("0001_camera.txt", kExtrinsics);
   std::string objects = kObjects;
-  put("0001_objects.txt", objects.replace(objects.rfind("0 2 DontCare"), 1, "2"));
+  objects[objects.rfind("0 2 DontCare")] = '2';
+  put("0001_objects.txt", objects);
   expect_error([&] { read("0001"); }, "0001_objects.txt: it has objects in frame 2, of which");
 }
 

@@ -104,11 +104,12 @@ TEST(Vkitti1Text, BadObjects) {
   error(older + row, "x.txt:1: the first row names no column moving, model, color: expected frame tid");
   error(kHeader + row + row, "x.txt:3: track 1 appears twice in frame 0");
   error(kHeader + row.substr(0, row.size() - 5), "x.txt:2: expected 25 values");
-  std::string bad = row;
-  error(kHeader + bad.replace(bad.find("13.1"), 4, "inf "), "x.txt:2: expected a finite number for z3d");
-  bad = row;
-  error(kHeader + bad.replace(bad.find("0 M"), 1, "2"),
-        "x.txt:2: expected 0, 1, True or False for moving, got '2'");
+  const auto with = [&](const std::string& from, const std::string& to) {
+    const size_t at = row.find(from);
+    return kHeader + row.substr(0, at) + to + row.substr(at + from.size());
+  };
+  error(with("13.1", "inf"), "x.txt:2: expected a finite number for z3d");
+  error(with("0 M", "2 M"), "x.txt:2: expected 0, 1, True or False for moving, got '2'");
   error(kHeader + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected 0 or more for tid, got -1");
 }
 
