@@ -54,12 +54,12 @@ void add_pose_change(const PoseChangeError& error, const std::string& frame, Rec
   record.errors["ER" + frame + "_deg"] = error.ER_deg;
 }
 
-PointFlow flow_at(const Image<Flow>& dense, const Correspondences& points) {
+PointFlow flow_at(const FlowSamples& samples, const Correspondences& points) {
   PointFlow flow;
   for (size_t i = 0; i < points.size(); ++i) {
     const auto x = static_cast<int>(std::lround(points.u[i]));
     const auto y = static_cast<int>(std::lround(points.v[i]));
-    const Flow value = dense.contains(x, y) ? dense(x, y) : Flow{};
+    const Flow value = samples.at(x, y);
     flow.u.push_back(value.u);
     flow.v.push_back(value.v);
   }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/eval/experiment/record.h"
 #include "sextant/truth/truth.h"
 
@@ -27,7 +28,7 @@ struct PairContext {
   /// T_world_camera accumulated by the estimate, starting at the true pose of the first frame. Frames
   /// without an estimated pose, or a sequence without a true first pose, have none here.
   const Trajectory& estimated;
-  const Image<Flow>* true_flow = nullptr;  ///< dense, previous to current frame; may be null
+  const FlowSamples* true_flow = nullptr;  ///< at the points' pixels, previous to current frame; may be null
 };
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);

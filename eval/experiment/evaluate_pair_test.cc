@@ -77,7 +77,7 @@ class EvaluatePair : public testing::Test {
     return body;
   }
 
-  std::vector<Record> evaluate(const Image<Flow>* flow = nullptr) const {
+  std::vector<Record> evaluate(const FlowSamples* flow = nullptr) const {
     return evaluate_pair(result_, {"vdo", "s", "joint_flow", camera, truth_, estimated_, flow});
   }
 
@@ -110,8 +110,7 @@ TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {
 }
 
 TEST_F(EvaluatePair, GivenTrueFlowWins) {
-  Image<Flow> flow(100, 100);
-  flow(50, 50) = {0.5F, 2.0F};
+  const FlowSamples flow({{50, 50, {0.5F, 2.0F}}});
   const Record ego = evaluate(&flow).at(0);
   EXPECT_EQ(ego.flow_truth, "given");
   EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 0.5, 1e-12);
@@ -119,7 +118,7 @@ TEST_F(EvaluatePair, GivenTrueFlowWins) {
 }
 
 TEST_F(EvaluatePair, NoEpeWhereTheTrueFlowIsUnknown) {
-  const Image<Flow> flow(100, 100);
+  const FlowSamples flow({{51, 50, {0.5F, 2.0F}}});
   const Record ego = evaluate(&flow).at(0);
   EXPECT_EQ(ego.flow_truth, "");
   EXPECT_FALSE(ego.errors.contains("epe_initial_px"));

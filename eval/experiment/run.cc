@@ -6,97 +6,20 @@
 #include <utility>
 
 #include "sextant/base/error.h"
-#include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {
 namespace {
-
-constexpr int window_pairs = 16;
 
 using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
-
-struct DecodedFrame {
-  Frame frame;
-  std::optional<Image<Flow>> true_flow;
-  double decode_ms = 0;
-};
-
-/// A pair's points, with what is needed of the dense data to judge them.
-struct ExtractedPair {
-  FramePair pair;
-  std::optional<Image<Flow>> true_flow;
-  double decode_ms = 0;  ///< of the previous frame
-  double extraction_ms = 0;
-};
-
-/// Stage 1: decodes every frame of a sequence once and extracts its pairs, a window at a time.
-class PairReader {
- public:
-  PairReader(const Sequence& sequence, const ExtractionOptions& options, int jobs)
-      : sequence_(sequence), options_(options), jobs_(jobs), next_(sequence.info().first_frame) {}
-
-  /// The next window's pairs, in order; empty at the end.
-  std::vector<ExtractedPair> next() {
-    const int last = sequence_.info().last_frame;
-    const int n = std::min(window_pairs, last - next_);
-    if (n <= 0) return {};
-    std::vector<DecodedFrame> frames(static_cast<size_t>(n) + 1);
-    const int known = has_border_ ? 1 : 0;
-    if (has_border_) frames.front() = std::move(border_);
-    parallel_for(n + 1 - known, jobs_,
-                 [&](int i) { frames[static_cast<size_t>(i + known)] = decode(next_ + known + i); });
-    std::vector<ExtractedPair> pairs(static_cast<size_t>(n));
-    parallel_for(n, jobs_,
-                 [&](int i) { pairs[static_cast<size_t>(i)] = extract(frames, static_cast<size_t>(i)); });
-    border_ = std::move(frames.back());
-    has_border_ = true;
-    next_ += n;
-    return pairs;
-  }
-
- private:
-  DecodedFrame decode(int index) const {
-    check_interrupt();
-    const bool is_last = index == sequence_.info().last_frame;
-    Channels channels;
-    channels.depth = channels.mask = true;
-    channels.gray = channels.flow = !is_last;
-    const Clock::time_point start = Clock::now();
-    DecodedFrame decoded;
-    decoded.frame = sequence_.read(index, channels);
-    decoded.decode_ms = ms_since(start);
-    if (!is_last) decoded.true_flow = sequence_.true_flow(index);
-    return decoded;
-  }
-
-  ExtractedPair extract(std::vector<DecodedFrame>& frames, size_t i) const {
-    check_interrupt();
-    const SequenceInfo& info = sequence_.info();
-    ExtractedPair extracted;
-    const Clock::time_point start = Clock::now();
-    extracted.pair =
-        extract_frame_pair(frames[i].frame, frames[i + 1].frame, info.camera, 1.0 / info.rate_hz, options_);
-    extracted.extraction_ms = ms_since(start);
-    extracted.decode_ms = frames[i].decode_ms;
-    extracted.true_flow = std::move(frames[i].true_flow);
-    return extracted;
-  }
-
-  const Sequence& sequence_;
-  const ExtractionOptions& options_;
-  int jobs_;
-  int next_;
-  DecodedFrame border_;  ///< the last frame of the window before
-  bool has_border_ = false;
-};
 
 /// Stage 2: the sequential pipeline and the comparison with truth.
 class PairConsumer {

@@ -1,0 +1,213 @@
+#include "sextant/eval/experiment/pack_cache.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/base/progress.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+int64_t change_time(const fs::path& path, std::error_code& error) {
+  return static_cast<int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
+}
+
+/// What a request is about: everything that decides the pairs besides the bytes of the inputs.
+Json request_of(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options) {
+  const SequenceInfo& info = sequence.info();
+  const PinholeCamera& left = info.camera.left;
+  std::error_code ignored;
+  const fs::path path =
+      fs::exists(source.path, ignored) ? fs::absolute(source.path).lexically_normal() : fs::path(source.path);
+  return {{"version", pack_version},
+          {"adapter", source.adapter},
+          {"path", path.string()},
+          {"sequence", info.sequence},
+          {"frames", {info.first_frame, info.last_frame}},
+          {"camera", {left.fx, left.fy, left.cx, left.cy, info.camera.bf}},
+          {"rate_hz", info.rate_hz},
+          {"source_options", source.options},
+          {"provenance", info.provenance},
+          {"extraction", write_options(options)}};
+}
+
+/// The request without where the data lie, and with what is in them.
+std::string content_id(Json request, const std::map<std::string, InputLog::Entry>& inputs) {
+  request.erase("path");
+  std::set<std::string> hashes;
+  for (const auto& [path, entry] : inputs) {
+    hashes.insert(fs::path(path).filename().string() + " " + entry.sha256);
+  }
+  request["inputs"] = hashes;
+  return sha256(request.dump());
+}
+
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
+  Json json = Json::object();
+  for (const auto& [path, entry] : inputs) {
+    std::error_code error;
+    json[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}, {"changed", change_time(path, error)}};
+  }
+  return json;
+}
+
+/// A link file: the request, the pack that answers it, and the inputs that it was made of.
+struct Link {
+  std::string content;
+  std::string source;
+  std::map<std::string, InputLog::Entry> inputs;
+};
+
+/// Empty when the file is not there, not readable, or of another version; or when an input has changed.
+std::optional<Link> read_link(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
+  const Json json = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  try {
+    Link link{json.at("content"), json.at("source"), {}};
+    if (json.at("request").at("version") != pack_version) return std::nullopt;
+    for (const auto& item : json.at("inputs").items()) {
+      const uint64_t bytes = item.value().at("bytes");
+      const std::string hash = item.value().at("sha256");
+      if (fs::file_size(item.key(), error) != bytes || error) return std::nullopt;
+      if (change_time(item.key(), error) != item.value().at("changed").get<int64_t>() &&
+          sha256(read_file(item.key())) != hash) {
+        return std::nullopt;
+      }
+      link.inputs[item.key()] = {bytes, hash};
+    }
+    return link;
+  } catch (const Json::exception&) {
+    return std::nullopt;  // not one of ours, or damaged
+  }
+}
+
+std::optional<std::vector<ExtractedPair>> read_pack(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
+  try {
+    return decode_pack(read_file(path), path.string()).pairs;
+  } catch (const Error&) {
+    return std::nullopt;  // damaged: made anew
+  }
+}
+
+std::vector<ExtractedPair> read_all(const Sequence& sequence, const ExtractionOptions& options, int jobs,
+                                    bool quiet) {
+  const SequenceInfo& info = sequence.info();
+  PairReader reader(sequence, options, jobs);
+  Progress progress("packing " + info.sequence, info.last_frame - info.first_frame, quiet);
+  std::vector<ExtractedPair> pairs;
+  for (std::vector<ExtractedPair> window = reader.next(); !window.empty(); window = reader.next()) {
+    progress.advance(static_cast<int>(window.size()));
+    std::ranges::move(window, std::back_inserter(pairs));
+  }
+  return pairs;
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(),
+         error.message());
+  }
+}
+
+std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == extension) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+}  // namespace
+
+fs::path default_cache_folder() {
+  const auto variable = [](const char* name) -> std::string {
+    const char* value = std::getenv(name);
+    return value == nullptr ? "" : value;
+  };
+  if (const std::string own = variable("SEXTANT_CACHE"); !own.empty()) return fs::path(own) / "packs";
+  if (const std::string xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) {
+    return fs::path(xdg) / "sextant" / "packs";
+  }
+  if (const std::string home = variable("HOME"); !home.empty()) {
+    return fs::path(home) / ".cache" / "sextant" / "packs";
+  }
+  return fs::temp_directory_path() / "sextant" / "packs";
+}
+
+PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequence,
+                                  const ExtractionOptions& options, int jobs, bool quiet) const {
+  const Json request = request_of(source, sequence, options);
+  const fs::path link_path = folder_ / (sha256(request.dump()) + ".json");
+  if (const std::optional<Link> link = read_link(link_path)) {
+    const fs::path file = folder_ / (link->content + ".pack");
+    if (auto pairs = read_pack(file)) return {std::move(*pairs), link->inputs, file, true};
+  }
+  Packed packed;
+  packed.pairs = read_all(sequence, options, jobs, quiet);
+  packed.inputs = sequence.inputs().entries();
+  const std::string content = content_id(request, packed.inputs);
+  packed.file = folder_ / (content + ".pack");
+  make_folder(folder_);
+  Json manifest = request;
+  manifest.erase("path");
+  write_file(packed.file, encode_pack({manifest, packed.pairs}));
+  const Json link = {{"source", source.text},
+                     {"request", request},
+                     {"content", content},
+                     {"inputs", inputs_json(packed.inputs)}};
+  write_file(link_path, link.dump(2) + "\n");
+  return packed;
+}
+
+std::vector<PackCache::Entry> PackCache::list() const {
+  std::map<fs::path, Entry> by_file;
+  for (const fs::path& file : files_of(folder_, ".pack")) {
+    Entry& entry = by_file[file];
+    std::error_code error;
+    entry.file = file;
+    entry.bytes = fs::file_size(file, error);
+    if (const auto pairs = read_pack(file)) entry.n_pairs = static_cast<int>(pairs->size());
+  }
+  for (const fs::path& file : files_of(folder_, ".json")) {
+    const std::optional<Link> link = read_link(file);
+    if (!link) continue;
+    const auto it = by_file.find(folder_ / (link->content + ".pack"));
+    if (it == by_file.end() || it->second.n_pairs == 0) continue;
+    it->second.source = link->source;
+    it->second.valid = true;
+  }
+  std::vector<Entry> entries;
+  for (const auto& [file, entry] : by_file) entries.push_back(entry);
+  std::ranges::stable_sort(entries, {}, [](const Entry& e) { return std::pair(e.source.empty(), e.source); });
+  return entries;
+}
+
+uint64_t PackCache::prune(bool all) const {
+  uint64_t freed = 0;
+  std::error_code error;
+  for (const Entry& entry : list()) {
+    if (entry.valid && !all) continue;
+    if (fs::remove(entry.file, error)) freed += entry.bytes;
+  }
+  for (const fs::path& file : files_of(folder_, ".json")) {
+    const std::optional<Link> link = all ? std::nullopt : read_link(file);
+    if (link && fs::exists(folder_ / (link->content + ".pack"), error)) continue;
+    const uint64_t bytes = fs::file_size(file, error);
+    if (fs::remove(file, error)) freed += bytes;
+  }
+  return freed;
+}
+
+}  // namespace sextant

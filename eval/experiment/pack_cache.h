@@ -1,0 +1,62 @@
+#pragma once
+
+// A folder of packs. A source is decoded once; afterwards its pairs come from the pack as long as neither its
+// files nor the options that made it have changed.
+//
+//   <content>.pack   content = SHA-256 of the inputs' SHA-256s, the source's and extraction's options and the
+//                    version: equal data have equal packs, wherever they lie
+//   <request>.json   request = SHA-256 of the source (as an absolute path) and options -> content and the
+//   inputs
+//                    (path, size, time of change, SHA-256). An input whose size and time are as before is
+//                    taken to be the same; one whose time alone differs is hashed again
+//
+// Damaged, foreign or outdated files are made anew. Files are written whole or not at all, so several
+// processes may share the folder.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/experiment/pack.h"
+
+namespace sextant {
+
+/// $SEXTANT_CACHE, else $XDG_CACHE_HOME/sextant, else ~/.cache/sextant, each with /packs.
+std::filesystem::path default_cache_folder();
+
+class PackCache {
+ public:
+  explicit PackCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  struct Packed {
+    std::vector<ExtractedPair> pairs;
+    std::map<std::string, InputLog::Entry> inputs;  ///< every file that made them
+    std::filesystem::path file;
+    bool was_there = false;  ///< read from the pack, not decoded now
+  };
+
+  /// The pairs of a source, from its pack or by decoding (which writes the pack). Throws Error on bad
+  /// inputs and when the folder cannot be written, Interrupted on Ctrl-C.
+  Packed load(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options, int jobs,
+              bool quiet) const;
+
+  struct Entry {
+    std::string source;  ///< as given when it was made
+    std::filesystem::path file;
+    uint64_t bytes = 0;
+    int n_pairs = 0;
+    bool valid = false;  ///< readable, of this version, and its inputs are as they were
+  };
+  /// All packs, in order of source; those that no request leads to come last, without a source.
+  std::vector<Entry> list() const;
+  /// Removes packs that are no longer valid, or all of them. Returns the bytes set free.
+  uint64_t prune(bool all) const;
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace sextant

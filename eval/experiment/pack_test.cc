@@ -1,0 +1,157 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/experiment/pack_cache.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A small VDO folder and a cache for its packs.
+class PackTest : public testing::Test {
+ protected:
+  PackTest() : cache_(folder_.path() / "cache") {
+    VdoFixtureOptions options;
+    options.n_frames = 4;
+    options.width = 160;
+    options.height = 48;
+    make_vdo_fixture(folder_.path() / "vdo", options);
+  }
+
+  PackCache::Packed load(const std::string& name = "vdo") const {
+    const SourceSpec source = SourceSpec::parse("vdo:" + (folder_.path() / name).string());
+    return cache_.load(source, *open_source(source), options_, 1, true);
+  }
+  static std::string bytes_of(const std::vector<ExtractedPair>& pairs) {
+    return encode_pack({Json::object(), pairs});
+  }
+  fs::path file(const std::string& name) const { return folder_.path() / "vdo" / name; }
+
+  TempFolder folder_;
+  PackCache cache_;
+  ExtractionOptions options_;
+};
+
+TEST_F(PackTest, ComesBackAsItWas) {
+  std::vector<ExtractedPair> pairs = load().pairs;
+  ASSERT_EQ(pairs.size(), 3U);
+  ASSERT_GT(pairs[0].pair.background.size(), 20U);
+  ASSERT_FALSE(pairs[0].pair.objects.empty());
+  pairs[1].true_flow = FlowSamples({{3, 4, {0.5F, -1.0F}}, {1, 2, {}}});
+  pairs[1].pair.lost_instances = {7};
+  const std::string bytes = encode_pack({Json{{"a", 1}}, pairs});
+  const Pack back = decode_pack(bytes, "p");
+  EXPECT_EQ(back.manifest, (Json{{"a", 1}}));
+  EXPECT_EQ(encode_pack(back), bytes);
+  const Correspondences& a = pairs[0].pair.background;
+  const Correspondences& b = back.pairs[0].pair.background;
+  EXPECT_EQ(a.u, b.u);
+  EXPECT_EQ(a.depth, b.depth);
+  EXPECT_EQ(a.flow_v, b.flow_v);
+  EXPECT_EQ(back.pairs[0].pair.objects[0].instance_prev, pairs[0].pair.objects[0].instance_prev);
+  EXPECT_EQ(back.pairs[0].pair.camera.bf, pairs[0].pair.camera.bf);
+  EXPECT_EQ(back.pairs[1].true_flow->at(3, 4).v, -1.0F);
+  EXPECT_FALSE(back.pairs[1].true_flow->at(4, 4).valid());
+  EXPECT_EQ(back.pairs[1].pair.lost_instances, std::vector<int>{7});
+}
+
+TEST_F(PackTest, DamageIsSeen) {
+  const std::string bytes = bytes_of(load().pairs);
+  for (size_t i = 0; i < bytes.size(); i += bytes.size() / 50) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ 1);
+    EXPECT_THROW(decode_pack(damaged, "p"), Error) << i;
+  }
+  for (const size_t n : {size_t{0}, size_t{5}, size_t{40}, bytes.size() / 2, bytes.size() - 1}) {
+    EXPECT_THROW(decode_pack(bytes.substr(0, n), "p"), Error) << n;
+  }
+  EXPECT_THROW(decode_pack(bytes + "x", "p"), Error);
+}
+
+TEST_F(PackTest, ASecondLoadDecodesNothing) {
+  const PackCache::Packed first = load();
+  const PackCache::Packed second = load();
+  EXPECT_FALSE(first.was_there);
+  EXPECT_TRUE(second.was_there);
+  EXPECT_EQ(bytes_of(first.pairs), bytes_of(second.pairs));
+  EXPECT_EQ(first.inputs.size(), second.inputs.size());
+  EXPECT_GE(second.inputs.size(), 15U);  // 4 images, depths, masks, 3 flows and the truth
+}
+
+TEST_F(PackTest, AnInputWithANewTimeButTheSameBytesChangesNothing) {
+  load();
+  fs::last_write_time(file("depth/000001.png"), fs::file_time_type::clock::now() + std::chrono::hours(1));
+  EXPECT_TRUE(load().was_there);
+}
+
+TEST_F(PackTest, AChangedInputMakesANewPack) {
+  const PackCache::Packed first = load();
+  fs::copy_file(file("depth/000000.png"), file("depth/000001.png"), fs::copy_options::overwrite_existing);
+  const PackCache::Packed second = load();
+  EXPECT_FALSE(second.was_there);
+  EXPECT_NE(first.file, second.file);
+  EXPECT_NE(bytes_of(first.pairs), bytes_of(second.pairs));
+}
+
+TEST_F(PackTest, AnotherOptionMakesAnotherPack) {
+  const PackCache::Packed first = load();
+  options_.object_step_px = 2;
+  const PackCache::Packed second = load();
+  EXPECT_FALSE(second.was_there);
+  EXPECT_NE(first.file, second.file);
+  options_.object_step_px = 3;
+  EXPECT_TRUE(load().was_there);
+}
+
+TEST_F(PackTest, ADamagedPackIsMadeAnew) {
+  const PackCache::Packed first = load();
+  std::string bytes = read_file(first.file);
+  bytes[bytes.size() / 2] ^= 1;
+  write_file(first.file, bytes);
+  EXPECT_FALSE(cache_.list().at(0).valid);
+  const PackCache::Packed second = load();
+  EXPECT_FALSE(second.was_there);
+  EXPECT_EQ(second.file, first.file);
+  EXPECT_TRUE(load().was_there);
+}
+
+TEST_F(PackTest, EqualDataInAnotherFolderShareThePack) {
+  const PackCache::Packed first = load();
+  fs::create_directories(folder_.path() / "moved");
+  fs::copy(folder_.path() / "vdo", folder_.path() / "moved" / "vdo", fs::copy_options::recursive);
+  EXPECT_EQ(load("moved/vdo").file, first.file);
+  EXPECT_EQ(cache_.list().size(), 1U);
+}
+
+TEST_F(PackTest, PruneKeepsWhatIsValid) {
+  const PackCache::Packed old = load();
+  fs::copy_file(file("depth/000000.png"), file("depth/000001.png"), fs::copy_options::overwrite_existing);
+  const PackCache::Packed present = load();
+  EXPECT_EQ(cache_.list().size(), 2U);
+  EXPECT_GE(cache_.prune(false), fs::file_size(present.file) / 2);
+  EXPECT_FALSE(fs::exists(old.file));
+  EXPECT_TRUE(load().was_there);
+  EXPECT_GT(cache_.prune(true), 0U);
+  EXPECT_TRUE(cache_.list().empty());
+  EXPECT_TRUE(fs::is_empty(cache_.folder()));
+}
+
+TEST_F(PackTest, AFolderThatCannotBeMadeIsAnError) {
+  write_file(folder_.path() / "file", "x");
+  cache_ = PackCache(folder_.path() / "file" / "cache");
+  try {
+    load();
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--cache"));
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,102 @@
+#include "sextant/eval/experiment/pair_reader.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <tuple>
+
+#include "sextant/base/parallel_for.h"
+#include "sextant/eval/experiment/interrupt.h"
+
+namespace sextant {
+namespace {
+
+constexpr int window_pairs = 16;
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+bool earlier(const FlowSamples::Sample& a, const FlowSamples::Sample& b) {
+  return std::tie(a.y, a.x) < std::tie(b.y, b.x);
+}
+
+void add_samples(const Image<Flow>& dense, const Correspondences& points,
+                 std::vector<FlowSamples::Sample>& samples) {
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto x = static_cast<int>(std::lround(points.u[i]));
+    const auto y = static_cast<int>(std::lround(points.v[i]));
+    if (dense.contains(x, y)) samples.push_back({x, y, dense(x, y)});
+  }
+}
+
+}  // namespace
+
+FlowSamples::FlowSamples(std::vector<Sample> samples) : samples_(std::move(samples)) {
+  std::ranges::stable_sort(samples_, earlier);
+  const auto same = [](const Sample& a, const Sample& b) { return a.x == b.x && a.y == b.y; };
+  samples_.erase(std::ranges::unique(samples_, same).begin(), samples_.end());
+}
+
+Flow FlowSamples::at(int x, int y) const {
+  const auto it = std::ranges::lower_bound(samples_, Sample{x, y, {}}, earlier);
+  return it != samples_.end() && it->x == x && it->y == y ? it->flow : Flow{};
+}
+
+FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair) {
+  std::vector<FlowSamples::Sample> samples;
+  add_samples(dense, pair.background, samples);
+  for (const ObjectObservation& object : pair.objects) add_samples(dense, object.points, samples);
+  return FlowSamples(std::move(samples));
+}
+
+PairReader::PairReader(const Sequence& sequence, const ExtractionOptions& options, int jobs)
+    : sequence_(sequence), options_(options), jobs_(jobs), next_(sequence.info().first_frame) {}
+
+std::vector<ExtractedPair> PairReader::next() {
+  const int n = std::min(window_pairs, sequence_.info().last_frame - next_);
+  if (n <= 0) return {};
+  std::vector<Decoded> frames(static_cast<size_t>(n) + 1);
+  const int known = border_ ? 1 : 0;
+  if (border_) frames.front() = std::move(*border_);
+  parallel_for(n + 1 - known, jobs_,
+               [&](int i) { frames[static_cast<size_t>(i + known)] = decode(next_ + known + i); });
+  std::vector<ExtractedPair> pairs(static_cast<size_t>(n));
+  parallel_for(n, jobs_, [&](int i) {
+    const auto at = static_cast<size_t>(i);
+    pairs[at] = extract(frames[at], frames[at + 1]);
+  });
+  border_ = std::move(frames.back());
+  next_ += n;
+  return pairs;
+}
+
+PairReader::Decoded PairReader::decode(int index) const {
+  check_interrupt();
+  const bool is_last = index == sequence_.info().last_frame;
+  Channels channels;
+  channels.depth = channels.mask = true;
+  channels.gray = channels.flow = !is_last;
+  const Clock::time_point start = Clock::now();
+  Decoded decoded;
+  decoded.frame = sequence_.read(index, channels);
+  decoded.decode_ms = ms_since(start);
+  if (!is_last) decoded.true_flow = sequence_.true_flow(index);
+  return decoded;
+}
+
+ExtractedPair PairReader::extract(const Decoded& prev, const Decoded& curr) const {
+  check_interrupt();
+  const SequenceInfo& info = sequence_.info();
+  ExtractedPair extracted;
+  const Clock::time_point start = Clock::now();
+  extracted.pair = extract_frame_pair(prev.frame, curr.frame, info.camera, 1.0 / info.rate_hz, options_);
+  extracted.extraction_ms = ms_since(start);
+  extracted.decode_ms = prev.decode_ms;
+  if (prev.true_flow) extracted.true_flow = sample_flow(*prev.true_flow, extracted.pair);
+  return extracted;
+}
+
+}  // namespace sextant

@@ -1,0 +1,71 @@
+#pragma once
+
+// From a source to the points of its frame pairs. Every frame is decoded once; what is kept of the dense data
+// is what the pairs' points need: an estimator wants a few thousand correspondences, not images.
+
+#include <optional>
+#include <vector>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/measurement/frame_pair.h"
+
+namespace sextant {
+
+/// True flow at some pixels of one frame.
+class FlowSamples {
+ public:
+  struct Sample {
+    int x = 0, y = 0;
+    Flow flow;
+  };
+
+  FlowSamples() = default;
+  /// In any order; of two samples of one pixel the first counts.
+  explicit FlowSamples(std::vector<Sample> samples);
+  /// Invalid where the pixel is not among them.
+  Flow at(int x, int y) const;
+  const std::vector<Sample>& samples() const { return samples_; }  ///< by row, then column
+
+ private:
+  std::vector<Sample> samples_;
+};
+
+/// `dense` at the pixels of all points of a pair.
+FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair);
+
+/// A pair's points, with what is needed of the dense data to judge them.
+struct ExtractedPair {
+  FramePair pair;
+  std::optional<FlowSamples> true_flow;  ///< where the data set has it
+  double decode_ms = 0;                  ///< of the previous frame
+  double extraction_ms = 0;
+};
+
+/// Reads a sequence a window of frames at a time, so that memory is bounded. The pairs do not depend on
+/// `jobs`, times excepted.
+class PairReader {
+ public:
+  PairReader(const Sequence& sequence, const ExtractionOptions& options, int jobs);
+
+  /// The next window's pairs, in order; empty at the end. Throws Error on bad files, Interrupted on Ctrl-C.
+  std::vector<ExtractedPair> next();
+
+ private:
+  struct Decoded {
+    Frame frame;
+    std::optional<Image<Flow>> true_flow;
+    double decode_ms = 0;
+  };
+
+  Decoded decode(int index) const;
+  ExtractedPair extract(const Decoded& prev, const Decoded& curr) const;
+
+  const Sequence& sequence_;
+  const ExtractionOptions& options_;
+  int jobs_;
+  int next_;
+  std::optional<Decoded> border_;  ///< the last frame of the window before
+};
+
+}  // namespace sextant
