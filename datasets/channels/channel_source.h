@@ -15,6 +15,7 @@
 //   masks   instance_png:DIR    8- or 16-bit gray or palette PNG, the stored number is the id
 //           mots_png:DIR        16-bit PNG, class * 1000 + track id; class 10 is ignored; id = track id + 1
 //           mots_txt:FILE       "frame id class height width rle" (COCO run lengths); id = track id + 1
+//           detections_txt:FILE the same form with any id, which is taken as it is; earlier lines in front
 //           vdo_text:DIR        integers as text
 //           boxes               the 2-D label boxes, nearer objects in front: a last resort
 //           onnx:FILE           a network

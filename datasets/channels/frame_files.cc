@@ -44,9 +44,10 @@ FrameFiles::FrameFiles(const fs::path& folder, const std::string& extension) : f
 const fs::path& FrameFiles::at(int frame, const std::string& what) const {
   const auto it = files_.find(frame);
   if (it != files_.end()) return it->second;
-  fail("{}: frame {} needs its {}, and there is no file of that number; add it, or choose other frames with "
-       "@first-last",
-       folder_.string(), frame, what);
+  fail(
+      "{}: frame {} needs its {}, and there is no file of that number; add it, or choose other frames with "
+      "@first-last",
+      folder_.string(), frame, what);
 }
 
 std::set<int> FrameFiles::frames() const {

@@ -30,6 +30,10 @@ Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf
   });
 }
 
+Image<float> depth_from_metres256(const Image<uint16_t>& depth) {
+  return map_pixels<float>(depth, [](uint16_t n) { return n == 0 ? kNan : static_cast<float>(n) / 256.0f; });
+}
+
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm) {
   return map_pixels<float>(depth_cm, [](uint16_t n) {
     return n == 65535 ? kNan : static_cast<float>(static_cast<double>(n) / 100.0);

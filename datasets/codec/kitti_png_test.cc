@@ -17,6 +17,13 @@ TEST(KittiPng, DisparityGivesDepthAndBack) {
   EXPECT_EQ(disparity256_from_depth(depth, 387.5744), n);
 }
 
+TEST(KittiPng, DepthBenchmarkHasSteps256) {
+  Image<uint16_t> n(2, 1);
+  n(1, 0) = 3200;
+  EXPECT_TRUE(std::isnan(depth_from_metres256(n)(0, 0)));
+  EXPECT_EQ(depth_from_metres256(n)(1, 0), 12.5f);
+}
+
 TEST(KittiPng, CentimetresGiveDepthAndBack) {
   Image<uint16_t> n(3, 1);
   n(0, 0) = 65535;

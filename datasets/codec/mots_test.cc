@@ -29,7 +29,7 @@ Image<uint16_t> random_mask(int w, int h, uint32_t seed) {
 
 TEST(Rle, IsTheFormatsOwn) {
   // Worked by hand from the definition: 37 = 5 + 1 * 32 -> 'U' (5 + 32 + 48), '1'; 16 needs a second group,
-  // as bit 4 is the sign: '`' (16 + 32 + 48), '0'; the fourth number is 3 - 16 = -13 -> 19 -> 'c' (19 + 48
+  // as bit 4 is the sign: '`' (16 + 32 + 48), '0'; the fourth number is 3 - 16 = -13 -> 19 -> 'C' (19 + 48
   // with the sign bit set and no further group).
   const std::vector<uint32_t> runs{37, 16, 1, 3, 13};
   const std::string text = "U1`01C<";

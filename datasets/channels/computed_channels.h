@@ -1,0 +1,44 @@
+#pragma once
+
+// Channels computed from the images, without files of their own.
+//
+// DIS: Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016, as OpenCV has it.
+// SGBM: Hirschmueller, Stereo Processing by Semiglobal Matching and Mutual Information, PAMI 2008, as OpenCV
+// has it.
+
+#include "sextant/datasets/channels/channel_source.h"
+
+namespace sextant {
+
+/// Flow from `prev` to `curr`: DIS, preset medium. Valid everywhere, also where the point is hidden or
+/// outside in `curr`. Images smaller than 16 px in either direction: Error.
+Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr);
+
+struct SgbmOptions {
+  int block_size_px = 3;        ///< odd
+  int n_disparities = 0;        ///< multiple of 16; 0: the image's width / 8, rounded up
+  int uniqueness_percent = 10;  ///< by how much the best cost must win
+  int left_right_px = 1;        ///< largest difference between the disparities of both views
+  int speckle_size_px = 100;    ///< smaller islands are dropped
+  int speckle_range_px = 2;     ///< largest step within an island
+  bool three_way = false;       ///< three paths of costs instead of five: faster
+};
+
+/// Disparity of the left image, px, to 1/16 px; NaN where the views disagree, in speckles, and where the
+/// match would lie outside of the right image. Throws Error when the images differ in size.
+Image<float> sgbm_disparity(const Image<Rgb>& left, const Image<Rgb>& right, const SgbmOptions& options = {});
+
+/// bf / disparity, m; NaN stays NaN, and a disparity of 0 (infinity) becomes NaN.
+Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf);
+
+/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in
+/// it.
+Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height);
+
+/// The sources. `inputs` as for make_flow_source.
+std::unique_ptr<FlowSource> make_dis_source(const ChannelInputs& inputs);
+std::unique_ptr<DepthSource> make_sgbm_source(const ChannelInputs& inputs);
+std::unique_ptr<MaskSource> make_box_source(const ChannelInputs& inputs,
+                                            std::map<int, std::vector<LabelBox>> boxes);
+
+}  // namespace sextant

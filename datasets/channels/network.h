@@ -1,0 +1,27 @@
+#pragma once
+
+// Channels by a network in an ONNX file, run by OpenCV's DNN module on the processor; docs/networks.md.
+//
+//   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
+//           output  the first: 1x2xhxw, (u, v) in pixels of the network's input
+//   masks   input   one of 1x3xHxW: RGB, float, 0..255
+//           output  the first: 1x1xhxw or 1xhxw instance ids (whole numbers 0..65535), or 1xCxhxw, C > 1,
+//           scores of
+//                   classes, class 0 the background: each 8-connected region of one best class is an
+//                   instance, numbered from 1 in order of its first pixel
+//
+// Where H or W is not fixed in the file it is the image's. Images are resized to H x W bilinearly; flow is
+// resized back bilinearly and its vectors are scaled, ids are taken from the nearest pixel.
+
+#include "sextant/datasets/channels/channel_source.h"
+
+namespace sextant {
+
+/// Throw Error that names the file, and the expected and found shapes.
+std::unique_ptr<FlowSource> make_network_flow_source(const std::string& path, const ChannelInputs& inputs);
+std::unique_ptr<MaskSource> make_network_mask_source(const std::string& path, const ChannelInputs& inputs);
+
+/// 8-connected regions of equal, positive class: ids from 1 in order of their first pixel, row by row.
+Image<uint16_t> connected_instances(const Image<uint16_t>& classes, const std::string& name);
+
+}  // namespace sextant
