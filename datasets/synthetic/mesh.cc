@@ -157,4 +157,22 @@ void Mesh::add_blob(const Look& look, const Vector3d& centre, const Vector3d& ra
   }
 }
 
+void Mesh::append(const Mesh& other, const SE3& T_this_b) {
+  const auto first_vertex = static_cast<uint32_t>(vertices.size());
+  const auto first_patch = static_cast<uint32_t>(patches.size());
+  for (const Vector3d& vertex : other.vertices) vertices.push_back(T_this_b * vertex);
+  for (Triangle triangle : other.triangles) {
+    for (uint32_t& vertex : triangle.vertices) vertex += first_vertex;
+    triangle.normal = T_this_b.rotation() * triangle.normal;
+    triangle.patch += first_patch;
+    triangles.push_back(triangle);
+  }
+  for (Patch patch : other.patches) {
+    patch.origin = T_this_b * patch.origin;
+    patch.u_axis = T_this_b.rotation() * patch.u_axis;
+    patch.v_axis = T_this_b.rotation() * patch.v_axis;
+    patches.push_back(patch);
+  }
+}
+
 }  // namespace sextant::synthetic

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sextant/geometry/se3.h"
+
 namespace sextant::synthetic {
 
 enum class Material : uint8_t {
@@ -69,7 +71,9 @@ struct Mesh {
   /// A lumpy ball; the same seed gives the same lumps.
   void add_blob(const Look& look, const Eigen::Vector3d& centre, const Eigen::Vector3d& radii_m);
 
- private:
+  /// All of another mesh, given in coordinates b.
+  void append(const Mesh& other, const SE3& T_this_b);
+  /// A convex polygon with the look of patch `patch`.
   void add_fan(const std::vector<Eigen::Vector3d>& points, uint32_t patch);
 };
 

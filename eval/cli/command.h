@@ -31,6 +31,7 @@ int program(int argc, const char* const* argv);
 void add_run_command(CLI::App& app);
 void add_data_command(CLI::App& app);
 void add_data_make_command(CLI::App& data);
+void add_data_strip_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
 

@@ -1,0 +1,257 @@
+#include "sextant/datasets/synthetic/street_along.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/synthetic/furniture.h"
+#include "sextant/datasets/synthetic/terrain.h"
+
+namespace sextant::synthetic {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kStep_m = 1.5;
+constexpr double kLower_m = 0.02;
+constexpr double kMargin_m = 70;
+constexpr double kHouseDepth_m = 11;
+
+Vector2d flat(const Vector3d& p) { return {p.x(), p.z()}; }
+
+/// A rectangle on the ground with its own axes: x across (to the right of `ahead`), z along.
+struct Plot {
+  Vector2d middle, ahead;
+  double x0, x1, z0, z1;
+
+  Vector2d local(const Vector2d& p) const {
+    const Vector2d d = p - middle;
+    return {d.dot(Vector2d(ahead.y(), -ahead.x())), d.dot(ahead)};
+  }
+  double distance_m(const Vector2d& world) const {
+    const Vector2d p = local(world);
+    return Vector2d(std::max({x0 - p.x(), 0.0, p.x() - x1}), std::max({z0 - p.y(), 0.0, p.y() - z1})).norm();
+  }
+  bool cut_by(const Vector2d& from_world, const Vector2d& to_world) const {
+    const Vector2d from = local(from_world), step = local(to_world) - from;
+    double t0 = 0, t1 = 1;
+    const double low[] = {x0, z0}, high[] = {x1, z1};
+    for (int k = 0; k < 2; ++k) {
+      if (std::abs(step[k]) < 1e-12) {
+        if (from[k] < low[k] || from[k] > high[k]) return false;
+        continue;
+      }
+      const double a = (low[k] - from[k]) / step[k], b = (high[k] - from[k]) / step[k];
+      t0 = std::max(t0, std::min(a, b));
+      t1 = std::min(t1, std::max(a, b));
+    }
+    return t0 <= t1;
+  }
+};
+
+class Builder : Furnisher {
+ public:
+  explicit Builder(const StreetWay& way) : Furnisher(way.seed), way_(way) {
+    sample_way();
+    thin_out_free();
+  }
+
+  Mesh build() {
+    std::vector<Terrain::Support> supports;
+    std::vector<Terrain::Disc> road;
+    for (const Vector3d& place : samples_) {
+      supports.push_back({place + Vector3d(0, kLower_m, 0), 1});
+      road.push_back({place, way_.road_half_m});
+    }
+    for (const Vector3d& place : free_) {
+      supports.push_back({place + Vector3d(0, kLower_m, 0), 0.3});
+      road.push_back({place, 3.2});
+    }
+    const Terrain terrain(supports, road, kMargin_m);
+    terrain_ = &terrain;
+    terrain.add_to(mesh, way_.pavement_m);
+    far_ground(supports);
+    marks();
+    for (const double side : {-1.0, 1.0}) {
+      houses(side);
+      plants(side);
+    }
+    return std::move(mesh);
+  }
+
+ private:
+  /// The way in steps of about kStep_m, with straight ends.
+  void sample_way() {
+    if (way_.points.empty()) fail("street along a way: it has no points");
+    const auto heading = [](const StreetWay::Point& point) -> Vector3d {
+      const Vector3d ahead(point.ahead.x(), 0, point.ahead.z());
+      if (!point.ground.allFinite() || !ahead.allFinite() || ahead.norm() < 1e-9) {
+        fail("street along a way: a point is not finite, or has no direction in the plane");
+      }
+      return ahead.normalized();
+    };
+    const Vector3d back = -heading(way_.points.front());
+    for (double s = way_.before_m; s > 0.5 * kStep_m; s -= kStep_m) {
+      samples_.push_back(way_.points.front().ground + s * back);
+    }
+    for (const StreetWay::Point& point : way_.points) {
+      heading(point);  // checked
+      if (!samples_.empty()) {
+        const Vector3d last = samples_.back();
+        const double gap_m = (flat(point.ground) - flat(last)).norm();
+        if (gap_m < kStep_m) continue;
+        if (gap_m > 1000) fail("street along a way: a step of {:.0f} m; expected less than 1 km", gap_m);
+        const int n = static_cast<int>(gap_m / kStep_m);
+        for (int i = 1; i < n; ++i) samples_.push_back(last + (point.ground - last) * i / n);
+      }
+      samples_.push_back(point.ground);
+    }
+    const Vector3d on = heading(way_.points.back());
+    const Vector3d end = samples_.back();
+    for (double s = kStep_m; s <= way_.after_m; s += kStep_m) samples_.push_back(end + s * on);
+    while (samples_.size() < 2) samples_.push_back(samples_.back() + kStep_m * on);
+  }
+
+  void thin_out_free() {
+    std::set<std::pair<int64_t, int64_t>> taken;
+    for (const Vector3d& place : way_.keep_free) {
+      if (!place.allFinite()) fail("street along a way: a point to keep free is not finite");
+      if (taken.emplace(std::llround(place.x() * 2), std::llround(place.z() * 2)).second) {
+        free_.push_back(place);
+      }
+    }
+  }
+
+  bool is_free(const Plot& plot, double from_way_m) const {
+    for (const Vector3d& place : samples_) {
+      if (plot.distance_m(flat(place)) < from_way_m) return false;
+    }
+    for (const Vector3d& place : free_) {
+      if (plot.distance_m(flat(place)) < way_.clearance_m) return false;
+    }
+    return std::ranges::none_of(
+        way_.sight, [&](const StreetWay::Line& line) { return plot.cut_by(flat(line.from), flat(line.to)); });
+  }
+
+  /// Below and beyond the terrain.
+  void far_ground(const std::vector<Terrain::Support>& supports) {
+    Vector3d low = supports.front().place, high = low;
+    for (const Terrain::Support& support : supports) {
+      low = low.cwiseMin(support.place);
+      high = high.cwiseMax(support.place);
+    }
+    const double y = high.y() + 0.3;
+    low.array() -= 500;
+    high.array() += 500;
+    mesh.add_polygon(
+        {Material::grass, {0.30F, 0.36F, 0.20F}, 103, 0},
+        {{low.x(), y, low.z()}, {high.x(), y, low.z()}, {high.x(), y, high.z()}, {low.x(), y, high.z()}},
+        Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ());
+  }
+
+  /// Dashes left of the driver and a line to the right, just above the ground.
+  void marks() {
+    const Look white{Material::plaster, {0.80F, 0.80F, 0.78F}, 105, 0};
+    for (size_t i = 0; i + 1 < samples_.size(); ++i) {
+      const Vector2d a = flat(samples_[i]), b = flat(samples_[i + 1]);
+      const Vector2d right = right_of(i);
+      const auto strip = [&](double offset_m) {
+        std::vector<Vector3d> corners;
+        for (const auto& [at, half] : {std::pair(a, -0.07), {b, -0.07}, {b, 0.07}, {a, 0.07}}) {
+          const Vector2d p = at + (offset_m + half) * right;
+          corners.emplace_back(p.x(), terrain_->height(p.x(), p.y()) - 0.015, p.y());
+        }
+        // Four corners on hilly ground lie in no plane: two triangles.
+        mesh.add_polygon(white, {corners[0], corners[1], corners[2]});
+        mesh.add_polygon(white, {corners[0], corners[2], corners[3]});
+      };
+      if (i % 4 < 2) strip(-1.75);
+      strip(way_.road_half_m - 2.3);
+    }
+  }
+
+  Vector2d right_of(size_t i) const {
+    const size_t from = i < 2 ? 0 : i - 2, to = std::min(i + 3, samples_.size() - 1);
+    const Vector2d ahead = (flat(samples_[to]) - flat(samples_[from])).normalized();
+    return {ahead.y(), -ahead.x()};
+  }
+
+  void houses(double side) {
+    size_t i = 0;
+    while (i + 3 < samples_.size()) {
+      const double length_m = 2.7 * std::round(draw(4, 9));
+      const double height_m = house_height_m();
+      const size_t j = std::min(i + static_cast<size_t>(length_m / kStep_m), samples_.size() - 1);
+      const Vector2d a = flat(samples_[i]), b = flat(samples_[j]);
+      i = j;
+      if ((b - a).norm() < 2) continue;
+      const double front_m = way_.road_half_m + way_.pavement_m;
+      for (const double back_m : {0.0, 5.0, 12.0, 22.0}) {
+        const double near_m = front_m + back_m, far_m = near_m + kHouseDepth_m;
+        const Plot plot{
+            (a + b) / 2,         (b - a).normalized(), side < 0 ? -far_m : near_m, side < 0 ? -near_m : far_m,
+            -(b - a).norm() / 2, (b - a).norm() / 2};
+        if (!is_free(plot, front_m - 0.6)) continue;
+        place_house(plot, height_m);
+        break;
+      }
+    }
+  }
+
+  void place_house(const Plot& plot, double height_m) {
+    double top = 1e300, bottom = -1e300;
+    const Vector2d right(plot.ahead.y(), -plot.ahead.x());
+    for (const double x : {plot.x0, plot.x1}) {
+      for (const double z : {plot.z0, plot.z1}) {
+        const Vector2d p = plot.middle + x * right + z * plot.ahead;
+        top = std::min(top, terrain_->height(p.x(), p.y()));
+        bottom = std::max(bottom, terrain_->height(p.x(), p.y()));
+      }
+    }
+    Furnisher one(next_seed());
+    one.house({plot.x0, 0, plot.z0}, {plot.x1, 0, plot.z1}, height_m, bottom - top + 0.5);
+    append(one.mesh, plot.middle, plot.ahead, top);
+  }
+
+  void append(const Mesh& part, const Vector2d& at, const Vector2d& ahead, double y) {
+    const double heading_rad = std::atan2(ahead.x(), ahead.y());
+    mesh.append(part, SE3(Eigen::Quaterniond(Eigen::AngleAxisd(heading_rad, Vector3d::UnitY())),
+                          {at.x(), y, at.y()}));
+  }
+
+  void plants(double side) {
+    double next_m = 4;
+    double travelled_m = 0;
+    for (size_t i = 0; i + 1 < samples_.size(); ++i) {
+      const Vector2d at = flat(samples_[i]);
+      travelled_m += (flat(samples_[i + 1]) - at).norm();
+      if (travelled_m < next_m) continue;
+      next_m += draw(7, 11);
+      const Vector2d right = right_of(i), ahead(-right.y(), right.x());
+      const bool is_tree = draw(0, 1) < 0.62;
+      const double radius_m = is_tree ? 1.6 : 0.4;
+      const Vector2d foot = at + side * (way_.road_half_m + 0.8) * right;
+      const Plot plot{foot, ahead, -radius_m, radius_m, -radius_m, radius_m};
+      if (!is_free(plot, std::max(way_.clearance_m, way_.road_half_m - 1))) continue;
+      Furnisher one(next_seed());
+      if (is_tree) {
+        one.tree({0, 0.1, 0});
+      } else {
+        one.post({0, 0.1, 0}, -side);
+      }
+      append(one.mesh, foot, ahead, terrain_->height(foot.x(), foot.y()));
+    }
+  }
+
+  const StreetWay& way_;
+  std::vector<Vector3d> samples_, free_;
+  const Terrain* terrain_ = nullptr;
+};
+
+}  // namespace
+
+Mesh make_street_along(const StreetWay& way) { return Builder(way).build(); }
+
+}  // namespace sextant::synthetic
