@@ -3,11 +3,15 @@
 #include <algorithm>
 
 #include "sextant/base/registry.h"
+#include "sextant/datasets/kitti_layout.h"
 
 namespace sextant {
 
 std::span<const Layout> layouts() {
-  static const std::vector<Layout> table = {};
+  static const std::vector<Layout> table = {
+      {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
+       write_kitti_layout, [] { return describe_options(KittiLayoutOptions{}); }},
+  };
   return table;
 }
 

@@ -1,6 +1,7 @@
 #include "sextant/base/registry.h"
 
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/kitti_tracking.h"
 #include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/vdo_folder.h"
 
@@ -12,6 +13,10 @@ std::span<const Adapter> adapters() {
        "vdo:/data/kitti_03_demo@0-19", open_vdo_folder, [] { return describe_options(VdoFolderOptions{}); }},
       {"synthetic", "rendered street scenes, exact depth, flow, masks and truth: s18, s01-turn, s01-crossing",
        "synthetic:s18", open_synthetic, [] { return describe_options(SyntheticOptions{}); }},
+      {"kitti",
+       "KITTI tracking as downloaded: stereo images, MOTS masks, oxts, labels; flow and depth computed",
+       "kitti:/data/kitti_tracking#0005@0-15", open_kitti_tracking,
+       [] { return describe_options(KittiTrackingOptions{}); }},
   };
   return table;
 }

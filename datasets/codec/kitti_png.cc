@@ -64,6 +64,13 @@ Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf) 
   });
 }
 
+Image<uint16_t> metres256_from_depth(const Image<float>& depth_m) {
+  return map_pixels<uint16_t>(depth_m, [](float z) -> uint16_t {
+    const double n = 256.0 * z;
+    return rounds_into(n, 1, 65535) ? rounded(n) : 0;
+  });
+}
+
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m) {
   return map_pixels<uint16_t>(depth_m, [](float z) -> uint16_t {
     const double n = 100.0 * z;

@@ -23,6 +23,7 @@ Image<Flow> flow_from_vkitti(const Image<Rgb16>& image);
 
 /// The inverses, rounded to nearest; what cannot be represented becomes invalid.
 Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf);
+Image<uint16_t> metres256_from_depth(const Image<float>& depth_m);
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m);
 Image<Rgb16> kitti_from_flow(const Image<Flow>& flow);
 Image<Rgb16> vkitti_from_flow(const Image<Flow>& flow);

@@ -1,0 +1,118 @@
+#include "sextant/datasets/kitti_oxts_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sextant {
+namespace {
+
+constexpr double kLatitude_deg = 49.011;
+constexpr double kLongitude_deg = 8.4229;
+constexpr double kAltitude_m = 112;
+
+// Steele, Lea, Flood: Fast splittable pseudorandom number generators (2014).
+uint64_t split_mix(uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31);
+}
+
+// Uniform in (0, 1].
+double uniform(uint64_t bits) { return static_cast<double>((bits >> 11) + 1) * 0x1p-53; }
+
+double standard_normal(uint64_t seed, uint64_t frame) {
+  const uint64_t key = split_mix(split_mix(seed) ^ frame);
+  const double radius = std::sqrt(-2 * std::log(uniform(split_mix(key))));
+  return radius * std::cos(2 * std::numbers::pi * uniform(split_mix(key + 1)));
+}
+
+struct Sample {
+  SE3 pose;
+  Eigen::Vector3d velocity_mps{0, 0, 0};  ///< map axes
+};
+
+// The track as a curve of time.
+class Curve {
+ public:
+  Curve(std::vector<SE3> poses, double rate_hz) : poses_(std::move(poses)), rate_hz_(rate_hz) {}
+
+  Sample at(size_t frame, double delay_s) const {
+    if (poses_.size() == 1) return {poses_[0]};
+    const double time = static_cast<double>(frame) + delay_s * rate_hz_;  // in frames
+    const double last = static_cast<double>(poses_.size() - 2);
+    const auto i = static_cast<size_t>(std::clamp(std::floor(time), 0.0, last));
+    return between(i, time - static_cast<double>(i));
+  }
+
+ private:
+  const Eigen::Vector3d& position(size_t i) const { return poses_[i].translation(); }
+
+  // Per frame.
+  Eigen::Vector3d slope(size_t i) const {
+    const size_t a = i == 0 ? 0 : i - 1;
+    const size_t b = std::min(i + 1, poses_.size() - 1);
+    return (position(b) - position(a)) / static_cast<double>(b - a);
+  }
+
+  Sample between(size_t i, double s) const {
+    const Eigen::Vector3d step = position(i + 1) - position(i);
+    const Eigen::Vector3d m0 = slope(i);
+    const Eigen::Vector3d m1 = slope(i + 1);
+    const Eigen::Vector3d c2 = 3 * step - 2 * m0 - m1;
+    const Eigen::Vector3d c3 = m0 + m1 - 2 * step;
+    const Eigen::Vector3d omega = so3_log(poses_[i].rotation().conjugate() * poses_[i + 1].rotation());
+    const Eigen::Quaterniond rotation = poses_[i].rotation() * so3_exp(s * omega);
+    return {SE3(rotation, position(i) + s * (m0 + s * (c2 + s * c3))),
+            (m0 + s * (2 * c2 + 3 * s * c3)) * rate_hz_};
+  }
+
+  std::vector<SE3> poses_;
+  double rate_hz_;
+};
+
+// x right, y down, z ahead -> x east, y north, z up; ahead is east, as at yaw 0.
+SE3 map_from_world() {
+  Eigen::Matrix3d r;
+  r << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return SE3(Eigen::Quaterniond(r), Eigen::Vector3d::Zero());
+}
+
+KittiOxts oxts_of_sample(const Sample& sample, double scale) {
+  KittiOxts oxts = oxts_from_pose(sample.pose, scale);
+  oxts.east_mps = sample.velocity_mps.x();
+  oxts.north_mps = sample.velocity_mps.y();
+  oxts.velocity_mps = sample.pose.rotation().conjugate() * sample.velocity_mps;
+  return oxts;
+}
+
+}  // namespace
+
+std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, double rate_hz,
+                                     const SE3& T_camera_imu, const OxtsJitter& jitter) {
+  if (T_world_camera.empty()) return {};
+  std::vector<SE3> imu;
+  for (const SE3& T : T_world_camera) imu.push_back(map_from_world() * T * T_camera_imu);
+  const Curve curve(std::move(imu), rate_hz);
+  std::vector<Sample> samples;
+  for (size_t k = 0; k < T_world_camera.size(); ++k) {
+    samples.push_back(curve.at(k, jitter.sigma_s > 0 ? jitter.sigma_s * standard_normal(jitter.seed, k) : 0));
+  }
+
+  const double scale = mercator_scale(kLatitude_deg);
+  KittiOxts origin;
+  origin.latitude_deg = kLatitude_deg;
+  origin.longitude_deg = kLongitude_deg;
+  origin.altitude_m = kAltitude_m;
+  const Eigen::Vector3d move =
+      pose_from_oxts(origin, scale).translation() - samples.front().pose.translation();
+  std::vector<KittiOxts> track;
+  for (const Sample& sample : samples) {
+    const SE3 moved(sample.pose.rotation(), sample.pose.translation() + move);
+    track.push_back(oxts_of_sample({moved, sample.velocity_mps}, scale));
+  }
+  return track;
+}
+
+}  // namespace sextant
