@@ -1,0 +1,282 @@
+#include "sextant/datasets/kitti_layout.h"
+
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/kitti_oxts_track.h"
+#include "sextant/datasets/kitti_testing.h"
+#include "sextant/datasets/kitti_truth.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/geometry/testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Channels kAll{
+    .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
+
+std::unique_ptr<Sequence> open(const std::string& source, const Json& options = Json::object()) {
+  SourceSpec spec = SourceSpec::parse(source);
+  spec.options = options;
+  return open_source(spec);
+}
+
+std::string write(const Sequence& sequence, const fs::path& out, const Json& options = Json::object(),
+                  const std::string& name = "", int jobs = 2) {
+  return find_layout("kitti").write(
+      sequence, {.out = out, .sequence = name, .options = options, .jobs = jobs, .quiet = true});
+}
+
+// Poses relative to the first, as KITTI has them.
+double largest_pose_error(const Sequence& written, const Sequence& read) {
+  const int first = written.info().first_frame;
+  const SE3 to_first = written.truth().camera.pose(first)->inverse();
+  double largest = 0;
+  for (int k = read.info().first_frame; k <= read.info().last_frame; ++k) {
+    const SE3 expected = to_first * written.truth().camera.pose(first + k).value();
+    largest = std::max(largest, (expected.inverse() * read.truth().camera.pose(k).value()).log().norm());
+  }
+  return largest;
+}
+
+void expect_same_measurements(const Frame& a, const Frame& b) {
+  EXPECT_EQ(a.rgb, b.rgb);
+  EXPECT_EQ(a.rgb_right, b.rgb_right);
+  EXPECT_EQ(a.mask, b.mask);
+  ASSERT_EQ(a.depth_m.size(), b.depth_m.size());
+  for (size_t i = 0; i < a.depth_m.size(); ++i) {
+    const float z = a.depth_m.data()[i];
+    const bool representable = z > 1.0f / 512 && z < 255.99f;
+    ASSERT_EQ(std::isfinite(b.depth_m.data()[i]), representable) << i;
+    if (!representable) continue;
+    ASSERT_NEAR(b.depth_m.data()[i], z, 1.0 / 512 + 1e-4) << i;
+  }
+  ASSERT_EQ(a.flow.size(), b.flow.size());
+  for (size_t i = 0; i < a.flow.size(); ++i) {
+    const Flow f = a.flow.data()[i];
+    const Flow g = b.flow.data()[i];
+    const bool representable = f.valid() && std::abs(f.u) < 511.9f && std::abs(f.v) < 511.9f;
+    if (!representable) {
+      ASSERT_FALSE(g.valid() && !f.valid()) << i;
+      continue;
+    }
+    ASSERT_NEAR(g.u, f.u, 0.5 / 64 + 1e-4) << i;
+    ASSERT_NEAR(g.v, f.v, 0.5 / 64 + 1e-4) << i;
+  }
+}
+
+TEST(KittiLayout, EverythingComesBack) {
+  TempFolder temp;
+  const PatternSequence written(5, 3);
+  const std::string source = write(written, temp.path() / "root");
+  EXPECT_EQ(source, "kitti:" + (temp.path() / "root").string() + "#0007");
+  const auto read = open(source);
+  const SequenceInfo& info = read->info();
+  EXPECT_EQ(info.first_frame, 0);
+  EXPECT_EQ(info.last_frame, 4);
+  EXPECT_EQ(info.camera.left.fy, 121);
+  EXPECT_EQ(info.camera.bf, 60);
+  EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
+  read->check_files();
+  for (int k = 0; k < 5; ++k) {
+    expect_same_measurements(written.read(3 + k, kAll), read->read(k, kAll));
+    ASSERT_EQ(read->truth().objects.at(k).size(), 2u);
+    for (const ObjectTruth& object : written.truth().objects.at(3 + k)) {
+      const ObjectTruth* other = read->truth().find(k, object.id);
+      ASSERT_NE(other, nullptr);
+      EXPECT_THAT(other->T_camera_object, SE3Near(object.T_camera_object, 1e-12));
+      EXPECT_EQ(other->type, object.type);
+      EXPECT_THAT(*other->size_m, EigenNear(*object.size_m, 1e-6));
+      EXPECT_NEAR(*other->left, *object.left, 1e-6);
+      EXPECT_NEAR(*other->bottom, *object.bottom, 1e-6);
+    }
+  }
+}
+
+TEST(KittiLayout, PosesComeBackByBothConventions) {
+  TempFolder temp;
+  const PatternSequence written(40);
+  const std::string source = write(written, temp.path());
+  for (const char* convention : {"rectified", "authors"}) {
+    EXPECT_LT(largest_pose_error(written, *open(source, {{"ground_truth", convention}})), 1e-7);
+  }
+}
+
+TEST(KittiLayout, ClassesAreInTheMasks) {
+  TempFolder temp;
+  write(PatternSequence(2), temp.path());
+  const std::string mots = read_file(temp.path() / "training/instances_txt/0007.txt");
+  EXPECT_THAT(mots, testing::StartsWith("0 1000 1 48 160 "));
+  EXPECT_THAT(mots, testing::HasSubstr("\n0 2003 2 48 160 "));
+}
+
+// Roll and pitch have no column: what is lost is the tilt itself.
+TEST(KittiLayout, TiltOfObjectsIsLostAndNothingElse) {
+  TempFolder temp;
+  PatternSequence written(3);
+  const double tilt_rad = 0.01;
+  for (auto& [frame, objects] : written.truth().objects) {
+    for (ObjectTruth& object : objects) {
+      object.T_camera_object = SE3(so3_exp({tilt_rad, 0, 0}) * object.T_camera_object.rotation(),
+                                   object.T_camera_object.translation());
+    }
+  }
+  const auto read = open(write(written, temp.path()));
+  for (const auto& [frame, objects] : written.truth().objects) {
+    for (const ObjectTruth& object : objects) {
+      const SE3 error =
+          object.T_camera_object.inverse() * read->truth().find(frame, object.id)->T_camera_object;
+      EXPECT_LT(error.translation().norm(), 1e-12);
+      EXPECT_NEAR(rotation_angle_rad(error.rotation()), tilt_rad, 1e-4);
+    }
+  }
+}
+
+TEST(KittiLayout, WithoutImagesTheTruthAlone) {
+  TempFolder temp;
+  const PatternSequence written(6, 0, false);
+  const auto read = open(write(written, temp.path()));
+  EXPECT_FALSE(fs::exists(temp.path() / "training/image_02"));
+  EXPECT_EQ(read->info().last_frame, 5);
+  EXPECT_FALSE(read->info().channels.gray || read->info().channels.depth || read->info().channels.mask);
+  EXPECT_LT(largest_pose_error(written, *read), 1e-7);
+}
+
+TEST(KittiLayout, FilesDoNotDependOnThreads) {
+  TempFolder temp;
+  const PatternSequence written(4);
+  const auto bytes = [&](const char* name, int jobs) {
+    write(written, temp.path() / name, {{"oxts_jitter_ms", 5.0}}, "0000", jobs);
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(temp.path() / name)) {
+      if (entry.is_regular_file()) {
+        files[fs::relative(entry.path(), temp.path() / name)] = read_file(entry.path());
+      }
+    }
+    return files;
+  };
+  const auto one = bytes("one", 1);
+  EXPECT_EQ(one.size(), 4u + 4 * 5 - 1);  // texts; images, the last without flow
+  EXPECT_EQ(one, bytes("three", 3));
+}
+
+// ---- time jitter of the GPS/IMU samples
+
+std::vector<SE3> straight_drive(int n, double step_m) {
+  std::vector<SE3> poses;
+  for (int k = 0; k < n; ++k) poses.push_back(SE3(Eigen::Quaterniond::Identity(), {0, 0, step_m * k}));
+  return poses;
+}
+
+TEST(KittiOxtsTrack, SpeedsAreThoseOfTheUnit) {
+  const SE3 T_camera_imu = SE3::from_matrix(
+      (Eigen::Matrix<double, 3, 4>() << 0, -1, 0, 0.1, 0, 0, -1, 0.2, 1, 0, 0, -1).finished());
+  for (const KittiOxts& sample : oxts_of_track(straight_drive(5, 1.5), 10, T_camera_imu)) {
+    EXPECT_THAT(sample.velocity_mps, EigenNear(Eigen::Vector3d(15, 0, 0), 1e-9));
+    EXPECT_NEAR(std::hypot(sample.east_mps, sample.north_mps), 15, 1e-9);
+    EXPECT_NEAR(sample.roll_rad, 0, 1e-12);
+  }
+  EXPECT_TRUE(oxts_of_track({}, 10, T_camera_imu).empty());
+  EXPECT_EQ(oxts_of_track({SE3()}, 10, T_camera_imu, {.sigma_s = 0.01})[0].velocity_mps.norm(), 0);
+}
+
+TEST(KittiOxtsTrack, JitterGivesItsFloor) {
+  TempFolder temp;
+  const PatternSequence written(1500, 0, false);
+  const auto floor_m = [&](const char* name, const Json& options) {
+    InputLog inputs;
+    write(written, temp.path() / name, options);
+    return read_kitti_truth(temp.path() / name, "0007", {}, inputs).truth.camera_step_floor_m.value();
+  };
+  EXPECT_LT(floor_m("still", Json::object()), 0.001);
+  // Step k is v (1 / rate + jitter_k+1 - jitter_k): its scatter is sqrt(2) 5 ms x 10 m/s.
+  const double with_5_ms = floor_m("five", {{"oxts_jitter_ms", 5.0}});
+  EXPECT_NEAR(with_5_ms, std::sqrt(2) * 0.005 * 10, 0.004);
+  EXPECT_NEAR(floor_m("ten", {{"oxts_jitter_ms", 10.0}}), 2 * with_5_ms, 0.004);
+  EXPECT_NE(floor_m("other", {{"oxts_jitter_ms", 5.0}, {"seed", 2}}), with_5_ms);
+}
+
+TEST(KittiOxtsTrack, ADrawBelongsToItsFrame) {
+  const auto track = [](int n) { return oxts_of_track(straight_drive(n, 1), 10, SE3(), {0.005, 3}); };
+  const std::vector<KittiOxts> ten = track(10);
+  const std::vector<KittiOxts> twenty = track(20);
+  for (size_t k = 0; k < 10; ++k) EXPECT_NEAR(ten[k].longitude_deg, twenty[k].longitude_deg, 1e-12);
+  double delay_frames = 0;
+  for (size_t k = 1; k < 10; ++k) {
+    delay_frames = std::max(delay_frames, std::abs((ten[k].longitude_deg - ten[k - 1].longitude_deg) /
+                                                       (ten[9].longitude_deg - ten[0].longitude_deg) * 9 -
+                                                   1));
+  }
+  EXPECT_GT(delay_frames, 0.01);
+}
+
+// ---- a rendered scene, through files
+
+TEST(KittiLayout, SyntheticSceneComesBack) {
+  TempFolder temp;
+  const auto scene = open("synthetic:s18@0-3");
+  const auto read = open(write(*scene, temp.path()));
+  EXPECT_EQ(read->info().sequence, "0018");
+  EXPECT_EQ(read->info().last_frame, 3);
+  EXPECT_LT(largest_pose_error(*scene, *read), 1e-6);
+  double largest_tilt_rad = 0;
+  for (int k = 0; k <= 3; ++k) {
+    if (k % 3 == 0) expect_same_measurements(scene->read(k, kAll), read->read(k, kAll));
+    for (const ObjectTruth& object : scene->truth().objects.at(k)) {
+      const ObjectTruth* other = read->truth().find(k, object.id);
+      ASSERT_NE(other, nullptr) << k << ' ' << object.id;
+      const SE3 error = object.T_camera_object.inverse() * other->T_camera_object;
+      EXPECT_LT(error.translation().norm(), 1e-6);
+      largest_tilt_rad = std::max(largest_tilt_rad, rotation_angle_rad(error.rotation()));
+    }
+  }
+  fmt::print("largest rotation lost: {:.5f} rad\n", largest_tilt_rad);
+  EXPECT_LT(largest_tilt_rad, 0.02);  // the camera nods
+}
+
+// ---- what the format cannot hold
+
+TEST(KittiLayoutErrors, NameTheFrameAndObject) {
+  TempFolder temp;
+  const auto error = [&](const std::function<void(PatternSequence&)>& spoil, const std::string& message) {
+    PatternSequence sequence(3);
+    spoil(sequence);
+    expect_error([&] { write(sequence, temp.path() / "bad"); }, message);
+    EXPECT_FALSE(fs::exists(temp.path() / "bad"));
+  };
+  error([](PatternSequence& s) { s.truth().objects.at(1)[0].size_m.reset(); },
+        "pattern sequence p7: frame 1: object 1 has no size, which a KITTI label needs");
+  error([](PatternSequence& s) { s.truth().objects.at(1)[1].left.reset(); }, "object 4 has no 2-D box");
+  error([](PatternSequence& s) { s.truth().objects.at(1)[1].id = 1001; },
+        "object id 1001: MOTS holds 1 to 1000");
+  error([](PatternSequence& s) { s.truth().objects.at(2)[1].type = "Big car"; },
+        "object 4 is of type 'Big car': a KITTI label holds one word");
+  error([](PatternSequence& s) { s.info().rate_hz = 25; },
+        "25 Hz, and the KITTI layout has no place for a rate");
+  error(
+      [](PatternSequence& s) {
+        Trajectory without;
+        without.set(0, SE3());
+        s.truth().camera = without;
+      },
+      "frame 1 has no true camera pose");
+}
+
+TEST(KittiLayoutErrors, NothingIsOverwritten) {
+  TempFolder temp;
+  const PatternSequence sequence(2);
+  write(sequence, temp.path());
+  expect_error([&] { write(sequence, temp.path()); },
+               (temp.path() / "training/image_02/0007").string() + ": is there already");
+  write(sequence, temp.path(), Json::object(), "0008");
+  expect_error([&] { write(sequence, temp.path(), Json::object(), "a/b"); }, "sequence name 'a/b'");
+  expect_error(
+      [&] {
+        write(sequence, temp.path(), {{"oxts_jitter_ms", -1.0}});
+      },
+      "option oxts_jitter_ms = -1");
+  expect_error([&] { write(sequence, temp.path(), {{"oxts_jitter", 1.0}}); }, "unknown option key");
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,96 @@
+#pragma once
+
+// A small sequence in memory that has everything the KITTI layout can hold, for tests of its writer and
+// adapter. Values are patterns, not a scene: they only have to come back.
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/kitti_layout.h"
+
+namespace sextant {
+
+class PatternSequence final : public Sequence {
+ public:
+  explicit PatternSequence(int n_frames, int first_frame = 0, bool images = true) {
+    info_.dataset = "pattern";
+    info_.sequence = "p7";
+    info_.camera = {{120, 121, 80, 24}, 60};
+    info_.rate_hz = 10;
+    info_.width = 160;
+    info_.height = 48;
+    info_.first_frame = first_frame;
+    info_.last_frame = first_frame + n_frames - 1;
+    if (images) {
+      info_.channels = {
+          .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
+    }
+    SE3 pose = SE3::exp({3, -1, 2, 0.1, 0.4, -0.05});  // not the identity: no source promises that
+    for (int frame = first_frame; frame <= info_.last_frame; ++frame) {
+      truth_.camera.set(frame, pose);
+      pose = pose * SE3::exp({0.02, -0.01, 1.0 + 0.02 * std::sin(0.3 * frame), 0.002, 0.01, -0.001});
+      truth_.objects[frame] = {object(1, "Car", frame, {-2.5, 1.5, 12}, {1.6, 1.5, 4.2}),
+                               object(4, "Pedestrian", frame, {3, 1.6, 8}, {0.6, 1.8, 0.7})};
+    }
+  }
+
+  const SequenceInfo& info() const override { return info_; }
+  const SequenceTruth& truth() const override { return truth_; }
+  SequenceInfo& info() { return info_; }
+  SequenceTruth& truth() { return truth_; }
+
+  Frame read(int frame, Channels channels) const override {
+    Frame out;
+    out.index = frame;
+    const auto fill = [&](auto& image, auto value) {
+      image = {info_.width, info_.height};
+      for (int y = 0; y < info_.height; ++y) {
+        for (int x = 0; x < info_.width; ++x) image(x, y) = value(x, y);
+      }
+    };
+    const auto texture = [](int x, int y) {
+      return static_cast<uint8_t>(((x / 3) * 73 ^ (y / 3) * 151 ^ (x / 3) * (y / 3) * 29) % 256);
+    };
+    if (channels.rgb)
+      fill(out.rgb, [&](int x, int y) { return Rgb{texture(x + frame, y), texture(x + frame, y + 40), 7}; });
+    if (channels.rgb_right)
+      fill(out.rgb_right, [&](int x, int y) {
+        return Rgb{texture(x + frame + 5, y), texture(x + frame + 5, y + 40), 7};
+      });
+    if (channels.depth)
+      fill(out.depth_m, [&](int x, int y) { return y < 5 ? NAN : 2.0f + 0.37f * x + 0.0113f * y + frame; });
+    if (channels.flow && frame != info_.last_frame)
+      fill(out.flow, [&](int x, int y) { return y < 5 ? Flow{} : Flow{-20.3f + 0.31f * x, 0.017f * y}; });
+    if (channels.mask)
+      fill(out.mask, [&](int x, int y) -> uint16_t {
+        if (y < 10 || y > 30) return 0;
+        return x > 20 + frame && x < 60 ? 1 : x > 100 && x < 110 + frame ? 4 : 0;
+      });
+    return out;
+  }
+  void check_files() const override {}
+
+ private:
+  static ObjectTruth object(int id, const char* type, int frame, const Eigen::Vector3d& at,
+                            const Eigen::Vector3d& size_m) {
+    ObjectTruth o;
+    o.id = id;
+    o.type = type;
+    o.size_m = size_m;
+    const double yaw = 0.4 * id + 0.37 * frame;  // goes round: rotation_y has to wrap
+    const Eigen::Vector3d move(0.01 * frame * frame, 0.001 * frame, 0.11 * frame);
+    o.T_camera_object = SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), at + move);
+    o.left = id == 1 ? 21.0 + frame : 101;
+    o.right = id == 1 ? 59 : 109.0 + frame;
+    o.top = 10;
+    o.bottom = 30;
+    return o;
+  }
+
+  SequenceInfo info_;
+  SequenceTruth truth_;
+};
+
+}  // namespace sextant

@@ -1,0 +1,267 @@
+#include "sextant/datasets/kitti_tracking.h"
+
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/kitti_testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr Channels kAll{
+    .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
+
+class KittiTracking : public testing::Test {
+ protected:
+  KittiTracking() {
+    write_kitti_layout(PatternSequence(5),
+                       {.out = temp_.path(), .sequence = "0007", .jobs = 1, .quiet = true});
+  }
+  std::unique_ptr<Sequence> open(const std::string& rest = "#0007",
+                                 const Json& options = Json::object()) const {
+    SourceSpec spec = SourceSpec::parse("kitti:" + temp_.path().string() + rest);
+    spec.options = options;
+    return open_source(spec);
+  }
+  std::string file(const std::string& name) const { return (temp_.path() / "training" / name).string(); }
+  void replace(const std::string& name, std::string_view bytes) { write_file(file(name), bytes); }
+  void remove(const std::string& name) { fs::remove_all(file(name)); }
+  void edit(const std::string& name, const std::string& from, const std::string& to) {
+    std::string text = read_file(file(name));
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    replace(name, text.replace(at, from.size(), to));
+  }
+
+  TempFolder temp_;
+};
+
+TEST_F(KittiTracking, InfoSaysWhatIsThere) {
+  const auto sequence = open("#0007@1-3");
+  const SequenceInfo& info = sequence->info();
+  EXPECT_EQ(info.dataset, "kitti");
+  EXPECT_EQ(info.sequence, "0007");
+  EXPECT_EQ(info.first_frame, 1);
+  EXPECT_EQ(info.last_frame, 3);
+  EXPECT_EQ(info.width, 160);
+  EXPECT_EQ(info.height, 48);
+  EXPECT_EQ(info.rate_hz, 10);
+  EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
+  EXPECT_THAT(info.provenance, Contains("depth: depth256:" + file("depth_02/0007")));
+  EXPECT_THAT(info.provenance, Contains("flow: kitti_png:" + file("flow_02/0007")));
+  EXPECT_THAT(info.provenance, Contains("masks: mots_png:" + file("instances/0007")));
+  EXPECT_THAT(info.provenance, Contains(HasSubstr("camera truth: oxts, rectified, raw")));
+  EXPECT_THAT(info.provenance, Contains(HasSubstr("camera truth floor: raw steps scatter by")));
+  EXPECT_TRUE(sequence->truth().camera_step_floor_m.has_value());
+  EXPECT_EQ(open("#0007", {{"rate_hz", 9.66}})->info().rate_hz, 9.66);
+}
+
+TEST_F(KittiTracking, ReadsOnlyTheChannelsAskedFor) {
+  const auto sequence = open();
+  const Frame depth = sequence->read(2, {.depth = true});
+  EXPECT_EQ(depth.index, 2);
+  EXPECT_FALSE(depth.depth_m.empty());
+  EXPECT_TRUE(depth.gray.empty() && depth.rgb.empty() && depth.rgb_right.empty() && depth.flow.empty() &&
+              depth.mask.empty());
+  const Frame all = sequence->read(2, kAll);
+  EXPECT_EQ(all.gray, rgb_to_gray(all.rgb));
+  EXPECT_EQ(all.gray, sequence->read(2, {.gray = true}).gray);
+  EXPECT_TRUE(sequence->read(4, kAll).flow.empty());
+  expect_error([&] { sequence->read(5, kAll); }, "no frame 5: it has frames 0-4");
+  for (const char* name : {"calib/0007.txt", "oxts/0007.txt", "label_02/0007.txt", "image_02/0007/000002.png",
+                           "depth_02/0007/000002.png", "instances/0007/000002.png"}) {
+    EXPECT_TRUE(sequence->inputs().entries().contains(file(name))) << name;
+  }
+}
+
+TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
+  remove("depth_02");
+  remove("flow_02");
+  const auto sequence = open();
+  EXPECT_THAT(sequence->info().provenance, Contains("flow: dis"));
+  EXPECT_THAT(sequence->info().provenance, Contains(HasSubstr("depth: sgbm")));
+  EXPECT_TRUE(sequence->info().warnings.empty());
+  sequence->check_files();
+  const Frame frame = sequence->read(1, kAll);
+  // The texture moves by a pixel a frame, and lies 5 px further left on the right: z = bf / 5.
+  EXPECT_NEAR(frame.flow(80, 24).u, -1, 0.2);
+  EXPECT_NEAR(frame.depth_m(80, 24), 60.0 / 5, 0.5);
+  EXPECT_TRUE(sequence->read(4, kAll).flow.empty());
+}
+
+TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
+  remove("depth_02");
+  remove("image_03");
+  const auto sequence = open();
+  EXPECT_FALSE(sequence->info().channels.depth);
+  EXPECT_TRUE(sequence->read(0, kAll).depth_m.empty());
+  EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(HasSubstr("no " + file("depth_02/0007") +
+                                                                        " and no " + file("image_03/0007"))));
+  expect_error(
+      [&] {
+        open("#0007", {{"depth", "sgbm"}});
+      },
+      file("image_03/0007") + ": no such folder, and depth = sgbm needs its right images: add it, or");
+}
+
+TEST_F(KittiTracking, MasksFromTheBestThatIsThere) {
+  const Image<uint16_t> mask = PatternSequence(5).read(3, {.mask = true}).mask;
+  EXPECT_EQ(open()->read(3, {.mask = true}).mask, mask);
+  remove("instances");
+  EXPECT_THAT(open()->info().provenance, Contains("masks: mots_txt:" + file("instances_txt/0007.txt")));
+  EXPECT_EQ(open()->read(3, {.mask = true}).mask, mask);
+  const auto boxes = open("#0007", {{"masks", "boxes"}});
+  EXPECT_THAT(boxes->info().provenance, Contains("masks: boxes"));
+  EXPECT_EQ(boxes->read(3, {.mask = true}).mask(30, 20), 1);
+  remove("instances_txt");
+  const auto without = open();
+  EXPECT_FALSE(without->info().channels.mask);
+  EXPECT_THAT(without->info().warnings, testing::ElementsAre(HasSubstr("no masks (option masks = boxes")));
+  EXPECT_FALSE(open("#0007", {{"flow", "none"}})->info().channels.flow);
+}
+
+TEST_F(KittiTracking, TruthAloneOpens) {
+  for (const char* folder : {"image_02", "image_03", "depth_02", "flow_02", "instances"}) remove(folder);
+  const auto with_size = open();
+  EXPECT_EQ(with_size->info().width, 160);
+  EXPECT_FALSE(with_size->info().channels.gray || with_size->info().channels.depth);
+  EXPECT_TRUE(with_size->info().channels.mask);
+  EXPECT_EQ(with_size->read(1, kAll).mask, PatternSequence(5).read(1, kAll).mask);
+  EXPECT_TRUE(with_size->read(1, kAll).gray.empty());
+  remove("instances_txt");
+  const auto sequence = open();
+  EXPECT_EQ(sequence->info().width, 1242);
+  EXPECT_EQ(sequence->info().height, 375);
+  EXPECT_EQ(sequence->info().last_frame, 4);
+  EXPECT_EQ(sequence->truth().camera.poses().size(), 5u);
+  EXPECT_THAT(sequence->info().warnings, Contains(HasSubstr("no file tells the size of the images")));
+  sequence->check_files();
+  remove("oxts");
+  EXPECT_EQ(open()->info().last_frame, 4);  // from the labels
+  remove("label_02");
+  expect_error([&] { open(); }, "sequence 0007: it has no frames");
+}
+
+TEST_F(KittiTracking, MissingTruthIsAWarning) {
+  remove("oxts");
+  remove("label_02");
+  const auto sequence = open();
+  EXPECT_THAT(sequence->info().warnings,
+              testing::ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
+                                   "no " + file("label_02/0007.txt") + ": no true object motion"));
+  EXPECT_TRUE(sequence->truth().camera.empty());
+  EXPECT_FALSE(sequence->truth().camera_step_floor_m.has_value());
+}
+
+TEST_F(KittiTracking, DontCareIsNoObject) {
+  const std::string labels = read_file(file("label_02/0007.txt"));
+  const std::string row = "-1 DontCare -1 -1 -10 1 2 3 4 -1000 -1000 -1000 -10 -1 -1 -1\n";
+  replace("label_02/0007.txt", "0 " + row + "0 " + row + labels);
+  EXPECT_EQ(open()->truth().objects.at(0).size(), 2u);
+}
+
+TEST_F(KittiTracking, OxtsShorterThanTheImages) {
+  const std::string oxts = read_file(file("oxts/0007.txt"));
+  size_t end = 0;
+  for (int line = 0; line < 3; ++line) end = oxts.find('\n', end) + 1;
+  replace("oxts/0007.txt", oxts.substr(0, end));
+  expect_error([&] { open(); },
+               file("oxts/0007.txt") +
+                   ": it has frames 0-2, but frames 0-4 are asked for: complete it, or choose "
+                   "@0-2");
+  expect_error([&] { open("#0007@3-4"); }, "complete it, or remove it");
+  EXPECT_EQ(open("#0007@0-2")->info().last_frame, 2);
+  replace("oxts/0007.txt", "");
+  expect_error([&] { open(); }, file("oxts/0007.txt") + ": no oxts samples in it");
+}
+
+TEST_F(KittiTracking, MissingFoldersAndSequences) {
+  expect_error([&] { open("_not_here#0007"); }, "_not_here: no such folder");
+  expect_error([&] { open(""); }, "no sequence is asked for: give the sequence after '#'");
+  expect_error([&] { open("#0009"); }, file("calib") +
+                                           ": no 0009.txt: give the sequence after '#' (such as "
+                                           "#0005); there are: 0007");
+  expect_error([&] { open("/training#0007"); }, "training: no folder training/calib in it");
+}
+
+TEST_F(KittiTracking, AGapInTheImages) {
+  remove("image_02/0007/000002.png");
+  expect_error([&] { open(); }, file("image_02/0007") + ": frame 2 is missing between 0 and 4");
+  EXPECT_EQ(open("#0007@3-4")->info().first_frame, 3);
+  expect_error([&] { open("#0007@0-9"); }, "frames 0-9 asked for, it has frames 0-4");
+}
+
+TEST_F(KittiTracking, AMissingFileOfAFrame) {
+  remove("depth_02");
+  for (const char* name : {"image_03/0007", "flow_02/0007", "instances/0007"}) {
+    const std::string path = std::string(name) + "/000002.png";
+    const std::string bytes = read_file(file(path));
+    remove(path);
+    const auto sequence = open();
+    expect_error([&] { sequence->check_files(); }, file(name) + ": frame 2 needs its");
+    expect_error([&] { sequence->read(2, kAll); }, file(name));
+    replace(path, bytes);
+  }
+}
+
+TEST_F(KittiTracking, FilesOfAnotherSize) {
+  const auto error = [&](const std::string& name, const std::string& bytes, const char* size) {
+    const std::string good = read_file(file(name));
+    replace(name, bytes);
+    expect_error([&] { open()->read(1, kAll); }, fmt::format("{}: {} pixels", file(name), size));
+    replace(name, good);
+  };
+  error("image_02/0007/000001.png", encode_png(Image<Rgb>(150, 48)), "150x48");
+  error("image_03/0007/000001.png", encode_png(Image<Rgb>(160, 47)), "160x47");
+  error("depth_02/0007/000001.png", encode_png(Image<uint16_t>(80, 24)), "80x24");
+  error("instances/0007/000001.png", encode_png(Image<uint16_t>(80, 24)), "80x24");
+}
+
+TEST_F(KittiTracking, BadTextNamesFileAndLine) {
+  const auto error = [&](const std::string& name, const std::string& from, const std::string& to,
+                         const std::string& message) {
+    const std::string good = read_file(file(name));
+    edit(name, from, to);
+    expect_error([&] { open()->read(0, kAll); }, file(name) + message);
+    replace(name, good);
+  };
+  remove("instances");
+  error("calib/0007.txt", "Tr_velo_cam", "Tr_velo_to_cam",
+        ":6: Tr_velo_to_cam and, in line 5, R_rect are keys");
+  error("calib/0007.txt", "P3:", "P4:", ":4: unknown key 'P4'");
+  error("calib/0007.txt", "P3: 120 0 80 -60", "P3: 120 0 80 60",
+        ": focal length times baseline is -60 by P2");
+  error("oxts/0007.txt", "49.0", "nan 49.0", ":1: expected 30 values");
+  error("label_02/0007.txt", " Car", " Car 0", ":1: expected 17 columns");
+  error("label_02/0007.txt", "0 3 Pedestrian", "0 0 Pedestrian", ":2: track 0 is in frame 0 twice");
+  error("instances_txt/0007.txt", "48 160", "48 161", ":1");
+}
+
+TEST_F(KittiTracking, RunLengthsThatDoNotFillTheImage) {
+  remove("instances");
+  const std::string mots = read_file(file("instances_txt/0007.txt"));
+  const size_t end = mots.find('\n');
+  replace("instances_txt/0007.txt", mots.substr(0, end - 4) + mots.substr(end));
+  expect_error([&] { open()->read(0, kAll); }, file("instances_txt/0007.txt") + ":1: ");
+}
+
+TEST_F(KittiTracking, BadOptions) {
+  const auto error = [&](const Json& options, const char* message) {
+    expect_error([&] { open("#0007", options); }, message);
+  };
+  error({{"ground_truth", "author"}}, "option ground_truth = author: must be rectified or authors");
+  error({{"velocity", "corrected"}}, "option velocity = corrected: must be raw or velocity_corrected");
+  error({{"bf_preset", "gray"}}, "option bf_preset = gray: must be colour or grey");
+  error({{"bf", -1.0}}, "option bf = -1");
+  error({{"rate_hz", 0.0}}, "option rate_hz = 0: must be > 0");
+  error({{"depht", "sgbm"}}, "unknown option key 'kitti.depht': did you mean 'depth'");
+  error({{"flow", "diss"}}, "diss");
+  error({{"masks", "mots_png:/no/such"}}, "/no/such");
+}
+
+}  // namespace
+}  // namespace sextant
