@@ -2,6 +2,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_tracking.h"
+#include "sextant/datasets/sceneflow2015.h"
 #include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/vdo_folder.h"
 
@@ -11,6 +12,9 @@ std::span<const Adapter> adapters() {
   static const std::vector<Adapter> table = {
       {"vdo", "multimot / VDO-SLAM folder: images, disparity, flow and masks in files",
        "vdo:/data/kitti_03_demo@0-19", open_vdo_folder, [] { return describe_options(VdoFolderOptions{}); }},
+      {"sceneflow", "KITTI scene flow 2015: stereo pairs at two times with true flow and disparity",
+       "sceneflow:/data/kitti_sceneflow_2015#000002", open_sceneflow2015,
+       [] { return describe_options(SceneFlow2015Options{}); }},
       {"synthetic", "rendered street scenes, exact depth, flow, masks and truth: s18, s01-turn, s01-crossing",
        "synthetic:s18", open_synthetic, [] { return describe_options(SyntheticOptions{}); }},
       {"kitti",

@@ -104,7 +104,7 @@ TEST_F(Channel, SgbmLeavesOutWhatOnlyOneViewSees) {
   for (int y = 30; y < 70; ++y) {  // a near patch: 25 px of disparity
     for (int x = 150; x < 210; ++x) left(x, y) = right(x - 25, y) = texture(700, 33)(x, y);
   }
-  const Image<float> disparity = sgbm_disparity(left, right);
+  const Image<float> disparity = sgbm_disparity(rgb_to_gray(left), rgb_to_gray(right));
   EXPECT_NEAR(disparity(180, 50), 25, 0.1);
   EXPECT_NEAR(disparity(250, 50), 5, 0.1);
   int n_hidden = 0;  // left of the patch the right image sees the patch in front
@@ -267,7 +267,7 @@ TEST_F(Channel, ComputedChannelsNeedImages) {
   expect_error([] { dis_flow(Image<uint8_t>(20, 20), Image<uint8_t>(21, 20)); }, "20x20 and 21x20");
   expect_error([] { dis_flow(Image<uint8_t>(20, 8), Image<uint8_t>(20, 8)); },
                "at least 16x16 pixels, got 20x8");
-  expect_error([] { sgbm_disparity(Image<Rgb>(20, 20), Image<Rgb>(21, 20)); },
+  expect_error([] { sgbm_disparity(Image<uint8_t>(20, 20), Image<uint8_t>(21, 20)); },
                "has 20x20 pixels and the right");
 }
 

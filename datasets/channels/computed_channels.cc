@@ -37,7 +37,8 @@ class SgbmSource final : public DepthSource {
   explicit SgbmSource(const ChannelInputs& inputs) : inputs_(inputs) { one_opencv_thread(); }
 
   Image<float> read(int frame) const override {
-    const Image<float> disparity = sgbm_disparity(inputs_.left(frame), inputs_.right(frame));
+    const Image<float> disparity =
+        sgbm_disparity(rgb_to_gray(inputs_.left(frame)), rgb_to_gray(inputs_.right(frame)));
     return depth_from_disparity(disparity, inputs_.camera.bf);
   }
   std::string provenance() const override {
@@ -67,7 +68,7 @@ class BoxSource final : public MaskSource {
 };
 
 // Both images with `border` columns before them: OpenCV searches no disparity in the first n columns.
-cv::Mat with_border(const Image<Rgb>& image, int border) {
+cv::Mat with_border(const Image<uint8_t>& image, int border) {
   cv::Mat wide;
   cv::copyMakeBorder(view(image), wide, 0, 0, border, 0, cv::BORDER_REPLICATE);
   return wide;
@@ -91,18 +92,19 @@ Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr) {
   return flow;
 }
 
-Image<float> sgbm_disparity(const Image<Rgb>& left, const Image<Rgb>& right, const SgbmOptions& options) {
+Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right,
+                            const SgbmOptions& options) {
   if (left.width() != right.width() || left.height() != right.height()) {
     fail("depth: the left image has {}x{} pixels and the right one {}x{}: a rectified pair has one size",
          left.width(), left.height(), right.width(), right.height());
   }
   one_opencv_thread();
   const int n = options.n_disparities > 0 ? options.n_disparities : (left.width() / 8 + 15) / 16 * 16;
-  const int cost = 3 * options.block_size_px * options.block_size_px;  // 3 colours
-  const auto matcher = cv::StereoSGBM::create(
-      0, n, options.block_size_px, 8 * cost, 32 * cost, options.left_right_px, /*preFilterCap=*/63,
-      options.uniqueness_percent, options.speckle_size_px, options.speckle_range_px,
-      options.three_way ? cv::StereoSGBM::MODE_SGBM_3WAY : cv::StereoSGBM::MODE_SGBM);
+  const int area = options.block_size_px * options.block_size_px;
+  const auto matcher =
+      cv::StereoSGBM::create(0, n, options.block_size_px, 8 * area, 32 * area, options.left_right_px,
+                             /*preFilterCap=*/63, options.uniqueness_percent, options.speckle_size_px,
+                             options.speckle_range_px, cv::StereoSGBM::MODE_SGBM_3WAY);
   cv::Mat steps;
   matcher->compute(with_border(left, n), with_border(right, n), steps);
   Image<float> disparity(left.width(), left.height(), kNan);

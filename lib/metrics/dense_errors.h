@@ -1,0 +1,41 @@
+#pragma once
+
+// Errors of whole flow and disparity images against the truth, as in the KITTI benchmarks of 2015 (Menze and
+// Geiger, Object Scene Flow for Autonomous Vehicles, CVPR 2015):
+//
+//   EPE         mean of |flow - truth|                                              (px)
+//   outlier     a pixel whose error exceeds 3 px and 5 % of the true magnitude
+//   Fl, D1      share of outliers, flow and disparity
+//   coverage    share of the pixels with truth that have an estimate
+//
+// Means and outliers are over the pixels with both; KITTI's own numbers also fill in the pixels without an
+// estimate.
+
+#include "sextant/measurement/image.h"
+
+namespace sextant {
+
+struct DenseFlowError {
+  double epe_px = 0;         ///< NaN when n == 0, like all but coverage
+  double x_px = 0;           ///< mean |u - true u|
+  double y_px = 0;           ///< mean |v - true v|
+  double outlier_share = 0;  ///< Fl, 0..1
+  int n = 0;                 ///< pixels with an estimate and truth
+  double coverage = 0;       ///< 0..1; NaN without truth
+};
+
+struct DenseDisparityError {
+  double mean_px = 0;        ///< mean |d - true d|; NaN when n == 0
+  double median_px = 0;      ///< NaN when n == 0
+  double outlier_share = 0;  ///< D1, 0..1
+  int n = 0;
+  double coverage = 0;  ///< 0..1; NaN without truth
+};
+
+/// Images of one size.
+DenseFlowError dense_flow_error(const Image<Flow>& estimate, const Image<Flow>& truth);
+/// Depths in m, NaN = invalid; compared as disparities bf / z.
+DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Image<float>& true_depth_m,
+                                          double bf);
+
+}  // namespace sextant
