@@ -180,6 +180,17 @@ TEST(KittiOxtsTrack, SpeedsAreThoseOfTheUnit) {
   EXPECT_EQ(oxts_of_track({SE3()}, 10, T_camera_imu, {.sigma_s = 0.01})[0].velocity_mps.norm(), 0);
 }
 
+// A spline through samples of a cubic is not that cubic at its ends, but near it inside.
+TEST(KittiOxtsTrack, SpeedsFollowAcceleration) {
+  std::vector<SE3> poses;
+  const auto position = [](double t) { return 1.2 * t + 0.3 * std::sin(0.7 * t); };  // t in frames
+  for (int k = 0; k < 30; ++k) poses.push_back(SE3(Eigen::Quaterniond::Identity(), {0, 0, position(k)}));
+  const std::vector<KittiOxts> track = oxts_of_track(poses, 10, SE3());
+  for (int k = 3; k < 27; ++k) {
+    EXPECT_NEAR(track[k].velocity_mps.z(), 10 * (1.2 + 0.21 * std::cos(0.7 * k)), 0.02) << k;
+  }
+}
+
 TEST(KittiOxtsTrack, JitterGivesItsFloor) {
   TempFolder temp;
   const PatternSequence written(1500, 0, false);

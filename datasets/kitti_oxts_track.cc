@@ -33,10 +33,35 @@ struct Sample {
   Eigen::Vector3d velocity_mps{0, 0, 0};  ///< map axes
 };
 
+// Slopes (per frame) of the twice continuously differentiable cubic spline through `p`, its first and last
+// pieces parabolas:  m[k-1] + 4 m[k] + m[k+1] = 3 (p[k+1] - p[k-1]),  m[0] + m[1] = 2 (p[1] - p[0]).
+std::vector<Eigen::Vector3d> spline_slopes(const std::vector<SE3>& p) {
+  const size_t n = p.size();
+  const auto step = [&](size_t i, size_t j) -> Eigen::Vector3d {
+    return p[j].translation() - p[i].translation();
+  };
+  if (n == 2) return {step(0, 1), step(0, 1)};
+  std::vector<double> diagonal(n, 4);
+  std::vector<Eigen::Vector3d> m(n);
+  diagonal.front() = diagonal.back() = 1;
+  m.front() = 2 * step(0, 1);
+  m.back() = 2 * step(n - 2, n - 1);
+  for (size_t k = 1; k + 1 < n; ++k) m[k] = 3 * step(k - 1, k + 1);
+  for (size_t k = 1; k < n; ++k) {  // both neighbours have the factor 1 everywhere
+    diagonal[k] -= 1 / diagonal[k - 1];
+    m[k] -= m[k - 1] / diagonal[k - 1];
+  }
+  m.back() /= diagonal.back();
+  for (size_t k = n - 1; k > 0; --k) m[k - 1] = (m[k - 1] - m[k]) / diagonal[k - 1];
+  return m;
+}
+
 // The track as a curve of time.
 class Curve {
  public:
-  Curve(std::vector<SE3> poses, double rate_hz) : poses_(std::move(poses)), rate_hz_(rate_hz) {}
+  Curve(std::vector<SE3> poses, double rate_hz) : poses_(std::move(poses)), rate_hz_(rate_hz) {
+    if (poses_.size() > 1) slopes_ = spline_slopes(poses_);
+  }
 
   Sample at(size_t frame, double delay_s) const {
     if (poses_.size() == 1) return {poses_[0]};
@@ -49,17 +74,10 @@ class Curve {
  private:
   const Eigen::Vector3d& position(size_t i) const { return poses_[i].translation(); }
 
-  // Per frame.
-  Eigen::Vector3d slope(size_t i) const {
-    const size_t a = i == 0 ? 0 : i - 1;
-    const size_t b = std::min(i + 1, poses_.size() - 1);
-    return (position(b) - position(a)) / static_cast<double>(b - a);
-  }
-
   Sample between(size_t i, double s) const {
     const Eigen::Vector3d step = position(i + 1) - position(i);
-    const Eigen::Vector3d m0 = slope(i);
-    const Eigen::Vector3d m1 = slope(i + 1);
+    const Eigen::Vector3d& m0 = slopes_[i];
+    const Eigen::Vector3d& m1 = slopes_[i + 1];
     const Eigen::Vector3d c2 = 3 * step - 2 * m0 - m1;
     const Eigen::Vector3d c3 = m0 + m1 - 2 * step;
     const Eigen::Vector3d omega = so3_log(poses_[i].rotation().conjugate() * poses_[i + 1].rotation());
@@ -69,6 +87,7 @@ class Curve {
   }
 
   std::vector<SE3> poses_;
+  std::vector<Eigen::Vector3d> slopes_;
   double rate_hz_;
 };
 

@@ -9,6 +9,7 @@
 #include "sextant/estimator/extraction.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/testing.h"
+#include "sextant/eval/experiment/run.h"
 
 namespace sextant {
 namespace {
@@ -55,6 +56,29 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
     }
   }
   EXPECT_GE(n_bodies, 12);
+}
+
+// Neither flow nor depth is given: images of a stereo pair, through SGBM and DIS, and MOTS masks.
+TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_tracking";
+  RunConfig config;
+  config.sources = {SourceSpec::parse(fmt::format("kitti:{}/kitti_tracking#0005@0-15", data))};
+  config.jobs = 2;
+  config.quiet = true;
+  double sum_m = 0, sum_deg = 0;
+  int n = 0;
+  for (const Record& record : run(config).records) {
+    if (!record.is_ego()) continue;
+    ASSERT_EQ(record.status, Status::ok) << record.frame;
+    sum_m += record.errors.at("Et_m");
+    sum_deg += record.errors.at("ER_deg");
+    ++n;
+  }
+  ASSERT_EQ(n, 15);
+  fmt::print("mean E_t {:.4f} m, mean E_R {:.4f} deg\n", sum_m / n, sum_deg / n);
+  EXPECT_LE(sum_m / n, 0.12);
+  EXPECT_LE(sum_deg / n, 0.12);
 }
 
 }  // namespace
