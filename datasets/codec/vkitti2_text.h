@@ -1,0 +1,91 @@
+#pragma once
+
+// The text files of Virtual KITTI 2.0.3 (SceneXX/<variation>/*.txt), row by row.
+//
+//   extrinsic.txt  frame cameraID r1,1 .. t3 0 0 0 1: the 4x4 matrix world -> camera, m
+//   intrinsic.txt  frame cameraID K[0,0] K[1,1] K[0,2] K[1,2]: fx fy cx cy, px
+//   pose.txt       3-D box of one object in one frame and camera, see Vkitti2Pose
+//   bbox.txt       2-D box of the same, see Vkitti2Box
+//   info.txt       trackID label model color
+//   colors.txt     Category r g b: the colours of classSegmentation
+//
+// Decoders accept CRLF, a byte order mark and empty lines, find columns by name, and throw Error "NAME:LINE:
+// ..." on columns that are missing (with their names), rows of another length, values that are not finite,
+// and on a row given twice (same frame, camera and track). Encoders write shortest digits that read back the
+// same. Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2, the data set's own README.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/geometry/camera.h"
+#include "sextant/geometry/se3.h"
+#include "sextant/measurement/image.h"
+
+namespace sextant {
+
+struct Vkitti2Extrinsic {
+  int frame = 0;
+  int camera = 0;  ///< 0 left, 1 right
+  SE3 T_camera_world;
+};
+
+struct Vkitti2Intrinsic {
+  int frame = 0;
+  int camera = 0;
+  PinholeCamera k;
+};
+
+/// One row of pose.txt; m, rad. Angles as in vkitti_box.h, of the camera's and of the world's axes.
+struct Vkitti2Pose {
+  int frame = 0;
+  int camera = 0;
+  int track = 0;
+  double alpha = 0;                              ///< camera_ry - atan2(camera_x, camera_z)
+  double width = 0, height = 0, length = 0;      ///< size of the 3-D box
+  double world_x = 0, world_y = 0, world_z = 0;  ///< middle of its bottom face
+  double world_ry = 0, world_rx = 0, world_rz = 0;
+  double camera_x = 0, camera_y = 0, camera_z = 0;  ///< the same in camera coordinates
+  double camera_ry = 0, camera_rx = 0, camera_rz = 0;
+};
+
+/// One row of bbox.txt; px.
+struct Vkitti2Box {
+  int frame = 0;
+  int camera = 0;
+  int track = 0;
+  double left = 0, right = 0, top = 0, bottom = 0;
+  int number_pixels = 0;        ///< that show the object
+  double truncation_ratio = 0;  ///< 0 not truncated .. 1
+  double occupancy_ratio = 0;   ///< share of the box that shows the object
+  bool is_moving = false;       ///< from this frame to the next
+};
+
+struct Vkitti2Info {
+  int track = 0;
+  std::string label, model, color;  ///< "Car", "Sedan4Door", "Silver"
+};
+
+struct Vkitti2Color {
+  std::string category;
+  Rgb color;
+};
+
+std::vector<Vkitti2Extrinsic> decode_vkitti2_extrinsics(std::string_view text, const std::string& name);
+std::vector<Vkitti2Intrinsic> decode_vkitti2_intrinsics(std::string_view text, const std::string& name);
+std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::string& name);
+std::vector<Vkitti2Box> decode_vkitti2_boxes(std::string_view text, const std::string& name);
+std::vector<Vkitti2Info> decode_vkitti2_infos(std::string_view text, const std::string& name);
+std::vector<Vkitti2Color> decode_vkitti2_colors(std::string_view text, const std::string& name);
+
+std::string encode_vkitti2_extrinsics(const std::vector<Vkitti2Extrinsic>& rows);
+std::string encode_vkitti2_intrinsics(const std::vector<Vkitti2Intrinsic>& rows);
+std::string encode_vkitti2_poses(const std::vector<Vkitti2Pose>& rows);
+std::string encode_vkitti2_boxes(const std::vector<Vkitti2Box>& rows);
+std::string encode_vkitti2_infos(const std::vector<Vkitti2Info>& rows);
+std::string encode_vkitti2_colors(const std::vector<Vkitti2Color>& rows);
+
+/// The categories and colours of the release.
+const std::vector<Vkitti2Color>& vkitti2_categories();
+
+}  // namespace sextant
