@@ -5,6 +5,8 @@
 #include "sextant/datasets/sceneflow2015.h"
 #include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/vdo_folder.h"
+#include "sextant/datasets/vkitti1.h"
+#include "sextant/datasets/vkitti2.h"
 
 namespace sextant {
 
@@ -21,6 +23,10 @@ std::span<const Adapter> adapters() {
        "KITTI tracking as downloaded: stereo images, MOTS masks, oxts, labels; flow and depth computed",
        "kitti:/data/kitti_tracking#0005@0-15", open_kitti_tracking,
        [] { return describe_options(KittiTrackingOptions{}); }},
+      {"vkitti1", "Virtual KITTI 1.3.1: exact depth, flow, masks and truth, or its text alone",
+       "vkitti1:/data/vkitti#0018/clone", open_vkitti1, [] { return describe_options(Vkitti1Options{}); }},
+      {"vkitti2", "Virtual KITTI 2.0.3: as vkitti1, with a right camera and backward flow",
+       "vkitti2:/data/vkitti2#Scene18/clone", open_vkitti2, [] { return describe_options(Vkitti2Options{}); }},
   };
   return table;
 }

@@ -1,0 +1,53 @@
+#pragma once
+
+// Adapter `vkitti2`: Virtual KITTI 2.0.3. SOURCE is vkitti2:ROOT#<scene>/<variation>[@first-last], such as
+// vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Below ROOT, any subset of
+//
+//   <scene>/<variation>/{extrinsic,intrinsic,pose,bbox,info}.txt    see vkitti2_truth.h
+//   <scene>/<variation>/frames/rgb/Camera_{0,1}/rgb_%05d.jpg
+//   .../frames/depth/Camera_{0,1}/depth_%05d.png                    16-bit, cm; 65535 = sky or beyond 655.34
+//   m
+//   .../frames/{forwardFlow/Camera_{0,1}/flow_%05d.png              16-bit RGB, codec/kitti_png.h; to the
+//   next
+//   .../frames/backwardFlow/Camera_{0,1}/backwardFlow_%05d.png      and to the frame before
+//   .../frames/instanceSegmentation/Camera_{0,1}/instancegt_%05d.png   trackID + 1, 0 = background
+//
+// An archive may also lie in a folder of its own name (vkitti_2.0.3_rgb/<scene>/...). Ids in masks and truth
+// are track ids + 1. With the text alone there are poses and objects, and no channels. The left image is that
+// of the chosen camera; camera 0 has camera 1 as its right one. Baseline: that of extrinsic.txt, which is
+// 0.532725 m. Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
+
+#include <memory>
+
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+
+struct Vkitti2Options {
+  double rate_hz = 10;
+  int camera = 0;
+  std::string flow = "auto";
+  std::string depth = "auto";
+  std::string masks = "auto";
+
+  template <typename V>
+  void visit(V& v) {
+    v("rate_hz", rate_hz, "Hz", "frame rate");
+    v("camera", camera, "", "0 = left, with camera 1 as its right one; 1 = right, alone");
+    v("flow", flow, "",
+      "auto = forwardFlow, or dis where that is absent; dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, "
+      "onnx:FILE");
+    v("depth", depth, "",
+      "auto = depth, or sgbm where that is absent; sgbm, disparity256:DIR, depth256:DIR, cm:DIR");
+    v("masks", masks, "",
+      "auto = instanceSegmentation; instance_png:DIR, mots_png:DIR, mots_txt:FILE, vdo_text:DIR, boxes, "
+      "onnx:FILE");
+  }
+  void check() const;
+};
+
+/// Throws Error on a scene, variation, file or frame range that is not there, or a file that is not as
+/// described.
+std::unique_ptr<Sequence> open_vkitti2(const SourceSpec& source);
+
+}  // namespace sextant
