@@ -4,6 +4,7 @@
 
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
+#include "sextant/datasets/vkitti_layout.h"
 
 namespace sextant {
 
@@ -11,6 +12,11 @@ std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
       {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
        write_kitti_layout, [] { return describe_options(KittiLayoutOptions{}); }},
+      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", write_vkitti1_layout,
+       [] { return describe_options(VkittiLayoutOptions{}); }},
+      {"vkitti2",
+       "Virtual KITTI 2.0.3: any camera, right image, backward flow; images as JPEG, which is lossy",
+       write_vkitti2_layout, [] { return describe_options(VkittiLayoutOptions{}); }},
   };
   return table;
 }

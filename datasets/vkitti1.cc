@@ -9,6 +9,7 @@
 
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/vkitti1_truth.h"
+#include "sextant/datasets/vkitti_names.h"
 #include "sextant/datasets/vkitti_sequence.h"
 
 namespace sextant {
@@ -71,36 +72,27 @@ class SceneColors final : public MaskSource {
   std::unordered_map<uint32_t, uint16_t> ids_;
 };
 
-struct Name {
-  std::string world, variation;
-};
-
-// "0018/clone" or "0018".
-Name parse_sequence(const SourceSpec& source) {
-  if (source.sequence.empty()) {
-    const std::set<std::string> worlds =
-        fs::is_directory(source.path) ? vkitti1_worlds(source.path) : std::set<std::string>{};
-    if (worlds.empty()) require_vkitti1_sequence(source.path, "", "");  // says what is wrong with the folder
-    fail("source '{}': say which world: {}:{}#<world>/<variation>; there: {}", source.text, source.adapter,
-         source.path, fmt::join(worlds, ", "));
-  }
-  const size_t slash = source.sequence.find('/');
-  if (slash == std::string::npos) return {source.sequence, "clone"};
-  return {source.sequence.substr(0, slash), source.sequence.substr(slash + 1)};
+VkittiName parse_sequence(const SourceSpec& source) {
+  if (!source.sequence.empty()) return parse_vkitti1_name(source.sequence);
+  const std::set<std::string> worlds =
+      fs::is_directory(source.path) ? vkitti1_worlds(source.path) : std::set<std::string>{};
+  if (worlds.empty()) require_vkitti1_sequence(source.path, "", "");  // says what is wrong with the folder
+  fail("source '{}': say which world: {}:{}#<world>/<variation>; there: {}", source.text, source.adapter,
+       source.path, fmt::join(worlds, ", "));
 }
 
 class Vkitti1 final : public VkittiSequence {
  public:
   Vkitti1(const SourceSpec& source, const Vkitti1Options& options) : root_(source.path) {
-    const Name name = parse_sequence(source);
-    require_vkitti1_sequence(root_, name.world, name.variation);
+    const VkittiName name = parse_sequence(source);
+    require_vkitti1_sequence(root_, name.group, name.variation);
     info_.dataset = "vkitti1";
-    info_.sequence = name.world + "/" + name.variation;
+    info_.sequence = name.text();
     info_.rate_hz = options.rate_hz;
     info_.camera = {{kVkitti1Focal_px, kVkitti1Focal_px, 620.5, 187.0}, options.bf};
 
     Vkitti1Truth text =
-        read_vkitti1_truth(find_vkitti1_text(root_, name.world, name.variation), name.world, inputs());
+        read_vkitti1_truth(find_vkitti1_text(root_, name.group, name.variation), name.group, inputs());
     truth_ = std::move(text.truth);
     info_.warnings = std::move(text.warnings);
 
@@ -117,14 +109,14 @@ class Vkitti1 final : public VkittiSequence {
   }
 
  private:
-  std::optional<fs::path> folder(const char* kind, const Name& name) const {
+  std::optional<fs::path> folder(const char* kind, const VkittiName& name) const {
     const auto folder = vkitti1_folder(root_, kind);
-    return folder ? existing_folder(*folder / name.world / name.variation) : std::nullopt;
+    return folder ? existing_folder(*folder / name.group / name.variation) : std::nullopt;
   }
 
-  fs::path color_table(const Name& name) const {
+  fs::path color_table(const VkittiName& name) const {
     return *vkitti1_folder(root_, "scenegt") /
-           fmt::format("{}_{}_scenegt_rgb_encoding.txt", name.world, name.variation);
+           fmt::format("{}_{}_scenegt_rgb_encoding.txt", name.group, name.variation);
   }
 
   void check_size() const {

@@ -2,13 +2,13 @@
 
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "sextant/datasets/vkitti1.h"
 #include "sextant/datasets/vkitti2_truth.h"
+#include "sextant/datasets/vkitti_names.h"
 #include "sextant/datasets/vkitti_sequence.h"
 
 namespace sextant {
@@ -41,24 +41,10 @@ std::set<std::string> subfolders(const std::vector<fs::path>& folders, const std
   return names;
 }
 
-struct Name {
-  std::string scene, variation;
-};
-
-// "Scene18/clone", "0018/clone", "Scene18".
-Name parse_sequence(const std::string& sequence) {
-  const size_t slash = sequence.find('/');
-  Name name{sequence.substr(0, slash), slash == std::string::npos ? "clone" : sequence.substr(slash + 1)};
-  const bool digits =
-      !name.scene.empty() && std::ranges::all_of(name.scene, [](char c) { return c >= '0' && c <= '9'; });
-  if (digits && name.scene.size() < 6) name.scene = fmt::format("Scene{:02}", std::stoi(name.scene));
-  return name;
-}
-
 // Where the scene is below the root.
 class Place {
  public:
-  explicit Place(const SourceSpec& source) : root_(source.path), name_(parse_sequence(source.sequence)) {
+  explicit Place(const SourceSpec& source) : root_(source.path), name_(parse_vkitti2_name(source.sequence)) {
     if (!fs::is_directory(root_)) fail("{}: no such folder", root_.string());
     const std::set<std::string> scenes = subfolders(roots(root_), "Scene");
     if (scenes.empty()) {
@@ -68,23 +54,23 @@ class Place {
       fail("source '{}': say which scene: {}:{}#<scene>/<variation>; there: {}", source.text, source.adapter,
            source.path, fmt::join(scenes, ", "));
     }
-    if (!scenes.contains(name_.scene)) {
-      fail("{}: no scene '{}' in it; there: {}", root_.string(), name_.scene, fmt::join(scenes, ", "));
+    if (!scenes.contains(name_.group)) {
+      fail("{}: no scene '{}' in it; there: {}", root_.string(), name_.group, fmt::join(scenes, ", "));
     }
     std::vector<fs::path> places;
-    for (const fs::path& place : roots(root_)) places.push_back(place / name_.scene);
+    for (const fs::path& place : roots(root_)) places.push_back(place / name_.group);
     const std::set<std::string> variations = subfolders(places, "");
     if (name_.variation.empty() || !variations.contains(name_.variation)) {
-      fail("{}: {} has no variation '{}' in it; there: {}", root_.string(), name_.scene, name_.variation,
+      fail("{}: {} has no variation '{}' in it; there: {}", root_.string(), name_.group, name_.variation,
            fmt::join(variations, ", "));
     }
   }
 
-  std::string sequence() const { return name_.scene + "/" + name_.variation; }
+  std::string sequence() const { return name_.text(); }
 
   std::optional<fs::path> frames(const char* kind, int camera) const {
     for (const fs::path& root : roots(root_)) {
-      const fs::path base = root / name_.scene / name_.variation / "frames" / kind;
+      const fs::path base = root / name_.group / name_.variation / "frames" / kind;
       if (auto found = existing_folder(base / fmt::format("Camera_{}", camera))) return found;
     }
     return std::nullopt;
@@ -93,17 +79,17 @@ class Place {
   // The folder with text files, or where they would be.
   fs::path text() const {
     for (const fs::path& root : roots(root_)) {
-      const fs::path folder = root / name_.scene / name_.variation;
+      const fs::path folder = root / name_.group / name_.variation;
       for (const char* file : {"extrinsic.txt", "pose.txt", "intrinsic.txt", "bbox.txt", "info.txt"}) {
         if (fs::is_regular_file(folder / file)) return folder;
       }
     }
-    return root_ / name_.scene / name_.variation;
+    return root_ / name_.group / name_.variation;
   }
 
  private:
   fs::path root_;
-  Name name_;
+  VkittiName name_;
 };
 
 class Vkitti2 final : public VkittiSequence {

@@ -1,0 +1,195 @@
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/vkitti1_truth.h"
+#include "sextant/datasets/vkitti_layout.h"
+#include "sextant/datasets/vkitti_names.h"
+#include "sextant/datasets/vkitti_rows.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+// All that is no track: the source does not tell roads from trees.
+constexpr const char* kStaticCategory = "Misc";
+constexpr Rgb kStaticColor{80, 80, 80};
+
+Rgb unpack(uint32_t n) {
+  return {static_cast<uint8_t>(n >> 16), static_cast<uint8_t>(n >> 8), static_cast<uint8_t>(n)};
+}
+
+// A colour of its own for every id: multiplication by an odd number is one to one modulo 2^24.
+Rgb color_of(int id) {
+  if (id == 0) return kStaticColor;
+  constexpr uint32_t kFactor = 0x9E3779;
+  constexpr uint32_t kMask = 0xFFFFFF;
+  const Rgb color = unpack(static_cast<uint32_t>(id) * kFactor & kMask);
+  return color == kStaticColor ? unpack((static_cast<uint32_t>(id) + 65536) * kFactor & kMask) : color;
+}
+
+Image<Rgb> scene_colors(const Image<uint16_t>& mask) {
+  Image<Rgb> image(mask.width(), mask.height());
+  std::transform(mask.data(), mask.data() + mask.size(), image.data(),
+                 [](uint16_t id) { return color_of(id); });
+  return image;
+}
+
+std::string color_table(const Sequence& sequence, const std::map<int, MaskExtents>& extents) {
+  std::map<int, std::string> types;  // by id
+  for (const auto& [frame, shown] : extents) {
+    for (const auto& [id, extent] : shown) types.emplace(id, "Car");
+  }
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    for (const ObjectTruth& object : objects) {
+      if (!object.type.empty()) types[object.id] = object.type;
+    }
+  }
+  std::vector<Vkitti1Color> colors = {{kStaticCategory, std::nullopt, kStaticColor}};
+  for (const auto& [id, type] : types) colors.push_back({type, id - 1, color_of(id)});
+  return encode_vkitti1_colors(colors);
+}
+
+Vkitti1Object to_text(const VkittiRow& row) {
+  Vkitti1Object o;
+  o.frame = row.frame;
+  o.tid = row.track;
+  o.label = o.orig_label = row.type;
+  o.truncated = row.truncation >= 0.78 ? 2 : row.truncation > 0 ? 1 : 0;
+  o.occluded = row.occupancy >= 0.75 ? 0 : row.occupancy >= 0.4 ? 1 : 2;
+  o.alpha = row.alpha_rad;
+  o.l = row.left;
+  o.t = row.top;
+  o.r = row.right;
+  o.b = row.bottom;
+  o.w3d = row.object->size_m->x();
+  o.h3d = row.object->size_m->y();
+  o.l3d = row.object->size_m->z();
+  o.x3d = row.object->T_camera_object.translation().x();
+  o.y3d = row.object->T_camera_object.translation().y();
+  o.z3d = row.object->T_camera_object.translation().z();
+  o.ry = row.angles.ry;
+  o.rx = row.angles.rx;
+  o.rz = row.angles.rz;
+  o.truncr = row.truncation;
+  o.occupr = row.occupancy;
+  o.moving = row.moving;
+  o.model = o.color = "unknown";
+  return o;
+}
+
+class Writer {
+ public:
+  Writer(const Sequence& sequence, const LayoutRequest& request)
+      : sequence_(sequence), info_(sequence.info()), request_(request) {
+    VkittiLayoutOptions options;
+    read_options(request.options, options, "layout");
+    const std::string name =
+        request.sequence.empty() ? fmt::format("{:04}", default_number(info_.sequence)) : request.sequence;
+    name_ = parse_vkitti1_name(name);
+    check_name(name);
+    check_camera();
+    check_vkitti_poses(sequence);
+  }
+
+  std::string write() {
+    Channels channels = info_.channels;
+    channels.rgb_right = channels.backward_flow = channels.occlusion = channels.gray = false;
+    make_folders(channels);
+    const auto extents = write_vkitti_frames(sequence_, request_, channels,
+                                             [this](const Frame& frame) { write_frame(frame); });
+    if (channels.mask) {
+      put("scenegt", stem() + "_scenegt_rgb_encoding.txt", color_table(sequence_, extents));
+    }
+    write_truth(extents);
+    return fmt::format("vkitti1:{}#{}", request_.out.string(), name_.text());
+  }
+
+ private:
+  std::string stem() const { return name_.group + "_" + name_.variation; }
+  fs::path folder(const char* kind) const {
+    return vkitti1_folder(request_.out, kind).value_or(request_.out / fmt::format("vkitti_1.3.1_{}", kind));
+  }
+  void put(const char* kind, const std::string& file, const std::string& bytes) const {
+    write_file(folder(kind) / file, bytes);
+  }
+  void put_frame(const char* kind, int frame, const std::string& bytes) const {
+    write_file(folder(kind) / name_.group / name_.variation / fmt::format("{:05}.png", frame), bytes);
+  }
+
+  void check_name(const std::string& name) const {
+    const bool digits = name_.group.size() == 4 &&
+                        std::ranges::all_of(name_.group, [](char c) { return c >= '0' && c <= '9'; });
+    if (!digits || name_.variation.empty() || name_.variation.find('/') != std::string::npos) {
+      fail("sequence '{}': expected four digits and a variation, such as 0018/clone", name);
+    }
+    if (!fs::is_directory(request_.out)) return;
+    if (vkitti1_variations(request_.out, name_.group).contains(name_.variation)) {
+      fail("{}: {} is there already: remove it, or choose another folder or sequence", request_.out.string(),
+           name_.text());
+    }
+  }
+
+  void check_camera() const {
+    const PinholeCamera& k = info_.camera.left;
+    if (k.fx == 725 && k.fy == 725 && k.cx == 620.5 && k.cy == 187 && info_.width == 1242 &&
+        info_.height == 375) {
+      return;
+    }
+    fail(
+        "{}:{}: the layout vkitti1 has no place for a camera other than f = 725, c = (620.5, 187), 1242x375; "
+        "this one has f = ({}, {}), c = ({}, {}), {}x{}: take the layout vkitti2",
+        info_.dataset, info_.sequence, k.fx, k.fy, k.cx, k.cy, info_.width, info_.height);
+  }
+
+  void make_folders(Channels channels) const {
+    const auto make = [&](bool wanted, const char* kind) {
+      if (wanted) fs::create_directories(folder(kind) / name_.group / name_.variation);
+    };
+    make(channels.rgb, "rgb");
+    make(channels.depth, "depthgt");
+    make(channels.flow, "flowgt");
+    make(channels.mask, "scenegt");
+  }
+
+  void write_frame(const Frame& frame) const {
+    if (!frame.rgb.empty()) put_frame("rgb", frame.index, encode_png(frame.rgb));
+    if (!frame.depth_m.empty()) {
+      put_frame("depthgt", frame.index, encode_png(cm_from_depth(frame.depth_m)));
+    }
+    if (!frame.flow.empty()) put_frame("flowgt", frame.index, encode_png(vkitti_from_flow(frame.flow)));
+    if (!frame.mask.empty()) put_frame("scenegt", frame.index, encode_png(scene_colors(frame.mask)));
+  }
+
+  void write_truth(const std::map<int, MaskExtents>& extents) const {
+    const SequenceTruth& truth = sequence_.truth();
+    if (truth.camera.empty()) return;
+    std::map<int, SE3> T_camera_world;
+    for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
+      T_camera_world[frame] = truth.camera.pose(frame)->inverse();
+    }
+    fs::create_directories(folder("extrinsicsgt"));
+    put("extrinsicsgt", stem() + ".txt", encode_vkitti1_extrinsics(T_camera_world));
+    std::vector<Vkitti1Object> objects;
+    for (const VkittiRow& row : vkitti_rows(sequence_, extents)) objects.push_back(to_text(row));
+    fs::create_directories(folder("motgt"));
+    put("motgt", stem() + ".txt", encode_vkitti1_objects(objects));
+  }
+
+  const Sequence& sequence_;
+  const SequenceInfo& info_;
+  const LayoutRequest& request_;
+  VkittiName name_;
+};
+
+}  // namespace
+
+std::string write_vkitti1_layout(const Sequence& sequence, const LayoutRequest& request) {
+  return Writer(sequence, request).write();
+}
+
+}  // namespace sextant

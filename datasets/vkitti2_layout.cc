@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/jpeg.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/vkitti2_text.h"
+#include "sextant/datasets/vkitti_layout.h"
+#include "sextant/datasets/vkitti_names.h"
+#include "sextant/datasets/vkitti_rows.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLeft = 0;
+constexpr int kRight = 1;
+
+Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
+  Vkitti2Pose pose;
+  pose.frame = row.frame;
+  pose.camera = kLeft;
+  pose.track = row.track;
+  pose.alpha = row.alpha_rad;
+  pose.width = row.object->size_m->x();
+  pose.height = row.object->size_m->y();
+  pose.length = row.object->size_m->z();
+  const SE3 T_world_object = T_world_camera * row.object->T_camera_object;
+  const VkittiAngles world = vkitti_angles(T_world_object.rotation());
+  pose.world_x = T_world_object.translation().x();
+  pose.world_y = T_world_object.translation().y();
+  pose.world_z = T_world_object.translation().z();
+  pose.world_ry = world.ry;
+  pose.world_rx = world.rx;
+  pose.world_rz = world.rz;
+  pose.camera_x = row.object->T_camera_object.translation().x();
+  pose.camera_y = row.object->T_camera_object.translation().y();
+  pose.camera_z = row.object->T_camera_object.translation().z();
+  pose.camera_ry = row.angles.ry;
+  pose.camera_rx = row.angles.rx;
+  pose.camera_rz = row.angles.rz;
+  return pose;
+}
+
+Vkitti2Box to_box(const VkittiRow& row) {
+  return {row.frame,  kLeft,        row.track,      row.left,      row.right, row.top,
+          row.bottom, row.n_pixels, row.truncation, row.occupancy, row.moving};
+}
+
+// 8 bit where that is enough, as in the data set.
+std::string encode_instances(const Image<uint16_t>& mask) {
+  if (*std::max_element(mask.data(), mask.data() + mask.size()) > 255) return encode_png(mask);
+  Image<uint8_t> narrow(mask.width(), mask.height());
+  std::transform(mask.data(), mask.data() + mask.size(), narrow.data(),
+                 [](uint16_t id) { return static_cast<uint8_t>(id); });
+  return encode_png(narrow);
+}
+
+class Writer {
+ public:
+  Writer(const Sequence& sequence, const LayoutRequest& request)
+      : sequence_(sequence), info_(sequence.info()), request_(request) {
+    VkittiLayoutOptions options;
+    read_options(request.options, options, "layout");
+    const std::string name =
+        request.sequence.empty() ? std::to_string(default_number(info_.sequence)) : request.sequence;
+    name_ = parse_vkitti2_name(name);
+    if (!name_.group.starts_with("Scene") || name_.variation.empty() ||
+        name_.variation.find('/') != std::string::npos) {
+      fail("sequence '{}': expected a scene and a variation, such as Scene18/clone", name);
+    }
+    folder_ = request.out / name_.group / name_.variation;
+    if (fs::exists(folder_)) {
+      fail("{}: {} is there already: remove it, or choose another folder or sequence", request.out.string(),
+           name_.text());
+    }
+    check_vkitti_poses(sequence);
+  }
+
+  std::string write() {
+    Channels channels = info_.channels;
+    channels.gray = channels.occlusion = false;
+    make_folders(channels);
+    const auto extents = write_vkitti_frames(sequence_, request_, channels,
+                                             [this](const Frame& frame) { write_frame(frame); });
+    write_cameras();
+    if (!sequence_.truth().camera.empty()) write_objects(extents);
+    put("colors.txt", encode_vkitti2_colors(vkitti2_categories()));
+    return fmt::format("vkitti2:{}#{}", request_.out.string(), name_.text());
+  }
+
+ private:
+  fs::path frames(const char* kind, int camera) const {
+    return folder_ / "frames" / kind / fmt::format("Camera_{}", camera);
+  }
+  void put(const char* file, const std::string& bytes) const { write_file(folder_ / file, bytes); }
+
+  void make_folders(Channels channels) const {
+    fs::create_directories(folder_);
+    const auto make = [&](bool wanted, const char* kind, int camera) {
+      if (wanted) fs::create_directories(frames(kind, camera));
+    };
+    make(channels.rgb, "rgb", kLeft);
+    make(channels.rgb_right, "rgb", kRight);
+    make(channels.depth, "depth", kLeft);
+    make(channels.flow, "forwardFlow", kLeft);
+    make(channels.backward_flow, "backwardFlow", kLeft);
+    make(channels.mask, "instanceSegmentation", kLeft);
+  }
+
+  void write_frame(const Frame& frame) const {
+    const auto name = [&](const char* prefix, const char* extension) {
+      return fmt::format("{}_{:05}.{}", prefix, frame.index, extension);
+    };
+    if (!frame.rgb.empty()) {
+      write_file(frames("rgb", kLeft) / name("rgb", "jpg"), encode_jpeg(frame.rgb));
+    }
+    if (!frame.rgb_right.empty()) {
+      write_file(frames("rgb", kRight) / name("rgb", "jpg"), encode_jpeg(frame.rgb_right));
+    }
+    if (!frame.depth_m.empty()) {
+      write_file(frames("depth", kLeft) / name("depth", "png"), encode_png(cm_from_depth(frame.depth_m)));
+    }
+    if (!frame.flow.empty()) {
+      write_file(frames("forwardFlow", kLeft) / name("flow", "png"),
+                 encode_png(vkitti_from_flow(frame.flow)));
+    }
+    if (!frame.backward_flow.empty()) {
+      write_file(frames("backwardFlow", kLeft) / name("backwardFlow", "png"),
+                 encode_png(vkitti_from_flow(frame.backward_flow)));
+    }
+    if (!frame.mask.empty()) {
+      write_file(frames("instanceSegmentation", kLeft) / name("instancegt", "png"),
+                 encode_instances(frame.mask));
+    }
+  }
+
+  void write_cameras() const {
+    const Trajectory& camera = sequence_.truth().camera;
+    const SE3 T_right_left(Eigen::Quaterniond::Identity(),
+                           {-info_.camera.bf / info_.camera.left.fx, 0.0, 0.0});
+    std::vector<Vkitti2Extrinsic> extrinsics;
+    std::vector<Vkitti2Intrinsic> intrinsics;
+    for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
+      for (const int id : {kLeft, kRight}) intrinsics.push_back({frame, id, info_.camera.left});
+      if (camera.empty()) continue;
+      const SE3 T_left_world = camera.pose(frame)->inverse();
+      extrinsics.push_back({frame, kLeft, T_left_world});
+      extrinsics.push_back({frame, kRight, T_right_left * T_left_world});
+    }
+    put("intrinsic.txt", encode_vkitti2_intrinsics(intrinsics));
+    if (!extrinsics.empty()) put("extrinsic.txt", encode_vkitti2_extrinsics(extrinsics));
+  }
+
+  void write_objects(const std::map<int, MaskExtents>& extents) const {
+    std::vector<Vkitti2Pose> poses;
+    std::vector<Vkitti2Box> boxes;
+    std::map<int, Vkitti2Info> infos;  // by track
+    for (const VkittiRow& row : vkitti_rows(sequence_, extents)) {
+      poses.push_back(to_pose(row, *sequence_.truth().camera.pose(row.frame)));
+      boxes.push_back(to_box(row));
+      infos.emplace(row.track, Vkitti2Info{row.track, row.type, "unknown", "unknown"});
+    }
+    std::vector<Vkitti2Info> info_rows;
+    for (const auto& [track, info] : infos) info_rows.push_back(info);
+    put("pose.txt", encode_vkitti2_poses(poses));
+    put("bbox.txt", encode_vkitti2_boxes(boxes));
+    put("info.txt", encode_vkitti2_infos(info_rows));
+  }
+
+  const Sequence& sequence_;
+  const SequenceInfo& info_;
+  const LayoutRequest& request_;
+  VkittiName name_;
+  fs::path folder_;
+};
+
+}  // namespace
+
+std::string write_vkitti2_layout(const Sequence& sequence, const LayoutRequest& request) {
+  return Writer(sequence, request).write();
+}
+
+}  // namespace sextant

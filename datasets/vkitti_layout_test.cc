@@ -1,0 +1,266 @@
+#include "sextant/datasets/vkitti_layout.h"
+
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/codec/vkitti1_text.h"
+#include "sextant/datasets/codec/vkitti2_text.h"
+#include "sextant/datasets/vkitti_testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Channels kMeasured{.depth = true, .flow = true, .mask = true};
+
+class VkittiLayouts : public testing::TestWithParam<const char*> {
+ protected:
+  std::string write(const Sequence& sequence, const std::string& name = "", int jobs = 2) const {
+    LayoutRequest request;
+    request.out = temp_.path() / "D";
+    request.sequence = name;
+    request.jobs = jobs;
+    request.quiet = true;
+    return find_layout(GetParam()).write(sequence, request);
+  }
+  bool first() const { return std::string(GetParam()) == "vkitti1"; }
+  TempFolder temp_;
+};
+
+void expect_same_truth(const Sequence& source, const Sequence& read, bool boxes, bool moving) {
+  for (int k = source.info().first_frame; k <= source.info().last_frame; ++k) {
+    ASSERT_TRUE(read.truth().camera.has(k));
+    EXPECT_LT((read.truth().camera.pose(k)->inverse() * *source.truth().camera.pose(k)).log().norm(), 1e-9);
+    const auto& expected = source.truth().objects.at(k);
+    const auto& got = read.truth().objects.at(k);
+    ASSERT_EQ(expected.size(), got.size()) << k;
+    for (size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(expected[i].id, got[i].id);
+      EXPECT_LT((got[i].T_camera_object.inverse() * expected[i].T_camera_object).log().norm(), 1e-9);
+      EXPECT_EQ(*expected[i].size_m, *got[i].size_m);
+      EXPECT_EQ(expected[i].type, got[i].type);
+      if (moving) {
+        EXPECT_EQ(expected[i].moving, got[i].moving);
+      }
+      if (!boxes) continue;
+      EXPECT_EQ(expected[i].left, got[i].left);
+      EXPECT_EQ(expected[i].top, got[i].top);
+      EXPECT_EQ(expected[i].right, got[i].right);
+      EXPECT_EQ(expected[i].bottom, got[i].bottom);
+    }
+  }
+}
+
+TEST_P(VkittiLayouts, SceneReadsBackAsItWasWritten) {
+  const auto source = open_with("synthetic:s18@0-3");
+  const std::string text = write(*source);
+  EXPECT_EQ(text, GetParam() + (":" + (temp_.path() / "D").string()) +
+                      (first() ? "#0018/clone" : "#Scene18/clone"));
+  const auto read = open_with(text);
+  const SequenceInfo& info = read->info();
+  EXPECT_EQ(info.first_frame, 0);
+  EXPECT_EQ(info.last_frame, 3);
+  EXPECT_EQ(info.width, 1242);
+  EXPECT_EQ(info.height, 375);
+  EXPECT_EQ(info.camera.left.fx, source->info().camera.left.fx);
+  EXPECT_NEAR(info.camera.bf, source->info().camera.bf, 1e-9);
+  read->check_files();
+
+  RoundTripErrors errors;
+  for (int k = 0; k <= 3; ++k) {
+    const Frame expected = source->read(k, kMeasured);
+    const Frame got = read->read(k, kMeasured);
+    EXPECT_EQ(expected.mask, got.mask);
+    compare_depth(expected.depth_m, got.depth_m, errors);
+    if (!expected.flow.empty()) compare_flow(expected.flow, got.flow, errors);
+    if (first()) {
+      EXPECT_EQ(source->read(k, {.rgb = true}).rgb, read->read(k, {.rgb = true}).rgb);
+    }
+  }
+  RecordProperty("depth_max_cm", fmt::format("{:.4f}", 100 * errors.depth_m));
+  RecordProperty("flow_max_steps", fmt::format("{:.4f}", errors.flow_steps));
+  EXPECT_GT(errors.n_depth, 1'000'000);
+  EXPECT_GT(errors.n_flow, 700'000);
+  EXPECT_LE(errors.depth_m, 0.005 * (1 + 1e-3));  // float32 beyond 100 m
+  EXPECT_LE(errors.flow_steps, 0.5 * (1 + 1e-2));
+  expect_same_truth(*source, *read, true, !first());
+}
+
+TEST_P(VkittiLayouts, EveryChannelReadsBack) {
+  const FormulaSequence source;
+  const auto read = open_with(write(source, "0001/fog"));
+  EXPECT_EQ(read->info().sequence, first() ? "0001/fog" : "Scene01/fog");
+  EXPECT_EQ(read->info().first_frame, 3);
+  EXPECT_TRUE(read->info().warnings.empty()) << read->info().warnings.front();
+  EXPECT_EQ(read->info().channels.rgb_right, !first());
+  EXPECT_EQ(read->info().channels.backward_flow, !first());
+  RoundTripErrors errors, backward;
+  const Channels all{.gray = true,
+                     .rgb = true,
+                     .rgb_right = true,
+                     .depth = true,
+                     .flow = true,
+                     .backward_flow = true,
+                     .mask = true};
+  for (int k = 3; k <= 6; ++k) {
+    const Frame expected = source.read(k, all);
+    const Frame got = read->read(k, all);
+    EXPECT_EQ(expected.mask, got.mask);
+    EXPECT_EQ(got.gray.empty(), false);
+    compare_depth(expected.depth_m, got.depth_m, errors);
+    EXPECT_EQ(got.flow.empty(), k == 6);
+    if (k < 6) compare_flow(expected.flow, got.flow, errors);
+    EXPECT_EQ(got.backward_flow.empty(), first() || k == 3);
+    if (!got.backward_flow.empty()) compare_flow(expected.backward_flow, got.backward_flow, backward);
+    if (first()) {
+      EXPECT_EQ(expected.rgb, got.rgb);
+      continue;
+    }
+    for (const auto& [a, b] : {std::pair{&expected.rgb, &got.rgb}, {&expected.rgb_right, &got.rgb_right}}) {
+      double worst = 0;
+      for (size_t i = 0; i < a->size(); ++i)
+        worst = std::max(worst, std::abs(1.0 * a->data()[i].r - b->data()[i].r));
+      EXPECT_LE(worst, 6);  // JPEG
+    }
+  }
+  EXPECT_LE(errors.depth_m, 0.005 * (1 + 1e-2));
+  EXPECT_LE(errors.flow_steps, 0.5 * (1 + 1e-2));
+  EXPECT_LE(backward.flow_steps, 0.5 * (1 + 1e-2));
+  EXPECT_EQ(backward.n_flow > 0, !first());
+  expect_same_truth(source, *read, false, true);
+  // The truth has no box: that of the mask.
+  const ObjectTruth& object = read->truth().objects.at(4)[0];
+  EXPECT_EQ(object.left, 204);
+  EXPECT_EQ(object.top, 100);
+  EXPECT_EQ(object.right, 299);
+  EXPECT_EQ(object.bottom, 149);
+}
+
+TEST_P(VkittiLayouts, BytesDoNotDependOnThreads) {
+  const FormulaSequence source({.last_frame = 4});
+  write(source, "0001/clone", 1);
+  const auto one = all_files(temp_.path() / "D");
+  fs::remove_all(temp_.path() / "D");
+  write(source, "0001/clone", 3);
+  EXPECT_EQ(one == all_files(temp_.path() / "D"), true);
+  EXPECT_GE(one.size(), 10u);
+}
+
+TEST_P(VkittiLayouts, ASecondSequenceMayJoinButNoneIsOverwritten) {
+  const FormulaSequence source({.first_frame = 3, .last_frame = 3});
+  write(source, "0001/clone");
+  write(source, "0001/rain");
+  expect_error([&] { write(source, "0001/rain"); }, "/rain is there already: remove it");
+}
+
+TEST_P(VkittiLayouts, TheDefaultNameIsTheNumber) {
+  const std::string text = write(FormulaSequence({.first_frame = 3, .last_frame = 3}));
+  EXPECT_THAT(text, testing::EndsWith(first() ? "#0018/clone" : "#Scene18/clone"));
+}
+
+TEST_P(VkittiLayouts, WhatCannotBeWritten) {
+  FormulaSequence hole;
+  Trajectory camera;
+  for (const int k : {3, 4, 6}) camera.set(k, *hole.truth().camera.pose(k));
+  hole.change_truth().camera = camera;
+  expect_error([&] { write(hole, "0001"); }, "formula:f18 frame 5: no true camera pose");
+  hole.change_truth().camera = Trajectory();
+  expect_error([&] { write(hole, "0001"); },
+               "formula:f18 frame 3: it has true objects, but no true camera poses");
+  expect_error([&] { write(FormulaSequence({.size = false}), "0002"); },
+               "formula:f18 frame 3: object 3 has no box size");
+  FormulaSequence words({.last_frame = 3});
+  words.change_truth().objects.at(3)[0].type = "big car";
+  expect_error([&] { write(words, "0003"); }, "has the type 'big car': the layout needs one word");
+  expect_error([&] { write(hole, "first/clone"); }, "sequence 'first/clone': expected");
+  LayoutRequest request;
+  request.options["qality"] = 3;
+  expect_error([&] { find_layout(GetParam()).write(hole, request); }, "unknown option key 'layout.qality'");
+}
+
+TEST_P(VkittiLayouts, WithoutTruthThereIsNoText) {
+  const auto read = open_with(write(FormulaSequence({.last_frame = 4, .truth = false}), "0001"));
+  EXPECT_TRUE(read->truth().camera.empty());
+  EXPECT_TRUE(read->truth().objects.empty());
+  EXPECT_FALSE(read->info().warnings.empty());
+  EXPECT_EQ(read->read(3, {.mask = true}).mask(250, 120), 3);
+}
+
+TEST_P(VkittiLayouts, MovingComesFromThePosesWhenItIsUnknown) {
+  FormulaSequence source({.first_frame = 3, .last_frame = 5});
+  SequenceTruth& truth = source.change_truth();
+  const SE3 T_world_object = *truth.camera.pose(3) * truth.objects.at(3)[0].T_camera_object;
+  for (const int k : {3, 4}) {  // rests to frame 4, then moves
+    truth.objects.at(k)[0].T_camera_object = truth.camera.pose(k)->inverse() * T_world_object;
+  }
+  for (auto& [frame, objects] : truth.objects) objects[0].moving.reset();
+  const auto read = open_with(write(source, "0001"));
+  EXPECT_EQ(read->truth().find(3, 3)->moving, false);
+  EXPECT_EQ(read->truth().find(4, 3)->moving, true);
+  EXPECT_EQ(read->truth().find(5, 3)->moving, true);  // the last: as from the one before
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, VkittiLayouts, testing::Values("vkitti1", "vkitti2"));
+
+TEST(Vkitti1Layout, OnlyItsOwnCamera) {
+  FormulaSequence source;
+  source.change_info().camera.left.fx = 721;
+  expect_error([&] { write_vkitti1_layout(source, {}); }, "has no place for a camera other than f = 725");
+}
+
+TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
+  TempFolder temp;
+  LayoutRequest request;
+  request.out = temp.path();
+  request.sequence = "0001/clone";
+  request.quiet = true;
+  write_vkitti1_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 1}), request);
+  const auto files = all_files(temp.path());
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : files) names.push_back(name);
+  EXPECT_THAT(names,
+              testing::UnorderedElementsAre(
+                  "vkitti_1.3.1_rgb/0001/clone/00003.png", "vkitti_1.3.1_rgb/0001/clone/00004.png",
+                  "vkitti_1.3.1_depthgt/0001/clone/00003.png", "vkitti_1.3.1_depthgt/0001/clone/00004.png",
+                  "vkitti_1.3.1_flowgt/0001/clone/00003.png", "vkitti_1.3.1_scenegt/0001/clone/00003.png",
+                  "vkitti_1.3.1_scenegt/0001/clone/00004.png",
+                  "vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt",
+                  "vkitti_1.3.1_extrinsicsgt/0001_clone.txt", "vkitti_1.3.1_motgt/0001_clone.txt"));
+  EXPECT_THAT(files.at("vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt"),
+              testing::StartsWith("Category(:id) r g b\nMisc 80 80 80\nVan:0 "));
+  const auto objects = decode_vkitti1_objects(files.at("vkitti_1.3.1_motgt/0001_clone.txt"), "motgt");
+  EXPECT_EQ(objects[0].occupr, 1);  // the mask is a full rectangle
+  EXPECT_EQ(objects[0].occluded, 0);
+  EXPECT_EQ(objects[0].tid, 0);
+}
+
+TEST(Vkitti2Layout, FilesHaveTheirOfficialNames) {
+  TempFolder temp;
+  LayoutRequest request;
+  request.out = temp.path();
+  request.sequence = "Scene01/clone";
+  request.quiet = true;
+  write_vkitti2_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 300}), request);
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : all_files(temp.path() / "Scene01/clone")) names.push_back(name);
+  EXPECT_THAT(names, testing::UnorderedElementsAre(
+                         "extrinsic.txt", "intrinsic.txt", "pose.txt", "bbox.txt", "info.txt", "colors.txt",
+                         "frames/rgb/Camera_0/rgb_00003.jpg", "frames/rgb/Camera_0/rgb_00004.jpg",
+                         "frames/rgb/Camera_1/rgb_00003.jpg", "frames/rgb/Camera_1/rgb_00004.jpg",
+                         "frames/depth/Camera_0/depth_00003.png", "frames/depth/Camera_0/depth_00004.png",
+                         "frames/forwardFlow/Camera_0/flow_00003.png",
+                         "frames/backwardFlow/Camera_0/backwardFlow_00004.png",
+                         "frames/instanceSegmentation/Camera_0/instancegt_00003.png",
+                         "frames/instanceSegmentation/Camera_0/instancegt_00004.png"));
+  const auto mask = open_with("vkitti2:" + temp.path().string() + "#Scene01")->read(3, {.mask = true}).mask;
+  EXPECT_EQ(mask(250, 120), 300);  // beyond 8 bit
+  const auto poses = decode_vkitti2_poses(read_file(temp.path() / "Scene01/clone/pose.txt"), "pose.txt");
+  const FormulaSequence source;
+  const Eigen::Vector3d world =
+      (*source.truth().camera.pose(3) * source.truth().objects.at(3)[0].T_camera_object).translation();
+  EXPECT_NEAR(poses[0].world_x, world.x(), 1e-9);
+  EXPECT_NEAR(poses[0].world_y, world.y(), 1e-9);
+  EXPECT_NEAR(poses[0].world_z, world.z(), 1e-9);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,189 @@
+#include "sextant/datasets/vkitti_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
+
+namespace sextant {
+namespace {
+
+constexpr double kMovingStep_m = 0.01;
+constexpr double kNearest_m = 0.1;
+
+std::string where(const Sequence& sequence, int frame) {
+  return fmt::format("{}:{} frame {}", sequence.info().dataset, sequence.info().sequence, frame);
+}
+
+// What points beyond the image's outermost pixels is no measurement in the data set.
+void drop_leaving(Image<Flow>& flow) {
+  for (int y = 0; y < flow.height(); ++y) {
+    for (int x = 0; x < flow.width(); ++x) {
+      Flow& f = flow(x, y);
+      const float u = static_cast<float>(x) + f.u;
+      const float v = static_cast<float>(y) + f.v;
+      const bool inside = u >= 0 && v >= 0 && u <= static_cast<float>(flow.width() - 1) &&
+                          v <= static_cast<float>(flow.height() - 1);
+      if (!inside) f = {};
+    }
+  }
+}
+
+std::optional<bool> moved(const SequenceTruth& truth, int id, int from, int to) {
+  const ObjectTruth* a = truth.find(from, id);
+  const ObjectTruth* b = truth.find(to, id);
+  const auto T_world_from = truth.camera.pose(from);
+  const auto T_world_to = truth.camera.pose(to);
+  if (a == nullptr || b == nullptr || !T_world_from || !T_world_to) return std::nullopt;
+  const Eigen::Vector3d step =
+      *T_world_to * b->T_camera_object.translation() - *T_world_from * a->T_camera_object.translation();
+  return step.norm() > kMovingStep_m;
+}
+
+bool is_moving(const SequenceTruth& truth, const ObjectTruth& object, int frame) {
+  if (object.moving) return *object.moving;
+  const auto next = moved(truth, object.id, frame, frame + 1);
+  return next ? *next : moved(truth, object.id, frame - 1, frame).value_or(false);
+}
+
+// Share of the projected 3-D box's rectangle outside of the image. Corners nearer than kNearest_m are taken
+// there.
+double truncation(const SequenceInfo& info, const ObjectTruth& object) {
+  Eigen::AlignedBox2d box;
+  const Eigen::Vector3d& size = *object.size_m;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d p = object.T_camera_object * Eigen::Vector3d((corner & 1 ? 0.5 : -0.5) * size.x(),
+                                                                 corner & 2 ? -size.y() : 0.0,
+                                                                 (corner & 4 ? 0.5 : -0.5) * size.z());
+    p.z() = std::max(p.z(), kNearest_m);
+    box.extend(info.camera.left.project(p));
+  }
+  const Eigen::AlignedBox2d image(Eigen::Vector2d(-0.5, -0.5),
+                                  Eigen::Vector2d(info.width - 0.5, info.height - 0.5));
+  const Eigen::AlignedBox2d seen = box.intersection(image);
+  if (seen.isEmpty() || !(box.volume() > 0)) return 1;
+  return 1 - seen.volume() / box.volume();
+}
+
+bool has_box(const ObjectTruth& object) { return object.left && object.top && object.right && object.bottom; }
+
+void check_object(const std::string& where, const ObjectTruth& object) {
+  if (!object.size_m) {
+    fail("{}: object {} has no box size, which the layout needs: take a source whose truth has it", where,
+         object.id);
+  }
+  if (object.type.find_first_of(" \t") != std::string::npos) {
+    fail("{}: object {} has the type '{}': the layout needs one word", where, object.id, object.type);
+  }
+}
+
+VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& object, const MaskExtent& extent) {
+  check_object(where(sequence, frame), object);
+  VkittiRow row;
+  row.frame = frame;
+  row.track = object.id - 1;
+  row.object = &object;
+  row.angles = vkitti_angles(object.T_camera_object.rotation());
+  const Eigen::Vector3d& p = object.T_camera_object.translation();
+  row.alpha_rad = std::remainder(row.angles.ry - std::atan2(p.x(), p.z()), 2 * std::numbers::pi);
+  const bool known = has_box(object);
+  row.left = known ? *object.left : extent.left;
+  row.top = known ? *object.top : extent.top;
+  row.right = known ? *object.right : extent.right;
+  row.bottom = known ? *object.bottom : extent.bottom;
+  row.n_pixels = extent.n_pixels;
+  row.truncation = truncation(sequence.info(), object);
+  const double area = (row.right - row.left + 1) * (row.bottom - row.top + 1);
+  row.occupancy = area > 0 ? std::clamp(extent.n_pixels / area, 0.0, 1.0) : 0.0;
+  row.moving = is_moving(sequence.truth(), object, frame);
+  row.type = object.type.empty() ? "Car" : object.type;
+  return row;
+}
+
+}  // namespace
+
+MaskExtents mask_extents(const Image<uint16_t>& mask) {
+  MaskExtents extents;
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width();) {
+      const uint16_t id = mask(x, y);
+      const int begin = x;
+      while (x < mask.width() && mask(x, y) == id) ++x;
+      if (id == 0) continue;
+      MaskExtent& e = extents.try_emplace(id, MaskExtent{begin, y, x - 1, y, 0}).first->second;
+      e.left = std::min(e.left, begin);
+      e.right = std::max(e.right, x - 1);
+      e.bottom = y;
+      e.n_pixels += x - begin;
+    }
+  }
+  return extents;
+}
+
+std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents) {
+  const SequenceInfo& info = sequence.info();
+  std::vector<VkittiRow> rows;
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    const auto objects = sequence.truth().objects.find(frame);
+    if (objects == sequence.truth().objects.end()) continue;
+    const auto shown = extents.find(frame);
+    for (const ObjectTruth& object : objects->second) {
+      const bool has_extent = shown != extents.end() && shown->second.contains(object.id);
+      if (!has_extent && !has_box(object)) continue;
+      rows.push_back(
+          make_row(sequence, frame, object, has_extent ? shown->second.at(object.id) : MaskExtent{}));
+    }
+  }
+  return rows;
+}
+
+Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
+  auto flow = channels.flow ? sequence.true_flow(frame) : std::nullopt;
+  auto depth = channels.depth ? sequence.true_depth(frame) : std::nullopt;
+  if (flow) channels.flow = false;
+  if (depth) channels.depth = false;
+  Frame out = sequence.read(frame, channels);
+  if (flow) out.flow = std::move(*flow);
+  if (depth) out.depth_m = std::move(*depth);
+  drop_leaving(out.flow);
+  drop_leaving(out.backward_flow);
+  return out;
+}
+
+std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
+                                               Channels channels,
+                                               const std::function<void(const Frame&)>& write) {
+  const SequenceInfo& info = sequence.info();
+  const int n = info.last_frame - info.first_frame + 1;
+  std::vector<MaskExtents> extents(static_cast<size_t>(n));
+  Progress progress("frames", n, request.quiet);
+  parallel_for(n, request.jobs, [&](int i) {
+    const Frame frame = vkitti_frame(sequence, info.first_frame + i, channels);
+    extents[static_cast<size_t>(i)] = mask_extents(frame.mask);
+    write(frame);
+    progress.advance();
+  });
+  std::map<int, MaskExtents> by_frame;
+  for (int i = 0; i < n; ++i) by_frame[info.first_frame + i] = std::move(extents[static_cast<size_t>(i)]);
+  return by_frame;
+}
+
+void check_vkitti_poses(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  const Trajectory& camera = sequence.truth().camera;
+  if (camera.empty()) {
+    if (sequence.truth().objects.empty()) return;
+    fail("{}: it has true objects, but no true camera poses, which the layout needs",
+         where(sequence, info.first_frame));
+  }
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    if (!camera.has(frame)) {
+      fail("{}: no true camera pose, although other frames have one: choose other frames with @first-last",
+           where(sequence, frame));
+    }
+  }
+}
+
+}  // namespace sextant

@@ -1,0 +1,56 @@
+#pragma once
+
+// What the writers of Virtual KITTI layouts share (vkitti_layout.h): the frames' pixels, and the numbers that
+// both releases have of an object.
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sextant/datasets/codec/vkitti_box.h"
+#include "sextant/datasets/layout.h"
+
+namespace sextant {
+
+/// What a mask shows of one id.
+struct MaskExtent {
+  int left = 0, top = 0, right = 0, bottom = 0;  ///< px, inclusive
+  int n_pixels = 0;
+};
+using MaskExtents = std::map<int, MaskExtent>;
+
+/// Of all ids but 0.
+MaskExtents mask_extents(const Image<uint16_t>& mask);
+
+/// One object in one frame.
+struct VkittiRow {
+  int frame = 0;
+  int track = 0;  ///< id - 1
+  const ObjectTruth* object = nullptr;
+  VkittiAngles angles;
+  double alpha_rad = 0;
+  double left = 0, top = 0, right = 0, bottom = 0;
+  int n_pixels = 0;
+  double truncation = 0;
+  double occupancy = 0;
+  bool moving = false;
+  std::string type;  ///< "Car" when the truth has none
+};
+
+/// In order of frame and id. `extents` by frame.
+std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents);
+
+/// What a layout can hold of a frame; flow that leaves the image is invalid already.
+Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels);
+
+/// Calls write(frame) for all frames in parallel with a progress line; returns the extents of their masks.
+std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
+                                               Channels channels,
+                                               const std::function<void(const Frame&)>& write);
+
+/// Throws Error unless all frames have a true camera pose, or none.
+void check_vkitti_poses(const Sequence& sequence);
+
+}  // namespace sextant

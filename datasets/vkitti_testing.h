@@ -1,0 +1,181 @@
+#pragma once
+
+// Test helper: a sequence with every channel that a Virtual KITTI layout has, made from formulas (it shows no
+// scene), to be written and read back.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/layout.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+
+namespace sextant {
+
+struct FormulaOptions {
+  int first_frame = 3;
+  int last_frame = 6;
+  int id = 3;  ///< of its only object
+  bool truth = true;
+  bool size = true;  ///< truth has box sizes
+};
+
+class FormulaSequence final : public Sequence {
+ public:
+  explicit FormulaSequence(const FormulaOptions& options = {}) : options_(options) {
+    info_.dataset = "formula";
+    info_.sequence = "f18";
+    info_.camera = {{725, 725, 620.5, 187}, 725 * 0.532725};
+    info_.rate_hz = 10;
+    info_.width = 1242;
+    info_.height = 375;
+    info_.first_frame = options.first_frame;
+    info_.last_frame = options.last_frame;
+    info_.channels = {.gray = true,
+                      .rgb = true,
+                      .rgb_right = true,
+                      .depth = true,
+                      .flow = true,
+                      .backward_flow = true,
+                      .mask = true};
+    if (options.truth) make_truth();
+  }
+
+  const SequenceInfo& info() const override { return info_; }
+  const SequenceTruth& truth() const override { return truth_; }
+  void check_files() const override {}
+  SequenceInfo& change_info() { return info_; }
+  SequenceTruth& change_truth() { return truth_; }
+
+  Frame read(int frame, Channels channels) const override {
+    Frame out;
+    out.index = frame;
+    if (channels.rgb) out.rgb = picture(frame);
+    if (channels.rgb_right) out.rgb_right = picture(frame + 50);
+    if (channels.depth) out.depth_m = depth(frame);
+    if (channels.flow && frame != info_.last_frame) out.flow = flow(1 + 0.1 * frame);
+    if (channels.backward_flow && frame != info_.first_frame) out.backward_flow = flow(-1 - 0.1 * frame);
+    if (channels.mask) {
+      out.mask = Image<uint16_t>(info_.width, info_.height);
+      for (int y = 100; y < 150; ++y) {
+        for (int x = 200 + frame; x < 300; ++x) out.mask(x, y) = static_cast<uint16_t>(options_.id);
+      }
+    }
+    return out;
+  }
+
+ private:
+  // Smooth, so that JPEG keeps it to a few levels.
+  Image<Rgb> picture(int k) const {
+    Image<Rgb> image(info_.width, info_.height);
+    for (int y = 0; y < info_.height; ++y) {
+      for (int x = 0; x < info_.width; ++x) {
+        image(x, y) = {static_cast<uint8_t>(x / 8 + k), static_cast<uint8_t>(y / 2),
+                       static_cast<uint8_t>(2 * k)};
+      }
+    }
+    return image;
+  }
+
+  Image<float> depth(int frame) const {
+    Image<float> image(info_.width, info_.height);
+    for (int y = 0; y < info_.height; ++y) {
+      for (int x = 0; x < info_.width; ++x) {
+        image(x, y) = y < 40 ? NAN : static_cast<float>(2 + 0.0137 * x + 1.7 * y + frame);  // up to 660 m
+      }
+    }
+    return image;
+  }
+
+  Image<Flow> flow(double scale) const {
+    Image<Flow> image(info_.width, info_.height);
+    for (int y = 40; y < info_.height; ++y) {
+      for (int x = 0; x < info_.width; ++x) {
+        image(x, y) = {static_cast<float>(scale * 0.1 * (x - 600)),
+                       static_cast<float>(scale * 0.2 * (y - 180))};
+      }
+    }
+    return image;
+  }
+
+  void make_truth() {
+    for (int k = info_.first_frame; k <= info_.last_frame; ++k) {
+      truth_.camera.set(
+          k, SE3::exp((Vector6d() << 100 + 0.2 * k, -107, 0.7 * k, 0.01, 2 - 0.05 * k, 0.03).finished()));
+      ObjectTruth object;
+      object.id = options_.id;
+      object.T_camera_object =
+          SE3::exp((Vector6d() << -3 + 0.1 * k, 1.5, 12.0 + k, 0.02, 0.4 * k, -0.03).finished());
+      if (options_.size) object.size_m = Eigen::Vector3d(1.7, 1.5, 4.25);
+      object.type = "Van";
+      object.moving = k % 2 == 0;
+      truth_.objects[k].push_back(object);
+    }
+  }
+
+  FormulaOptions options_;
+  SequenceInfo info_;
+  SequenceTruth truth_;
+};
+
+inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json& options = Json::object()) {
+  SourceSpec spec = SourceSpec::parse(source);
+  spec.options = options;
+  return open_source(spec);
+}
+
+/// All files below a folder, by relative path.
+inline std::map<std::string, std::string> all_files(const std::filesystem::path& root) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    if (!entry.is_regular_file()) continue;
+    files[std::filesystem::relative(entry.path(), root).string()] = read_file(entry.path());
+  }
+  return files;
+}
+
+/// What is lost on the way through a layout's files.
+struct RoundTripErrors {
+  double depth_m = 0;
+  double flow_steps = 0;  ///< in steps of the format, 2 (w-1) / 65535 and 2 (h-1) / 65535 px
+  int n_depth = 0, n_flow = 0;
+};
+
+inline void compare_depth(const Image<float>& expected, const Image<float>& got, RoundTripErrors& errors) {
+  ASSERT_EQ(expected.width(), got.width());
+  ASSERT_EQ(expected.height(), got.height());
+  for (size_t i = 0; i < expected.size(); ++i) {
+    const float z = expected.data()[i];
+    const bool representable = std::isfinite(z) && z < 655.34f;
+    ASSERT_EQ(std::isfinite(got.data()[i]), representable) << z;
+    if (!representable) continue;
+    errors.depth_m = std::max(errors.depth_m, static_cast<double>(std::abs(got.data()[i] - z)));
+    ++errors.n_depth;
+  }
+}
+
+inline void compare_flow(const Image<Flow>& expected, const Image<Flow>& got, RoundTripErrors& errors) {
+  ASSERT_EQ(expected.width(), got.width());
+  ASSERT_EQ(expected.height(), got.height());
+  const double w = expected.width() - 1;
+  const double h = expected.height() - 1;
+  for (int y = 0; y < expected.height(); ++y) {
+    for (int x = 0; x < expected.width(); ++x) {
+      const Flow f = expected(x, y);
+      const float u = static_cast<float>(x) + f.u;
+      const float v = static_cast<float>(y) + f.v;
+      const bool representable = f.valid() && u >= 0 && v >= 0 && u <= w && v <= h;
+      ASSERT_EQ(got(x, y).valid(), representable) << x << ", " << y;
+      if (!representable) continue;
+      errors.flow_steps = std::max({errors.flow_steps, std::abs(got(x, y).u - f.u) / (2 * w / 65535),
+                                    std::abs(got(x, y).v - f.v) / (2 * h / 65535)});
+      ++errors.n_flow;
+    }
+  }
+}
+
+}  // namespace sextant
