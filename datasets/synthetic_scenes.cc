@@ -1,5 +1,7 @@
 #include "sextant/datasets/synthetic_scenes.h"
 
+#include <mutex>
+
 #include "sextant/datasets/frame_range.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
@@ -7,7 +9,7 @@ namespace sextant {
 namespace {
 
 // Raised whenever any pixel or pose of a scenario changes.
-constexpr const char* version = "synthetic scenes version 1";
+constexpr const char* version = "synthetic scenes version 2";
 
 class RenderedSequence final : public Sequence {
  public:
@@ -23,14 +25,24 @@ class RenderedSequence final : public Sequence {
     info_.rate_hz = scenario.rate_hz;
     info_.width = scenario.width;
     info_.height = scenario.height;
-    info_.channels = {.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
+    info_.channels = {.gray = true,
+                      .rgb = true,
+                      .rgb_right = true,
+                      .depth = true,
+                      .flow = true,
+                      .backward_flow = true,
+                      .mask = true,
+                      .occlusion = true};
     info_.provenance = {std::string("images: rendered, ") + version, "depth: rendered, exact",
                         "flow: rendered, exact", "masks: rendered, exact"};
-    truth_ = renderer_.truth(info_.first_frame, info_.last_frame);
   }
 
   const SequenceInfo& info() const override { return info_; }
-  const SequenceTruth& truth() const override { return truth_; }
+  /// Found when first asked for: which objects are seen takes the geometry of every frame.
+  const SequenceTruth& truth() const override {
+    std::call_once(truth_once_, [&] { truth_ = renderer_.truth(info_.first_frame, info_.last_frame); });
+    return truth_;
+  }
   Frame read(int frame, Channels channels) const override {
     check_frame(info_, frame, name());
     return renderer_.render(frame, channels);
@@ -48,7 +60,8 @@ class RenderedSequence final : public Sequence {
 
   synthetic::Renderer renderer_;
   SequenceInfo info_;
-  SequenceTruth truth_;
+  mutable std::once_flag truth_once_;
+  mutable SequenceTruth truth_;
 };
 
 }  // namespace

@@ -2,185 +2,250 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <mutex>
 
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/synthetic/shading.h"
-#include "sextant/datasets/synthetic/view.h"
+#include "sextant/datasets/synthetic/painter.h"
 
 namespace sextant::synthetic {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr double kNearestFlow_m = 0.1;
 
-/// Eight places in a pixel, one in each row and column of an 8x8 grid; those near the centre first.
-constexpr std::array<std::array<double, 2>, 8> kSubpixels = {{{-0.0625, 0.0625},
-                                                              {0.1875, -0.1875},
-                                                              {-0.1875, -0.3125},
-                                                              {0.3125, 0.1875},
-                                                              {-0.4375, -0.0625},
-                                                              {-0.3125, 0.3125},
-                                                              {0.0625, 0.4375},
-                                                              {0.4375, -0.4375}}};
-
-uint8_t to_byte(float value) {
-  // Display curve: a little contrast, highlights roll off.
-  const float x = std::clamp(value, 0.0F, 4.0F);
-  const float curved = x / (x + 0.35F) * 1.28F;
-  return static_cast<uint8_t>(std::min(255.0F * curved + 0.5F, 255.0F));
+std::vector<Mesh> meshes_of(const Scenario& scenario) {
+  std::vector<Mesh> meshes = {scenario.world};
+  for (const Actor& actor : scenario.actors) meshes.push_back(make_car(actor.shape));
+  return meshes;
 }
 
-Rgb to_rgb(const Vector3f& colour) { return {to_byte(colour.x()), to_byte(colour.y()), to_byte(colour.z())}; }
+/// The views of the last few frames.
+class Views {
+ public:
+  template <typename Make>
+  std::shared_ptr<const View> get(int frame, const Make& make) {
+    {
+      const std::lock_guard lock(mutex_);
+      for (const auto& view : views_) {
+        if (view->frame == frame) return view;
+      }
+    }
+    std::shared_ptr<const View> view = make();  // two threads may make the same one
+    const std::lock_guard lock(mutex_);
+    views_.push_back(view);
+    if (views_.size() > kKept) views_.pop_front();
+    return view;
+  }
+
+ private:
+  static constexpr size_t kKept = 6;
+  std::mutex mutex_;
+  std::deque<std::shared_ptr<const View>> views_;
+};
+
+/// Where the points of every body are for another camera at another time.
+class Reprojection {
+ public:
+  Reprojection(const Scenario& scenario, const Bodies& bodies, const View& from, const View& to)
+      : camera_(scenario.camera.left), bodies_(bodies), from_(from), motions_(from.T_camera_body.size()) {
+    for (size_t i = 0; i < motions_.size(); ++i) {
+      if (!from.T_camera_body[i] || !to.T_camera_body[i]) continue;
+      const SE3 T_to_from = *to.T_camera_body[i] * from.T_camera_body[i]->inverse();
+      motions_[i] = {true, T_to_from.rotation().toRotationMatrix(), T_to_from.translation()};
+    }
+  }
+
+  struct Target {
+    bool known = false;  ///< the body is there
+    Vector3d point;      ///< camera coordinates
+    double x = 0, y = 0;
+    bool ahead() const { return point.z() >= kNearestFlow_m; }
+  };
+  Target operator()(int x, int y, uint32_t surface) const {
+    Target target;
+    if (surface == Bodies::kSky) return target;
+    const Motion& motion = motions_[bodies_.body_of(surface)];
+    if (!motion.known) return target;
+    const Vector3d ray = camera_.ray(x, y);
+    const auto stored_m = static_cast<double>(static_cast<float>(from_.surfaces.depth_m(surface, ray)));
+    target.known = true;
+    target.point = motion.R * (stored_m * ray) + motion.t;
+    const double per_z = 1 / target.point.z();
+    target.x = camera_.fx * target.point.x() * per_z + camera_.cx;
+    target.y = camera_.fy * target.point.y() * per_z + camera_.cy;
+    return target;
+  }
+
+ private:
+  struct Motion {
+    bool known = false;
+    Eigen::Matrix3d R;
+    Vector3d t;
+  };
+  PinholeCamera camera_;
+  const Bodies& bodies_;
+  const View& from_;
+  std::vector<Motion> motions_;
+};
 
 }  // namespace
 
-Renderer::Renderer(Scenario scenario) : scenario_(std::move(scenario)) {
-  scenario_.check();
-  std::vector<Mesh> meshes;
-  meshes.push_back(scenario_.world);
-  for (const Actor& actor : scenario_.actors) meshes.push_back(make_car(actor.shape));
-  bodies_ = std::make_unique<Bodies>(std::move(meshes));
+struct Renderer::Parts {
+  Scenario scenario;
+  Bodies bodies;
+  ShadowCasters casters;
+  Views views;
+
+  explicit Parts(Scenario given) : scenario(std::move(given)), bodies(meshes_of(scenario)), casters(bodies) {}
+
+  std::shared_ptr<const View> view(int frame) {
+    return views.get(frame, [&] { return std::make_shared<const View>(scenario, bodies, frame, 0.0); });
+  }
+  Image<Rgb> rgb(const View& v) const { return paint(bodies, casters, v, scenario.camera.left); }
+  Image<Rgb> rgb_right(int frame) const {
+    return rgb(View(scenario, bodies, frame, scenario.camera.bf / scenario.camera.left.fx));
+  }
+  Image<float> depth(const View& v) const;
+  Image<uint16_t> mask(const View& v) const;
+  Image<Flow> flow(const View& from, const View& to) const;
+  Image<Occlusion> occlusion(const View& from, const View& to) const;
+
+  template <typename T, typename Function>
+  Image<T> each_pixel(const Function& function) const {
+    Image<T> image(scenario.width, scenario.height);
+    for (int y = 0; y < scenario.height; ++y) {
+      for (int x = 0; x < scenario.width; ++x) image(x, y) = function(x, y);
+    }
+    return image;
+  }
+};
+
+Image<float> Renderer::Parts::depth(const View& v) const {
+  return each_pixel<float>([&](int x, int y) {
+    const uint32_t surface = v.seen(x, y);
+    if (surface == Bodies::kSky) return NAN;
+    return static_cast<float>(v.surfaces.depth_m(surface, scenario.camera.left.ray(x, y)));
+  });
 }
 
-Renderer::View Renderer::view(int frame) const {
-  SEXTANT_CHECK(frame >= 0 && frame < scenario_.n_frames());
-  View out;
-  out.frame = frame;
-  out.T_world_camera = scenario_.T_world_camera[frame];
-  const SE3 T_camera_world = out.T_world_camera.inverse();
-  out.T_camera_body.emplace_back(T_camera_world);
-  for (const Actor& actor : scenario_.actors) {
-    const std::optional<SE3>& T_world_object = actor.T_world_object[frame];
-    out.T_camera_body.push_back(T_world_object ? std::optional(T_camera_world * *T_world_object)
-                                               : std::nullopt);
-  }
-  out.scene = std::make_unique<RayScene>(*bodies_, out.T_camera_body, T_camera_world.rotation() * to_sun());
-  return out;
+Image<uint16_t> Renderer::Parts::mask(const View& v) const {
+  return each_pixel<uint16_t>([&](int x, int y) -> uint16_t {
+    const uint32_t body = v.seen(x, y) == Bodies::kSky ? 0 : bodies.body_of(v.seen(x, y));
+    return body == 0 ? 0 : static_cast<uint16_t>(scenario.actors[body - 1].id);
+  });
 }
+
+Image<Flow> Renderer::Parts::flow(const View& from, const View& to) const {
+  const Reprojection reproject(scenario, bodies, from, to);
+  return each_pixel<Flow>([&](int x, int y) {
+    const auto target = reproject(x, y, from.seen(x, y));
+    if (!target.known || !target.ahead()) return Flow{};
+    return Flow{static_cast<float>(target.x - x), static_cast<float>(target.y - y)};
+  });
+}
+
+Image<Occlusion> Renderer::Parts::occlusion(const View& from, const View& to) const {
+  const Reprojection reproject(scenario, bodies, from, to);
+  return each_pixel<Occlusion>([&](int x, int y) {
+    const uint32_t surface = from.seen(x, y);
+    const auto target = reproject(x, y, surface);
+    if (!target.known) return Occlusion::unknown;
+    if (!target.ahead() || target.x < -0.5 || target.y < -0.5 || target.x >= scenario.width - 0.5 ||
+        target.y >= scenario.height - 0.5) {
+      return Occlusion::outside;
+    }
+    const Vector3d ray = target.point / target.point.z();
+    const double tolerance_m = std::max(0.03, 0.005 * target.point.z());
+    const int x0 = static_cast<int>(std::floor(target.x)), y0 = static_cast<int>(std::floor(target.y));
+    for (int j = std::max(y0, 0); j <= std::min(y0 + 1, scenario.height - 1); ++j) {
+      for (int i = std::max(x0, 0); i <= std::min(x0 + 1, scenario.width - 1); ++i) {
+        const uint32_t other = to.seen(i, j);
+        if (other == surface) return Occlusion::visible;
+        if (other == Bodies::kSky || bodies.body_of(other) != bodies.body_of(surface)) continue;
+        if (std::abs(to.surfaces.depth_m(other, ray) - target.point.z()) < tolerance_m) {
+          return Occlusion::visible;
+        }
+      }
+    }
+    return Occlusion::hidden;
+  });
+}
+
+Renderer::Renderer(Scenario scenario) {
+  scenario.check();
+  parts_ = std::make_unique<Parts>(std::move(scenario));
+}
+
+Renderer::~Renderer() = default;
+
+const Scenario& Renderer::scenario() const { return parts_->scenario; }
 
 Frame Renderer::render(int frame, const Channels& channels) const {
+  SEXTANT_CHECK(frame >= 0 && frame < scenario().n_frames());
   Frame out;
   out.index = frame;
-  if (!channels.gray && !channels.rgb && !channels.depth && !channels.flow && !channels.mask) return out;
-  render_geometry(view(frame), out, channels);
+  const bool colours = channels.gray || channels.rgb;
+  if (channels.rgb_right) out.rgb_right = parts_->rgb_right(frame);
+  if (!colours && !channels.depth && !channels.flow && !channels.backward_flow && !channels.mask &&
+      !channels.occlusion) {
+    return out;
+  }
+  const std::shared_ptr<const View> view = parts_->view(frame);
+  if (colours) out.rgb = parts_->rgb(*view);
+  if (channels.gray) out.gray = rgb_to_gray(out.rgb);
+  if (!channels.rgb) out.rgb = {};
+  if (channels.depth) out.depth_m = parts_->depth(*view);
+  if (channels.mask) out.mask = parts_->mask(*view);
+  if ((channels.flow || channels.occlusion) && frame + 1 < scenario().n_frames()) {
+    const std::shared_ptr<const View> next = parts_->view(frame + 1);
+    if (channels.flow) out.flow = parts_->flow(*view, *next);
+    if (channels.occlusion) out.occlusion = parts_->occlusion(*view, *next);
+  }
+  if (channels.backward_flow && frame > 0) {
+    out.backward_flow = parts_->flow(*view, *parts_->view(frame - 1));
+  }
   return out;
 }
 
-void Renderer::render_geometry(const View& view, Frame& out, const Channels& channels) const {
-  const PinholeCamera pinhole = scenario_.camera.left;
-  const bool colours = channels.gray || channels.rgb;
-  std::vector<Hit> hits(static_cast<size_t>(scenario_.width) * scenario_.height);
-  RayScene::Directions rays;
-  RayScene::Hits found;
-  for (int y = 0; y < scenario_.height; ++y) {
-    for (int x = 0; x < scenario_.width; x += RayScene::kWidth) {
-      const int n = std::min(RayScene::kWidth, scenario_.width - x);
-      for (int i = 0; i < n; ++i) rays[i] = pinhole.ray(x + i, y);
-      view.scene->cast(rays, n, colours, found);
-      std::copy_n(found.begin(), n, hits.begin() + static_cast<ptrdiff_t>(y) * scenario_.width + x);
-    }
-  }
-  if (colours) {
-    out.rgb = render_rgb(view, hits);
-    if (channels.gray) out.gray = rgb_to_gray(out.rgb);
-    if (!channels.rgb) out.rgb = {};
-  }
-  if (channels.depth) {
-    out.depth_m = Image<float>(scenario_.width, scenario_.height, NAN);
-    for (size_t i = 0; i < hits.size(); ++i) {
-      if (hits[i].body != Hit::kNone) out.depth_m.data()[i] = static_cast<float>(hits[i].depth_m);
-    }
-  }
-  if (channels.mask) {
-    out.mask = Image<uint16_t>(scenario_.width, scenario_.height);
-    for (size_t i = 0; i < hits.size(); ++i) {
-      if (hits[i].body == Hit::kNone || hits[i].body == 0) continue;
-      out.mask.data()[i] = static_cast<uint16_t>(scenario_.actors[hits[i].body - 1].id);
-    }
-  }
-  if (channels.flow && view.frame + 1 < scenario_.n_frames()) {
-    out.flow = render_flow(view, hits, view.frame + 1);
-  }
-}
-
-Image<Rgb> Renderer::render_rgb(const View& view, const std::vector<Hit>& hits) const {
-  const PinholeCamera pinhole = scenario_.camera.left;
-  const Shader shader(*bodies_, *view.scene, view.T_camera_body, view.T_world_camera, 1.0 / pinhole.fx);
-  const auto patch_of = [&](const Hit& hit) { return bodies_->mesh(hit.body).triangles[hit.triangle].patch; };
-  const auto curved = [&](const Hit& hit) { return bodies_->mesh(hit.body).patches[patch_of(hit)].curved; };
-  const auto differ = [&](const Hit& a, const Hit& b) {
-    if (a.body != b.body) return true;
-    if (a.body == Hit::kNone) return false;
-    if (a.shadowed != b.shadowed) return true;
-    if (patch_of(a) == patch_of(b) && !curved(a)) return false;
-    if (!curved(a) || !curved(b)) return true;
-    return std::abs(a.depth_m - b.depth_m) > 0.04 * std::min(a.depth_m, b.depth_m);
-  };
-  Image<Rgb> image(scenario_.width, scenario_.height);
-  RayScene::Directions rays;
-  RayScene::Hits found;
-  for (int y = 0; y < scenario_.height; ++y) {
-    for (int x = 0; x < scenario_.width; ++x) {
-      const Hit& hit = hits[static_cast<size_t>(y) * scenario_.width + x];
-      bool edge = false;
-      if (x > 0) edge |= differ(hit, *(&hit - 1));
-      if (x + 1 < scenario_.width) edge |= differ(hit, *(&hit + 1));
-      if (y > 0) edge |= differ(hit, *(&hit - scenario_.width));
-      if (y + 1 < scenario_.height) edge |= differ(hit, *(&hit + scenario_.width));
-      if (!edge) {
-        image(x, y) = to_rgb(shader.colour(hit, pinhole.ray(x, y)));
-        continue;
+SequenceTruth Renderer::truth(int first, int last) const {
+  const Bodies& bodies = parts_->bodies;
+  SequenceTruth truth;
+  for (int frame = first; frame <= last; ++frame) {
+    truth.camera.set(frame, scenario().T_world_camera[frame]);
+    const std::shared_ptr<const View> view = parts_->view(frame);
+    struct Box {
+      int left = 1 << 30, top = 1 << 30, right = -1, bottom = -1;
+    };
+    std::vector<Box> boxes(bodies.size());
+    for (int y = 0; y < view->seen.height(); ++y) {
+      for (int x = 0; x < view->seen.width(); ++x) {
+        if (view->seen(x, y) < bodies.first_surface(1) || view->seen(x, y) == Bodies::kSky) continue;
+        Box& box = boxes[bodies.body_of(view->seen(x, y))];
+        box = {std::min(box.left, x), std::min(box.top, y), std::max(box.right, x), std::max(box.bottom, y)};
       }
-      for (size_t i = 0; i < kSubpixels.size(); ++i) {
-        rays[i] = pinhole.ray(x + kSubpixels[i][0], y + kSubpixels[i][1]);
-      }
-      view.scene->cast(rays, RayScene::kWidth, true, found);
-      // Textures are filtered already: every surface in the pixel is shaded once, near the centre.
-      std::array<Vector3f, RayScene::kWidth> colours;
-      Vector3f sum = Vector3f::Zero();
-      for (size_t i = 0; i < kSubpixels.size(); ++i) {
-        const auto same = [&](const Hit& other) { return !differ(found[i], other); };
-        const auto before = std::find_if(found.begin(), found.begin() + static_cast<ptrdiff_t>(i), same);
-        const auto first = static_cast<size_t>(before - found.begin());
-        colours[i] = first < i ? colours[first] : shader.colour(found[i], rays[i]).cwiseMin(1.5F);
-        sum += colours[i];
-      }
-      image(x, y) = to_rgb(sum / static_cast<float>(kSubpixels.size()));
+    }
+    for (size_t body = 1; body < bodies.size(); ++body) {
+      if (boxes[body].right < 0) continue;
+      const Actor& actor = scenario().actors[body - 1];
+      ObjectTruth object;
+      object.id = actor.id;
+      object.T_camera_object = *view->T_camera_body[body];
+      object.left = boxes[body].left;
+      object.top = boxes[body].top;
+      object.right = boxes[body].right;
+      object.bottom = boxes[body].bottom;
+      object.moving = actor.moving;
+      object.size_m = Vector3d(actor.shape.width_m, actor.shape.height_m, actor.shape.length_m);
+      object.type = actor.type;
+      truth.objects[frame].push_back(std::move(object));
+    }
+    if (const auto it = truth.objects.find(frame); it != truth.objects.end()) {
+      std::ranges::sort(it->second, {}, &ObjectTruth::id);
     }
   }
-  return image;
-}
-
-std::vector<std::optional<SE3>> Renderer::motions(const View& view, int frame) const {
-  const SE3 T_other_world = scenario_.T_world_camera[frame].inverse();
-  std::vector<std::optional<SE3>> T_other_curr(view.T_camera_body.size());
-  T_other_curr[0] = T_other_world * view.T_camera_body[0]->inverse();
-  for (size_t i = 1; i < T_other_curr.size(); ++i) {
-    const std::optional<SE3>& T_world_object = scenario_.actors[i - 1].T_world_object[frame];
-    if (!view.T_camera_body[i] || !T_world_object) continue;
-    T_other_curr[i] = T_other_world * *T_world_object * view.T_camera_body[i]->inverse();
-  }
-  return T_other_curr;
-}
-
-Image<Flow> Renderer::render_flow(const View& view, const std::vector<Hit>& hits, int frame) const {
-  const PinholeCamera& pinhole = scenario_.camera.left;
-  const auto T_other_curr = motions(view, frame);
-  Image<Flow> flow(scenario_.width, scenario_.height);
-  for (int y = 0; y < scenario_.height; ++y) {
-    for (int x = 0; x < scenario_.width; ++x) {
-      const Hit& hit = hits[static_cast<size_t>(y) * scenario_.width + x];
-      if (hit.body == Hit::kNone || !T_other_curr[hit.body]) continue;
-      const auto stored_m = static_cast<double>(static_cast<float>(hit.depth_m));
-      const Vector3d other = *T_other_curr[hit.body] * pinhole.backproject(x, y, stored_m);
-      if (other.z() < kNearestFlow_m) continue;
-      const Eigen::Vector2d pixel = pinhole.project(other);
-      flow(x, y) = {static_cast<float>(pixel.x() - x), static_cast<float>(pixel.y() - y)};
-    }
-  }
-  return flow;
+  return truth;
 }
 
 }  // namespace sextant::synthetic

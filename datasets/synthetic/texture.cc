@@ -10,22 +10,22 @@ namespace {
 using Eigen::Vector3f;
 
 /// A point of a texture with the lengths (m) over which it is averaged: along u and along v for patterns;
-/// noise takes `n` round samples of `width_m` along the long axis.
+/// noise takes `n` round samples of `width_m` along the longer side of the footprint.
 struct Sample {
-  double u = 0;
-  double v = 0;
-  double width_u_m = 0;
-  double width_v_m = 0;
-  double width_m = 0;
-  double major_u_m = 0;  ///< half of the long axis
-  double major_v_m = 0;
+  float u = 0;
+  float v = 0;
+  float width_u_m = 0;
+  float width_v_m = 0;
+  float width_m = 0;
+  float major_u_m = 0;
+  float major_v_m = 0;
   int n = 1;
 };
 
 /// std::floor for numbers that fit; without SSE4.1 the library's is a call.
-int32_t floor_int(double x) {
+int32_t floor_int(float x) {
   const auto towards_zero = static_cast<int32_t>(x);
-  return towards_zero - static_cast<int32_t>(x < towards_zero);
+  return towards_zero - static_cast<int32_t>(x < static_cast<float>(towards_zero));
 }
 
 /// Random values in [-1, 1), one for every cell of a square that repeats.
@@ -51,9 +51,9 @@ float lattice(int32_t x, int32_t y, uint32_t seed) {
 }
 
 /// Smooth noise in [-1, 1] with one random value per unit cell.
-float value_noise(double x, double y, uint32_t seed) {
+float value_noise(float x, float y, uint32_t seed) {
   const int32_t ix = floor_int(x), iy = floor_int(y);
-  auto a = static_cast<float>(x - ix), b = static_cast<float>(y - iy);
+  float a = x - static_cast<float>(ix), b = y - static_cast<float>(iy);
   a = a * a * (3 - 2 * a);
   b = b * b * (3 - 2 * b);
   const float top = lattice(ix, iy, seed) * (1 - a) + lattice(ix + 1, iy, seed) * a;
@@ -61,50 +61,40 @@ float value_noise(double x, double y, uint32_t seed) {
   return top * (1 - b) + bottom * b;
 }
 
-/// Octaves of noise with cells from `coarse_m` down to `fine_m`, those below the filter width left out.
-float fractal(const Sample& s, uint32_t seed, double coarse_m, double fine_m) {
+/// Noise with cells from 1.2 cm to 4 m, those below the filter width left out.
+float grain(const Sample& s, uint32_t seed) {
+  static const NoiseTile fine(1, 16, 1), coarse(2, 32, 2);
+  constexpr float kFine_m = 0.012F, kCoarse_m = 0.13F;
+  const float shift_u = static_cast<float>(seed & 255U), shift_v = static_cast<float>(seed >> 8 & 255U);
   float sum = 0;
-  double u = s.u, v = s.v, du = s.major_u_m, dv = s.major_v_m;
-  const double length_m = s.n > 1 ? s.n * s.width_m : 0.0;
-  for (double cell_m = coarse_m; cell_m >= fine_m; cell_m *= 0.42) {
-    const double visible = std::min(cell_m / s.width_m - 1.0, 1.0);
-    if (visible <= 0) break;
-    ++seed;
-    const double per_m = 1.0 / cell_m;
-    float octave = 0;
-    if (cell_m > 2 * length_m) {
-      octave = value_noise(u * per_m, v * per_m, seed);
-    } else {
-      for (int i = 0; i < s.n; ++i) {
-        const double at = (2.0 * i + 1.0) / s.n - 1.0;
-        octave += value_noise((u + at * du) * per_m, (v + at * dv) * per_m, seed);
-      }
-      octave /= static_cast<float>(s.n);
+  const float fine_width = s.width_m / kFine_m;
+  if (fine_width < 1 << (NoiseTile::kLevels - 1)) {
+    const float x = s.u / kFine_m + shift_u, y = s.v / kFine_m + shift_v;
+    for (int i = 0; i < s.n; ++i) {
+      const float at = ((static_cast<float>(i) + 0.5F) / static_cast<float>(s.n) - 0.5F) / kFine_m;
+      sum += fine(x + at * s.major_u_m, y + at * s.major_v_m, fine_width);
     }
-    sum += static_cast<float>(visible) * octave;
-    // Turned, so that the cells' edges do not line up.
-    const double turned_u = 0.8 * u - 0.6 * v, turned_du = 0.8 * du - 0.6 * dv;
-    v = 0.6 * u + 0.8 * v + 3.7;
-    dv = 0.6 * du + 0.8 * dv;
-    u = turned_u + 1.3;
-    du = turned_du;
+    sum /= static_cast<float>(s.n);
   }
-  return sum;
+  // Turned, so that the tiles' edges do not line up.
+  const float u = (0.8F * s.u - 0.6F * s.v) / kCoarse_m, v = (0.6F * s.u + 0.8F * s.v) / kCoarse_m;
+  return sum + coarse(u + shift_v, v + shift_u, s.width_m / kCoarse_m);
 }
 
 /// Share of [x - w/2, x + w/2] that lies in [low, high].
-float cover(double x, double width_m, double low, double high) {
-  const double w = std::max(width_m, 1e-6);
-  return static_cast<float>(std::clamp((std::min(x + w / 2, high) - std::max(x - w / 2, low)) / w, 0.0, 1.0));
+float cover(float x, float width_m, float low, float high) {
+  const float w = std::max(width_m, 1e-6F);
+  return static_cast<float>(
+      std::clamp((std::min(x + w / 2, high) - std::max(x - w / 2, low)) / w, 0.0F, 1.0F));
 }
 
 /// The same for [low, high] repeated with a period, 0 <= low <= high <= period.
-float cover_periodic(double x, double width_m, double period_m, double low, double high) {
-  const double w = std::max(width_m, 1e-6);
-  const double per_m = 1.0 / period_m;
-  const auto integral = [&](double t) {
+float cover_periodic(float x, float width_m, float period_m, float low, float high) {
+  const float w = std::max(width_m, 1e-6F);
+  const float per_m = 1.0F / period_m;
+  const auto integral = [&](float t) {
     const int32_t n = floor_int(t * per_m);
-    return n * (high - low) + std::clamp(t - n * period_m - low, 0.0, high - low);
+    return n * (high - low) + std::clamp(t - n * period_m - low, 0.0F, high - low);
   };
   return static_cast<float>((integral(x + w / 2) - integral(x - w / 2)) / w);
 }
@@ -112,63 +102,62 @@ float cover_periodic(double x, double width_m, double period_m, double low, doub
 Vector3f mix(const Vector3f& a, const Vector3f& b, float t) { return a + t * (b - a); }
 
 Vector3f asphalt(const Look& look, const Sample& s) {
-  const float grain = fractal(s, look.seed, 2.0, 0.012);
-  const float patchy = fractal(s, look.seed + 50, 6.0, 1.5);
+  const float noise = grain(s, look.seed);
   // Repaired strips and cracks: where a coarse noise crosses zero.
-  const float crack = value_noise(s.u / 1.7, s.v / 1.7, look.seed + 90);
-  const double crack_width = 0.02 + s.width_m / 1.7;
-  const auto dark =
-      static_cast<float>(std::max(0.0, 1.0 - std::abs(crack) / crack_width) * 0.02 / crack_width);
-  return look.colour * std::max(0.2F, 1.0F + 0.17F * grain + 0.07F * patchy - 0.5F * dark);
+  const float crack = value_noise(s.u / 1.7F, s.v / 1.7F, look.seed + 90);
+  const float crack_width = 0.02F + s.width_m / 1.7F;
+  const float dark = std::max(0.0F, 1.0F - std::abs(crack) / crack_width) * 0.02F / crack_width;
+  return look.colour * std::max(0.2F, 1.0F + 0.16F * noise - 0.5F * dark);
 }
 
 /// White paint over the road's surface; it wears off in places.
 Vector3f marked(const Look& look, const Sample& s, float white) {
   const Vector3f ground = asphalt(look, s);
   if (white <= 0) return ground;
-  const float wear = 0.8F + 0.15F * fractal(s, look.seed + 130, 0.5, 0.02);
+  const float wear = 0.8F + 0.15F * grain(s, look.seed + 130);
   return mix(ground, {0.85F, 0.85F, 0.82F}, std::clamp(white * wear, 0.0F, 1.0F));
 }
 
 Vector3f road(const Look& look, const Sample& s) {
-  float white = cover(s.u, s.width_u_m, -0.07, 0.07) * cover_periodic(s.v, s.width_v_m, 6.0, 0.0, 3.0);
-  for (const double side : {-look.extent, look.extent}) {
-    white += cover(s.u, s.width_u_m, side - 0.07, side + 0.07);
+  float white = cover(s.u, s.width_u_m, -0.07F, 0.07F) * cover_periodic(s.v, s.width_v_m, 6.0F, 0.0F, 3.0F);
+  for (const float side : {-look.extent, look.extent}) {
+    white += cover(s.u, s.width_u_m, side - 0.07F, side + 0.07F);
   }
   return marked(look, s, white);
 }
 
 Vector3f paving(const Look& look, const Sample& s) {
-  const float joint = std::max(cover_periodic(s.u, s.width_u_m, 0.6, 0.0, 0.025),
-                               cover_periodic(s.v, s.width_v_m, 0.6, 0.0, 0.025));
-  const auto slab_u = floor_int(s.u / 0.6);
-  const auto slab_v = floor_int(s.v / 0.6);
-  const auto sharp = static_cast<float>(std::clamp(0.6 / std::max(s.width_u_m, s.width_v_m) - 1.0, 0.0, 1.0));
+  const float joint = std::max(cover_periodic(s.u, s.width_u_m, 0.6F, 0.0F, 0.025F),
+                               cover_periodic(s.v, s.width_v_m, 0.6F, 0.0F, 0.025F));
+  const auto slab_u = floor_int(s.u / 0.6F);
+  const auto slab_v = floor_int(s.v / 0.6F);
+  const auto sharp =
+      static_cast<float>(std::clamp(0.6F / std::max(s.width_u_m, s.width_v_m) - 1.0F, 0.0F, 1.0F));
   const float slab = sharp * lattice(slab_u, slab_v, look.seed);
-  const float grain = fractal(s, look.seed + 20, 3.0, 0.015);
-  return look.colour * std::max(0.15F, 1.0F + 0.10F * slab + 0.15F * grain - 0.45F * joint);
+  const float noise = grain(s, look.seed + 20);
+  return look.colour * std::max(0.15F, 1.0F + 0.10F * slab + 0.15F * noise - 0.45F * joint);
 }
 
 Vector3f windows(const Look& look, const Sample& s, const Vector3f& wall) {
-  constexpr double kBay_m = 2.7, kStorey_m = 3.1;
+  constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
   const auto bay = floor_int(s.u / kBay_m);
   const auto storey = floor_int(s.v / kStorey_m);
-  const float opening = cover_periodic(s.u, s.width_u_m, kBay_m, 0.65, 2.05) *
-                        cover_periodic(s.v, s.width_v_m, kStorey_m, 0.85, 2.55);
-  const float pane = (cover_periodic(s.u, s.width_u_m, kBay_m, 0.73, 1.31) +
-                      cover_periodic(s.u, s.width_u_m, kBay_m, 1.39, 1.97)) *
-                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.93, 2.47);
-  const float sill = cover_periodic(s.u, s.width_u_m, kBay_m, 0.5, 2.2) *
-                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.70, 0.85);
+  const float opening = cover_periodic(s.u, s.width_u_m, kBay_m, 0.65F, 2.05F) *
+                        cover_periodic(s.v, s.width_v_m, kStorey_m, 0.85F, 2.55F);
+  const float pane = (cover_periodic(s.u, s.width_u_m, kBay_m, 0.73F, 1.31F) +
+                      cover_periodic(s.u, s.width_u_m, kBay_m, 1.39F, 1.97F)) *
+                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.93F, 2.47F);
+  const float sill = cover_periodic(s.u, s.width_u_m, kBay_m, 0.5F, 2.2F) *
+                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.70F, 0.85F);
   if (opening + sill <= 0) return wall;
   // Every window has its own darkness and curtain.
   const auto sharp =
-      static_cast<float>(std::clamp(kBay_m / std::max(s.width_u_m, s.width_v_m) - 1.0, 0.0, 1.0));
+      static_cast<float>(std::clamp(kBay_m / std::max(s.width_u_m, s.width_v_m) - 1.0F, 0.0F, 1.0F));
   const float lit = 0.5F + 0.5F * sharp * lattice(bay, storey, look.seed + 5);
-  const double blind =
-      2.47 - 1.2 * random01(static_cast<uint32_t>(bay), static_cast<uint32_t>(storey), look.seed);
-  const float curtain = sharp * cover(s.v - storey * kStorey_m, s.width_v_m, blind, 2.47) * 0.55F;
-  const float reflection = pane <= 0 ? 0.0F : 0.10F * fractal(s, look.seed + 60, 1.5, 0.03);
+  const float blind =
+      2.47F - 1.2F * random01(static_cast<uint32_t>(bay), static_cast<uint32_t>(storey), look.seed);
+  const float curtain = sharp * cover(s.v - storey * kStorey_m, s.width_v_m, blind, 2.47F) * 0.55F;
+  const float reflection = pane <= 0 ? 0.0F : 0.10F * grain(s, look.seed + 60);
   const Vector3f glass =
       Vector3f(0.14F, 0.18F, 0.23F) * (0.7F + lit) + Vector3f::Constant(curtain + reflection);
   Vector3f colour = mix(wall, {0.72F, 0.70F, 0.66F}, std::min(1.0F, sill));
@@ -177,19 +166,19 @@ Vector3f windows(const Look& look, const Sample& s, const Vector3f& wall) {
 }
 
 Vector3f facade(const Look& look, const Sample& s) {
-  const float stain = fractal(s, look.seed + 10, 3.0, 0.012);
+  const float stain = grain(s, look.seed + 10);
   // Courses of stone.
-  const float joint = std::max(cover_periodic(s.v, s.width_v_m, 0.31, 0.0, 0.03),
-                               0.6F * cover_periodic(s.u, s.width_u_m, 0.9, 0.0, 0.03));
+  const float joint = std::max(cover_periodic(s.v, s.width_v_m, 0.31F, 0.0F, 0.03F),
+                               0.6F * cover_periodic(s.u, s.width_u_m, 0.9F, 0.0F, 0.03F));
   const Vector3f wall = look.colour * std::max(0.2F, 1.0F + 0.15F * stain - 0.30F * joint);
-  const float ground_floor = cover(s.v, s.width_v_m, 0.0, 0.8);
+  const float ground_floor = cover(s.v, s.width_v_m, 0.0F, 0.8F);
   return mix(windows(look, s, wall), wall * 0.6F, ground_floor);
 }
 
 Vector3f paint(const Look& look, const Sample& s) {
-  const float dirt = fractal(s, look.seed + 10, 0.8, 0.02);
+  const float dirt = grain(s, look.seed + 10);
   const float seam =
-      cover_periodic(s.u + 0.35, s.width_u_m, 1.05, 0.0, 0.02) + cover(s.v, s.width_v_m, 0.66, 0.68);
+      cover_periodic(s.u + 0.35F, s.width_u_m, 1.05F, 0.0F, 0.02F) + cover(s.v, s.width_v_m, 0.66F, 0.68F);
   return look.colour * std::max(0.1F, 1.0F + 0.07F * dirt - 0.5F * std::min(1.0F, seam));
 }
 
@@ -200,7 +189,7 @@ Vector3f colour_at(const Look& look, const Sample& s) {
     case Material::road:
       return road(look, s);
     case Material::stripes:
-      return marked(look, s, cover_periodic(s.u, s.width_u_m, 1.0, 0.25, 0.75));
+      return marked(look, s, cover_periodic(s.u, s.width_u_m, 1.0F, 0.25F, 0.75F));
     case Material::paving:
       return paving(look, s);
     case Material::facade:
@@ -208,36 +197,39 @@ Vector3f colour_at(const Look& look, const Sample& s) {
     case Material::paint:
       return paint(look, s);
     case Material::grass:
-      return look.colour * std::max(0.15F, 1.0F + 0.20F * fractal(s, look.seed, 3.0, 0.02));
+      return look.colour * std::max(0.15F, 1.0F + 0.20F * grain(s, look.seed));
     case Material::foliage:
-      return look.colour * std::max(0.1F, 0.85F + 0.50F * fractal(s, look.seed, 0.6, 0.02));
+      return look.colour * std::max(0.1F, 0.85F + 0.50F * grain(s, look.seed));
     case Material::bark:
-      return look.colour * std::max(0.2F, 1.0F + 0.22F * fractal(s, look.seed, 0.4, 0.02));
+      return look.colour * std::max(0.2F, 1.0F + 0.22F * grain(s, look.seed));
     case Material::glass:
-      return look.colour * std::max(0.2F, 1.0F + 0.18F * fractal(s, look.seed, 0.9, 0.05));
+      return look.colour * std::max(0.2F, 1.0F + 0.18F * grain(s, look.seed));
     case Material::plaster:
     case Material::metal:
     case Material::tyre:
       break;
   }
-  return look.colour * std::max(0.2F, 1.0F + 0.13F * fractal(s, look.seed, 2.0, 0.015));
+  return look.colour * std::max(0.2F, 1.0F + 0.13F * grain(s, look.seed));
 }
 
 }  // namespace
 
-Vector3f surface_colour(const Look& look, const Footprint& footprint) {
+Vector3f surface_colour(const Look& look, const Footprint& f) {
   constexpr int kMaxSamples = 4;
-  const double length_m = footprint.major_m.norm();
-  const double minor_m = std::max(footprint.minor_m, 1e-6);
+  const float along_x = std::sqrt(f.u_x * f.u_x + f.v_x * f.v_x);
+  const float along_y = std::sqrt(f.u_y * f.u_y + f.v_y * f.v_y);
+  const bool x_longer = along_x > along_y;
+  const float major_m = x_longer ? along_x : along_y;
+  const float minor_m = std::max(x_longer ? along_y : along_x, 1e-6F);
   Sample s;
-  s.u = footprint.u;
-  s.v = footprint.v;
-  s.n = std::clamp(static_cast<int>(std::ceil(length_m / minor_m * 0.7)), 1, kMaxSamples);
-  s.major_u_m = footprint.major_m.x();
-  s.major_v_m = footprint.major_m.y();
-  s.width_u_m = 2 * std::max(std::abs(s.major_u_m), minor_m);
-  s.width_v_m = 2 * std::max(std::abs(s.major_v_m), minor_m);
-  s.width_m = 2 * std::max(length_m / s.n, minor_m);
+  s.u = f.u;
+  s.v = f.v;
+  s.n = std::clamp(static_cast<int>(major_m / minor_m * 0.7F) + 1, 1, kMaxSamples);
+  s.major_u_m = x_longer ? f.u_x : f.u_y;
+  s.major_v_m = x_longer ? f.v_x : f.v_y;
+  s.width_u_m = std::max(std::abs(f.u_x), std::abs(f.u_y));
+  s.width_v_m = std::max(std::abs(f.v_x), std::abs(f.v_y));
+  s.width_m = std::max(major_m / static_cast<float>(s.n), minor_m);
   return colour_at(look, s);
 }
 
@@ -246,12 +238,12 @@ Vector3f sky_colour(const Eigen::Vector3d& direction) {
   const auto up = static_cast<float>(std::clamp(-d.y(), 0.0, 1.0));
   const Vector3f clear = mix({0.80F, 0.86F, 0.93F}, {0.30F, 0.50F, 0.80F}, std::sqrt(up));
   // Clouds on a plane high above, fading to the horizon.
+  const auto height = static_cast<float>(1.0 / std::max(-d.y(), 0.02));
   Sample s;
-  const double height = 1.0 / std::max(-d.y(), 0.02);
-  s.u = d.x() * height;
-  s.v = d.z() * height;
-  s.width_m = 0.004 * height * height;
-  const float cloud = std::clamp(0.25F + 0.45F * fractal(s, 4711, 3.0, 0.1), 0.0F, 0.8F);
+  s.u = static_cast<float>(d.x()) * height;
+  s.v = static_cast<float>(d.z()) * height;
+  s.width_m = 0.10F + 0.004F * height * height;
+  const float cloud = std::clamp(0.25F + 0.45F * grain(s, 4711), 0.0F, 0.8F);
   return mix(clear, {0.95F, 0.95F, 0.96F}, cloud);
 }
 

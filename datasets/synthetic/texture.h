@@ -5,16 +5,17 @@
 // every frame (up to the filter, the light and shadows).
 
 #include "sextant/datasets/synthetic/mesh.h"
+#include "sextant/datasets/synthetic/noise_tile.h"
 
 namespace sextant::synthetic {
 
-/// The piece of a surface under one pixel: an ellipse around (u, v), m. `major` is half of the long axis,
-/// `minor_m` half of the short one.
+/// The piece of a surface under one pixel: the place (u, v), m, and how it changes (m) from a pixel to the
+/// next one to the right (x) and below (y).
 struct Footprint {
-  double u = 0;
-  double v = 0;
-  Eigen::Vector2d major_m = Eigen::Vector2d::Zero();
-  double minor_m = 0;
+  float u = 0;
+  float v = 0;
+  float u_x = 0, v_x = 0;
+  float u_y = 0, v_y = 0;
 };
 
 /// Colour (0..1) of the surface, unlit.

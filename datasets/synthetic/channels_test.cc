@@ -1,0 +1,137 @@
+// The channels of rendered frames against one another.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+namespace {
+
+constexpr Channels kAll{.gray = true,
+                        .rgb = true,
+                        .rgb_right = true,
+                        .depth = true,
+                        .flow = true,
+                        .backward_flow = true,
+                        .mask = true,
+                        .occlusion = true};
+
+class RenderedChannels : public testing::TestWithParam<const char*> {
+ protected:
+  std::unique_ptr<Sequence> sequence_ =
+      open_source(SourceSpec::parse(std::string("synthetic:") + GetParam()));
+  const SequenceInfo& info_ = sequence_->info();
+};
+
+/// Bilinear; empty unless all four pixels are valid and of one depth, within 2 %.
+std::optional<Flow> flow_at(const Frame& frame, const Image<Flow>& flow, double x, double y) {
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  if (!flow.contains(x0, y0) || !flow.contains(x0 + 1, y0 + 1)) return std::nullopt;
+  const double a = x - x0, b = y - y0;
+  double u = 0, v = 0;
+  const double z0 = frame.depth_m(x0, y0);
+  for (const auto& [i, j, w] :
+       {std::tuple(0, 0, (1 - a) * (1 - b)), {1, 0, a * (1 - b)}, {0, 1, (1 - a) * b}, {1, 1, a * b}}) {
+    const Flow& f = flow(x0 + i, y0 + j);
+    if (!f.valid() || frame.mask(x0 + i, y0 + j) != frame.mask(x0, y0)) return std::nullopt;
+    if (!(std::abs(frame.depth_m(x0 + i, y0 + j) - z0) < 0.02 * z0)) return std::nullopt;
+    u += w * static_cast<double>(f.u);
+    v += w * static_cast<double>(f.v);
+  }
+  return Flow{static_cast<float>(u), static_cast<float>(v)};
+}
+
+TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
+  const int k = info_.first_frame + 2;
+  const Frame here = sequence_->read(k, kAll), next = sequence_->read(k + 1, kAll);
+  int n_visible = 0, n_back = 0, n_hidden = 0, n_covered = 0;
+  for (int y = 0; y < info_.height; ++y) {
+    for (int x = 0; x < info_.width; ++x) {
+      const Flow& flow = here.flow(x, y);
+      const Occlusion state = here.occlusion(x, y);
+      if (!flow.valid()) continue;
+      const double to_x = x + static_cast<double>(flow.u), to_y = y + static_cast<double>(flow.v);
+      const bool inside =
+          to_x >= -0.5 && to_y >= -0.5 && to_x < info_.width - 0.5 && to_y < info_.height - 0.5;
+      ASSERT_EQ(state == Occlusion::outside, !inside) << x << " " << y;
+      if (!inside) continue;
+      // Whatever is hidden has something nearer in front of it.
+      const int i = std::clamp(static_cast<int>(std::lround(to_x)), 0, info_.width - 1);
+      const int j = std::clamp(static_cast<int>(std::lround(to_y)), 0, info_.height - 1);
+      const int id = here.mask(x, y);
+      const auto motion = id == 0 ? sequence_->truth().background_motion(k, k + 1)
+                                  : sequence_->truth().object_motion(id, k, k + 1);
+      if (!motion) continue;
+      const double depth_m = (*motion * info_.camera.left.backproject(x, y, here.depth_m(x, y))).z();
+      if (state == Occlusion::hidden) {
+        ++n_hidden;
+        n_covered += next.depth_m(i, j) < depth_m + 0.02 ? 1 : 0;
+        continue;
+      }
+      ASSERT_EQ(state, Occlusion::visible);
+      const auto back = flow_at(next, next.backward_flow, to_x, to_y);
+      if (!back || next.mask(i, j) != id || std::abs(next.depth_m(i, j) - depth_m) > 0.02 * depth_m) continue;
+      ++n_visible;
+      n_back +=
+          std::hypot(to_x + static_cast<double>(back->u) - x, to_y + static_cast<double>(back->v) - y) < 0.02;
+    }
+  }
+  EXPECT_GT(n_visible, 100000);
+  EXPECT_GT(n_back, 0.99 * n_visible);  // the rest lies on edges between planes
+  EXPECT_GT(n_hidden, 20);
+  EXPECT_GT(n_covered, 0.85 * n_hidden);  // at the nearest pixel; what hides it may end there
+  RecordProperty("visible_returning", fmt::format("{:.5f}", 1.0 * n_back / n_visible));
+  RecordProperty("hidden", n_hidden);
+  RecordProperty("hidden_covered", fmt::format("{:.3f}", 1.0 * n_covered / n_hidden));
+}
+
+TEST_P(RenderedChannels, RightImageIsTheLeftOneShiftedByDisparity) {
+  const Frame frame = sequence_->read(info_.first_frame + 1, kAll);
+  ASSERT_EQ(frame.rgb_right.width(), info_.width);
+  std::vector<double> shifted, unshifted;
+  for (int y = 0; y < info_.height; y += 2) {
+    for (int x = 0; x < info_.width; x += 2) {
+      const double depth_m = frame.depth_m(x, y);
+      if (!std::isfinite(depth_m)) continue;
+      const double right_x = x - info_.camera.disparity_px(depth_m);
+      const int x0 = static_cast<int>(std::floor(right_x));
+      if (x0 < 0 || x0 + 1 >= info_.width) continue;
+      const double a = right_x - x0;
+      const double there = (1 - a) * frame.rgb_right(x0, y).g + a * frame.rgb_right(x0 + 1, y).g;
+      shifted.push_back(std::abs(there - frame.rgb(x, y).g));
+      unshifted.push_back(std::abs(frame.rgb_right(x, y).g - static_cast<double>(frame.rgb(x, y).g)));
+    }
+  }
+  const auto median = [](std::vector<double>& values) {
+    std::ranges::nth_element(values, values.begin() + static_cast<ptrdiff_t>(values.size() / 2));
+    return values[values.size() / 2];
+  };
+  ASSERT_GT(shifted.size(), 50000U);
+  EXPECT_LT(median(shifted), 4.0);
+  EXPECT_LT(2 * median(shifted), median(unshifted));
+  RecordProperty("median_gray", fmt::format("{:.2f}", median(shifted)));
+}
+
+TEST_P(RenderedChannels, FirstAndLastFramesLackTheirNeighbours) {
+  const Frame first = sequence_->read(info_.first_frame, kAll),
+              last = sequence_->read(info_.last_frame, kAll);
+  EXPECT_TRUE(first.backward_flow.empty());
+  EXPECT_FALSE(first.flow.empty());
+  EXPECT_FALSE(first.occlusion.empty());
+  EXPECT_TRUE(last.flow.empty());
+  EXPECT_TRUE(last.occlusion.empty());
+  EXPECT_FALSE(last.backward_flow.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RenderedChannels, testing::Values("s18", "s01-turn", "s01-crossing"),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,14 @@
+#pragma once
+
+// The colour image of a view. Textures are filtered analytically; pixels on edges of surfaces and of shadows
+// are the mean of four samples.
+
+#include "sextant/datasets/synthetic/sun.h"
+#include "sextant/datasets/synthetic/view.h"
+
+namespace sextant::synthetic {
+
+Image<Rgb> paint(const Bodies& bodies, const ShadowCasters& casters, const View& view,
+                 const PinholeCamera& camera);
+
+}  // namespace sextant::synthetic

@@ -1,0 +1,86 @@
+#pragma once
+
+// Which triangle is seen at each pixel: a z-buffer over all bodies of a scene.
+//
+// A triangle with corners a, b, c (camera coordinates) covers the ray r = ((x - cx) / fx, (y - cy) / fy, 1)
+// when (b x c).r, (c x a).r and (a x b).r have the sign of its determinant; that is linear in x and y and
+// needs no clipping (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997).
+// Neighbours share the edge function up to its sign, so no pixel falls between them. Depth is that of the
+// triangle's plane n.p = d: z = d / (n.r), in double precision.
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sextant/datasets/synthetic/mesh.h"
+#include "sextant/geometry/camera.h"
+#include "sextant/measurement/image.h"
+
+namespace sextant::synthetic {
+
+/// The meshes of a scene, with one number for every triangle of all of them: its surface.
+class Bodies {
+ public:
+  static constexpr uint32_t kSky = 0xffffffffU;
+
+  explicit Bodies(std::vector<Mesh> meshes);
+
+  const Mesh& mesh(size_t body) const { return meshes_[body]; }
+  size_t size() const { return meshes_.size(); }
+  uint32_t first_surface(size_t body) const { return first_surface_[body]; }
+  uint32_t n_surfaces() const { return first_surface_.back(); }
+  uint32_t body_of(uint32_t surface) const { return body_of_[surface]; }
+  const Triangle& triangle(uint32_t surface) const {
+    const uint32_t body = body_of_[surface];
+    return meshes_[body].triangles[surface - first_surface_[body]];
+  }
+
+ private:
+  std::vector<Mesh> meshes_;
+  std::vector<uint32_t> first_surface_;
+  std::vector<uint16_t> body_of_;
+};
+
+/// The bodies in the coordinates of one camera. A body without a pose is not there.
+class Surfaces {
+ public:
+  Surfaces(const Bodies& bodies, std::span<const std::optional<SE3>> T_camera_body,
+           const PinholeCamera& camera, int width, int height);
+
+  /// Depth (m) of a surface along a ray with z = 1; within the triangle's own range of depths.
+  double depth_m(uint32_t surface, const Eigen::Vector3d& ray) const {
+    const Plane& p = planes_[surface];
+    const double z = p.distance / p.normal.dot(ray);
+    return z >= p.nearest_m ? std::min(z, p.farthest_m) : (z > 0 ? p.nearest_m : p.farthest_m);
+  }
+  /// Of a surface that is in view: unit, of either sign, camera coordinates.
+  const Eigen::Vector3d& normal(uint32_t surface) const { return planes_[surface].normal; }
+
+  /// The surface seen at (x + dx, y + dy) for every pixel, kSky where there is none.
+  Image<uint32_t> seen(double dx, double dy) const;
+
+ private:
+  struct Plane {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double distance = 0;
+    double nearest_m = 0, farthest_m = 0;
+  };
+  /// Three edge functions and the inverse depth, a x + b y + c in pixels, of a triangle that may be seen.
+  struct Scan {
+    std::array<Eigen::Vector3d, 3> edges;
+    Eigen::Vector3d inverse_depth;
+    uint32_t surface;
+    int y0, y1;  ///< rows that it may touch
+  };
+  void add_body(const Bodies& bodies, size_t body, const SE3& T_camera_body);
+  void add_triangle(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& normal,
+                    uint32_t surface);
+
+  PinholeCamera camera_;
+  int width_, height_;
+  std::vector<Plane> planes_;
+  std::vector<Scan> scans_;
+};
+
+}  // namespace sextant::synthetic
