@@ -14,9 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kUsualWidth = 1242;
-constexpr int kUsualHeight = 375;
-
 // Label boxes for masks, nearer objects in front.
 std::map<int, std::vector<LabelBox>> label_boxes(const SequenceTruth& truth) {
   std::map<int, std::vector<LabelBox>> boxes;
@@ -43,7 +40,7 @@ class KittiTracking final : public Sequence {
     info_.provenance = std::move(truth.provenance);
     find_images();
     choose_frames(source, truth);
-    find_size();
+    find_size(source.path);
     open_channels(options);
   }
 
@@ -106,26 +103,20 @@ class KittiTracking final : public Sequence {
          truth.n_poses - 1);
   }
 
-  void find_size() {
-    const fs::path mots = training_ / "instances_txt" / (sequence_ + ".txt");
+  void find_size(const fs::path& root) {
     if (left_) {
       const fs::path& first = left_->at(info_.first_frame, "image");
       const PngHeader header = png_header(inputs().read(first), first.string());
       info_.width = header.width;
       info_.height = header.height;
-    } else if (fs::exists(mots)) {
-      const MotsText text(inputs().read(mots), mots.string());
-      for (const int frame : text.frames()) {
-        info_.width = text.rows(frame).front().width;
-        info_.height = text.rows(frame).front().height;
-        return;
-      }
+      return;
     }
-    if (info_.width > 0) return;
-    info_.width = kUsualWidth;
-    info_.height = kUsualHeight;
+    const KittiImageSize size = kitti_image_size(root, sequence_, inputs());
+    info_.width = size.width;
+    info_.height = size.height;
+    if (size.is_known) return;
     info_.warnings.push_back(fmt::format("{}: no file tells the size of the images: using {}x{}", name(),
-                                         kUsualWidth, kUsualHeight));
+                                         size.width, size.height));
   }
 
   void open_channels(const KittiTrackingOptions& options) {

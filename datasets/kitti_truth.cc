@@ -10,6 +10,7 @@
 
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
+#include "sextant/datasets/codec/mots.h"
 #include "sextant/datasets/object_truths.h"
 
 namespace sextant {
@@ -237,6 +238,16 @@ KittiTruth read_kitti_truth(const fs::path& root, const std::string& sequence,
                             const KittiTruthOptions& options, InputLog& inputs) {
   check_sequence(root, sequence);
   return Reader(root, sequence, options, inputs).read();
+}
+
+KittiImageSize kitti_image_size(const fs::path& root, const std::string& sequence, InputLog& inputs) {
+  const fs::path path = root / "training" / "instances_txt" / (sequence + ".txt");
+  if (!fs::exists(path)) return {};
+  const MotsText text(inputs.read(path), path.string());
+  const std::set<int> frames = text.frames();
+  if (frames.empty()) return {};
+  const MotsText::Row& row = text.rows(*frames.begin()).front();
+  return {row.width, row.height, true};
 }
 
 }  // namespace sextant

@@ -79,4 +79,13 @@ struct KittiTruth {
 KittiTruth read_kitti_truth(const std::filesystem::path& root, const std::string& sequence,
                             const KittiTruthOptions& options, InputLog& inputs);
 
+/// Size of the sequence's images in pixels, as its MOTS text has it; usual size when that is not there.
+struct KittiImageSize {
+  int width = 1242;
+  int height = 375;
+  bool is_known = false;
+};
+KittiImageSize kitti_image_size(const std::filesystem::path& root, const std::string& sequence,
+                                InputLog& inputs);
+
 }  // namespace sextant

@@ -2,6 +2,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_tracking.h"
+#include "sextant/datasets/replay.h"
 #include "sextant/datasets/sceneflow2015.h"
 #include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/vdo_folder.h"
@@ -26,7 +27,14 @@ std::span<const Adapter> adapters() {
       {"vkitti1", "Virtual KITTI 1.3.1: exact depth, flow, masks and truth, or its text alone",
        "vkitti1:/data/vkitti#0018/clone", open_vkitti1, [] { return describe_options(Vkitti1Options{}); }},
       {"vkitti2", "Virtual KITTI 2.0.3: as vkitti1, with a right camera and backward flow",
-       "vkitti2:/data/vkitti2#Scene18/clone", open_vkitti2, [] { return describe_options(Vkitti2Options{}); }},
+       "vkitti2:/data/vkitti2#Scene18/clone", open_vkitti2,
+       [] { return describe_options(Vkitti2Options{}); }},
+      {"replay-vkitti1", "true motions of Virtual KITTI 1.3.1, from its text files, as a rendered scene",
+       "replay-vkitti1:/data/vkitti_1.3.1_text#0018@124-134", open_replay_vkitti1,
+       [] { return describe_options(ReplayVkitti1Options{}); }},
+      {"replay-kitti", "true motions of KITTI tracking, from its text files, as a rendered scene",
+       "replay-kitti:/data/kitti_tracking#0003@0-30", open_replay_kitti,
+       [] { return describe_options(ReplayKittiOptions{}); }},
   };
   return table;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <set>
 
 #include "sextant/datasets/codec/testing.h"
@@ -39,7 +40,11 @@ TEST_P(Adapters, UnknownOptionIsAnError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Adapters, testing::ValuesIn(adapters().begin(), adapters().end()),
-                         [](const auto& test) { return test.param.name; });
+                         [](const auto& test) {
+                           std::string name = test.param.name;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
 
 TEST(Registry, NamesAreUnique) {
   std::set<std::string> names;

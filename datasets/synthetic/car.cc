@@ -24,8 +24,8 @@ class CarBuilder {
     body();
     cabin();
     for (const double side : {-1.0, 1.0}) {
-      wheel(side, -0.31);
-      wheel(side, 0.32);
+      wheel(side, shape_.fills_box ? -0.415 : -0.31);
+      wheel(side, shape_.fills_box ? 0.41 : 0.32);
     }
     lights_and_plates();
     return std::move(mesh_);
@@ -46,10 +46,12 @@ class CarBuilder {
   }
 
   void body() {
-    const std::vector<Station> stations = {{-0.500, 0.26, 0.50, 0.44}, {-0.470, 0.16, 0.62, 0.48},
-                                           {-0.310, 0.13, 0.64, 0.50}, {0.160, 0.13, 0.62, 0.50},
-                                           {0.330, 0.13, 0.56, 0.49},  {0.460, 0.15, 0.49, 0.46},
-                                           {0.500, 0.24, 0.40, 0.40}};
+    const double ends = shape_.fills_box ? 0.045 : 0;    // wider bumpers
+    const double tuck = shape_.fills_box ? 0.86 : 0.95;  // half width below the waist
+    const std::vector<Station> stations = {{-0.500, 0.26, 0.50, 0.44 + ends}, {-0.470, 0.16, 0.62, 0.48},
+                                           {-0.310, 0.13, 0.64, 0.50},        {0.160, 0.13, 0.62, 0.50},
+                                           {0.330, 0.13, 0.56, 0.49},         {0.460, 0.15, 0.49, 0.46},
+                                           {0.500, 0.24, 0.40, 0.40 + ends}};
     const Look side = look(Material::paint, shape_.colour);
     const Look top = look(Material::paint, shape_.colour);
     const Look under = look(Material::tyre, {0.05F, 0.05F, 0.05F});
@@ -61,12 +63,12 @@ class CarBuilder {
         const double wa = std::min(waist, a.belt - 0.02), wb = std::min(waist, b.belt - 0.02);
         triangles(side, at(s * a.half, wa, a.z), at(s * b.half, wb, b.z), at(s * b.half * 0.95, b.belt, b.z),
                   at(s * a.half * 0.95, a.belt, a.z));
-        triangles(side, at(s * a.half * 0.95, a.bottom, a.z), at(s * b.half * 0.95, b.bottom, b.z),
+        triangles(side, at(s * a.half * tuck, a.bottom, a.z), at(s * b.half * tuck, b.bottom, b.z),
                   at(s * b.half, wb, b.z), at(s * a.half, wa, a.z));
         // The shoulder and half of the deck: bonnet, boot.
         triangles(top, at(s * a.half * 0.95, a.belt, a.z), at(s * b.half * 0.95, b.belt, b.z),
                   at(0, b.belt + 0.02, b.z), at(0, a.belt + 0.02, a.z));
-        triangles(under, at(s * a.half * 0.95, a.bottom, a.z), at(s * b.half * 0.95, b.bottom, b.z),
+        triangles(under, at(s * a.half * tuck, a.bottom, a.z), at(s * b.half * tuck, b.bottom, b.z),
                   at(0, b.bottom, b.z), at(0, a.bottom, a.z));
       }
     }
@@ -74,7 +76,7 @@ class CarBuilder {
       const double w = std::min(waist, end.belt - 0.02);
       const double x = end.half;
       mesh_.add_polygon(side,
-                        {at(-x * 0.95, end.bottom, end.z), at(x * 0.95, end.bottom, end.z), at(x, w, end.z),
+                        {at(-x * tuck, end.bottom, end.z), at(x * tuck, end.bottom, end.z), at(x, w, end.z),
                          at(x * 0.95, end.belt, end.z), at(0, end.belt + 0.02, end.z),
                          at(-x * 0.95, end.belt, end.z), at(-x, w, end.z)},
                         Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitY());
@@ -100,7 +102,7 @@ class CarBuilder {
     const double rear_roof = shape_.van ? -0.45 : -0.25;
     const double front_roof = 0.06, front_foot = 0.24;
     const double belt = 0.61, roof = 1.0;
-    const double foot = 0.475, top = 0.39;  // half widths
+    const double foot = 0.475, top = shape_.fills_box ? 0.33 : 0.39;  // half widths
     const Look roof_look = look(Material::paint, shape_.colour);
     const Look frame = look(Material::paint, shape_.colour * 0.9F);
     const Look glass = look(Material::glass, {0.13F, 0.16F, 0.19F});

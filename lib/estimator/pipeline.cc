@@ -70,6 +70,20 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.times.refine_ms = watch.lap_ms();
 }
 
+/// The points of the previous instance that most of them come from. The others are another body's: they land
+/// here because that body vanishes behind this one.
+Correspondences points_of_main_instance(const ObjectObservation& object) {
+  std::map<uint16_t, int> votes;
+  for (const uint16_t instance : object.instance_prev) ++votes[instance];
+  if (votes.size() < 2) return object.points;
+  const uint16_t winner = std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) {
+                            return a.second < b.second;
+                          })->first;
+  std::vector<unsigned char> keep(object.points.size());
+  for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == winner ? 1 : 0;
+  return object.points.subset(keep);
+}
+
 }  // namespace
 
 void PipelineOptions::check() const {
@@ -158,7 +172,8 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   body.distance_m = median(object.points.depth);
   body.moving_share = body.speed_mps = nan;
   body.is_dynamic = true;
-  const Problem near{pair.camera, nearer_than(object.points, options_.max_object_distance_m)};
+  const Problem near{pair.camera,
+                     nearer_than(points_of_main_instance(object), options_.max_object_distance_m)};
   body.n_points = static_cast<int>(near.points.size());
   const auto gate = [&](Gate reason) {
     body.status = Status::gated;

@@ -126,6 +126,22 @@ TEST(Pipeline, LabelsFollowTheMajorityNotTheMaskIds) {
   EXPECT_EQ(b.objects[1].track, 1);
 }
 
+TEST(Pipeline, PointsOfABodyThatVanishesBehindAnotherDoNotCount) {
+  FrameEstimator estimator = make();
+  // 40 points of instance 9 land on instance 4 as well; their motion is so near that they would be inliers.
+  ObjectObservation object = observe(4, moving);
+  const Correspondences others =
+      exact_points(SE3(Eigen::Quaterniond::Identity(), {0.004, 0, 0}) * moving, 400, 150, 8, 40);
+  for (size_t i = 0; i < others.size(); ++i) {
+    object.points.push_back(others.u[i], others.v[i], others.depth[i], others.flow_u[i], others.flow_v[i]);
+    object.instance_prev.push_back(9);
+  }
+  const BodyResult body = estimator.process(make_pair(0, {object})).objects[0];
+  ASSERT_EQ(body.status, Status::ok);
+  EXPECT_EQ(body.n_points, 200);
+  EXPECT_LT((body.estimate.T_curr_prev * moving.inverse()).log().norm(), 1e-9);
+}
+
 TEST(Pipeline, MajorityZeroStartsANewLabel) {
   FrameEstimator estimator = make();
   estimator.process(make_pair(0, {observe(1, moving), observe(2, standing)}));
