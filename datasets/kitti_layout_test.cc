@@ -207,6 +207,25 @@ TEST(KittiOxtsTrack, JitterGivesItsFloor) {
   EXPECT_NE(floor_m("other", {{"oxts_jitter_ms", 5.0}, {"seed", 2}}), with_5_ms);
 }
 
+TEST(KittiOxtsTrack, CorrectedStepsLoseTheJitter) {
+  TempFolder temp;
+  const PatternSequence written(300, 0, false);
+  write(written, temp.path(), {{"oxts_jitter_ms", 10.0}});
+  const auto rms_m = [&](const char* velocity) {
+    InputLog inputs;
+    const KittiTruth read = read_kitti_truth(temp.path(), "0007", {.velocity = velocity}, inputs);
+    EXPECT_EQ(read.truth.camera_step_floor_m.has_value(), velocity == std::string("raw"));
+    double sum = 0;
+    for (int k = 0; k + 1 < 300; ++k) {
+      const auto length_m = [k](const Trajectory& t) { return t.motion(k, k + 1)->translation().norm(); };
+      sum += std::pow(length_m(read.truth.camera) - length_m(written.truth().camera), 2);
+    }
+    return std::sqrt(sum / 299);
+  };
+  EXPECT_NEAR(rms_m("raw"), std::sqrt(2) * 0.010 * 10, 0.02);
+  EXPECT_LT(rms_m("velocity_corrected"), 0.01);
+}
+
 TEST(KittiOxtsTrack, ADrawBelongsToItsFrame) {
   const auto track = [](int n) { return oxts_of_track(straight_drive(n, 1), 10, SE3(), {0.005, 3}); };
   const std::vector<KittiOxts> ten = track(10);

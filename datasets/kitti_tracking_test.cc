@@ -1,5 +1,7 @@
 #include "sextant/datasets/kitti_tracking.h"
 
+#include <cstdlib>
+
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_testing.h"
@@ -261,6 +263,36 @@ TEST_F(KittiTracking, BadOptions) {
   error({{"depht", "sgbm"}}, "unknown option key 'kitti.depht': did you mean 'depth'");
   error({{"flow", "diss"}}, "diss");
   error({{"masks", "mots_png:/no/such"}}, "/no/such");
+}
+
+// The masks of the real sequence 03 lie in the boxes of the labels of the same id.
+TEST(KittiTrackingReal, MasksHaveTheIdsOfTheTracks) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_tracking";
+  const auto sequence = open_source(SourceSpec::parse(fmt::format("kitti:{}/kitti_tracking#0003", data)));
+  EXPECT_EQ(sequence->info().width, 1242);
+  EXPECT_EQ(sequence->info().last_frame, 143);
+  int n = 0, n_inside = 0;
+  for (int k = 0; k <= 143; k += 9) {
+    const Image<uint16_t> mask = sequence->read(k, {.mask = true}).mask;
+    std::map<int, std::pair<int, int>> counts;  // pixels, and those of them in the box
+    for (int y = 0; y < mask.height(); ++y) {
+      for (int x = 0; x < mask.width(); ++x) {
+        const ObjectTruth* object = sequence->truth().find(k, mask(x, y));
+        if (object == nullptr) continue;
+        auto& [pixels, inside] = counts[object->id];
+        ++pixels;
+        inside += x > *object->left - 5 && x < *object->right + 5 && y > *object->top - 5 &&
+                  y < *object->bottom + 5;
+      }
+    }
+    for (const auto& [id, count] : counts) {
+      ++n;
+      n_inside += count.second > 0.9 * count.first;
+    }
+  }
+  EXPECT_GT(n, 20);
+  EXPECT_GE(n_inside, 0.95 * n) << n_inside << " of " << n;
 }
 
 }  // namespace
