@@ -1,5 +1,8 @@
 #include "sextant/datasets/kitti_layout.h"
 
+#include <numbers>
+
+#include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_oxts_track.h"
 #include "sextant/datasets/kitti_testing.h"
@@ -100,6 +103,23 @@ TEST(KittiLayout, PosesComeBackByBothConventions) {
   for (const char* convention : {"rectified", "authors"}) {
     EXPECT_LT(largest_pose_error(written, *open(source, {{"ground_truth", convention}})), 1e-7);
   }
+}
+
+TEST(KittiLayout, AnglesAreWrapped) {
+  TempFolder temp;
+  write(PatternSequence(30), temp.path());
+  const fs::path path = temp.path() / "training/label_02/0007.txt";
+  double smallest_rad = 0, largest_rad = 0;
+  for (const KittiLabel& label : decode_kitti_labels(read_file(path), path.string())) {
+    smallest_rad = std::min({smallest_rad, label.rotation_y_rad, label.alpha_rad});
+    largest_rad = std::max({largest_rad, label.rotation_y_rad, label.alpha_rad});
+    const double bearing_rad = std::atan2(label.position_m.x(), label.position_m.z());
+    EXPECT_NEAR(std::cos(label.rotation_y_rad - label.alpha_rad - bearing_rad), 1, 1e-9);
+  }
+  EXPECT_GT(largest_rad, 2);
+  EXPECT_LE(largest_rad, std::numbers::pi + 1e-6);
+  EXPECT_LT(smallest_rad, -2);
+  EXPECT_GE(smallest_rad, -std::numbers::pi - 1e-6);
 }
 
 TEST(KittiLayout, ClassesAreInTheMasks) {

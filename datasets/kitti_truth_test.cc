@@ -6,6 +6,7 @@
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/datasets/vdo_truth.h"
 #include "sextant/geometry/testing.h"
 
@@ -13,6 +14,92 @@ namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
+
+// A car with every sensor turned and shifted against the next.
+class KittiMadeTruth : public testing::Test {
+ protected:
+  KittiMadeTruth() {
+    KittiCalibration c;
+    for (auto& P : c.P) P << 700, 0, 600, 0, 0, 710, 170, 0, 0, 0, 1, 0;
+    const Eigen::Vector3d p2 = Eigen::Vector3d(700 * 0.06 + 600 * 0.003, 710 * -0.01 + 170 * 0.003, 0.003);
+    c.P[1](0, 3) = -390;
+    c.P[2].col(3) = p2;
+    c.P[3](0, 3) = p2.x() - 350;
+    c.R_rect = rectify_.rotation().toRotationMatrix();
+    c.Tr_velo_to_cam = velo_to_cam_.matrix().topRows<3>();
+    c.Tr_imu_to_velo = imu_to_velo_.matrix().topRows<3>();
+    write("calib", encode_kitti_calibration(c));
+    SE3 pose = SE3::exp({650000, 4200000, 100, 0.1, -0.05, 1});
+    for (int k = 0; k < 6; ++k) {
+      imu_.push_back(pose);
+      pose = pose * SE3::exp({1.1 + 0.1 * (k % 2), 0.02, 0.01, 0.01, 0.002, 0.03});
+    }
+    std::vector<KittiOxts> samples;
+    for (const SE3& T : imu_) samples.push_back(oxts_from_pose(T, 0.65));
+    // The reader's scale is that of the latitude in the file: ask it for the poses.
+    const double read_scale = mercator_scale(samples[0].latitude_deg);
+    for (size_t k = 0; k < imu_.size(); ++k) {
+      samples[k].velocity_mps = {11, 0.2, 0.1};
+      imu_[k] = pose_from_oxts(samples[k], read_scale);
+    }
+    write("oxts", encode_kitti_oxts(samples));
+    write("label_02", "2 6 Van 0 0 0 10 20 30 40 2 1.9 5 1 1.5 10 0.3\n");
+  }
+  void write(const char* folder, const std::string& text) {
+    fs::create_directories(temp_.path() / "training" / folder);
+    write_file(temp_.path() / "training" / folder / "0001.txt", text);
+  }
+  KittiTruth read(const KittiTruthOptions& options = {}) {
+    InputLog inputs;
+    return read_kitti_truth(temp_.path(), "0001", options, inputs);
+  }
+
+  TempFolder temp_;
+  const SE3 rectify_ = SE3::exp({0, 0, 0, 0.01, -0.02, 0.015});
+  const SE3 velo_to_cam_ = SE3::exp({0.1, -0.2, -0.3, 1.2, -1.2, 1.2});
+  const SE3 imu_to_velo_ = SE3::exp({-0.8, 0.3, -0.8, 0.01, 0.02, -0.01});
+  const SE3 offset_{Eigen::Quaterniond::Identity(), {0.06, -0.01, 0.003}};
+  std::vector<SE3> imu_;
+};
+
+TEST_F(KittiMadeTruth, PosesAreThoseOfTheCamera) {
+  const auto expect = [&](const char* convention, const SE3& T_camera_imu) {
+    const KittiTruth truth = read({.ground_truth = convention});
+    ASSERT_EQ(truth.n_poses, 6);
+    for (int k = 0; k < 6; ++k) {
+      const SE3 expected = T_camera_imu * imu_[0].inverse() * imu_[k] * T_camera_imu.inverse();
+      EXPECT_THAT(truth.truth.camera.pose(k).value(), SE3Near(expected, 1e-8)) << convention << ' ' << k;
+    }
+  };
+  expect("authors", velo_to_cam_ * imu_to_velo_);
+  expect("rectified", offset_ * rectify_ * velo_to_cam_ * imu_to_velo_);
+}
+
+TEST_F(KittiMadeTruth, ObjectsAreInTheCameraOfTheImages) {
+  const SE3 labelled(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3 + std::numbers::pi / 2, Eigen::Vector3d::UnitY())),
+      {1, 1.5, 10});
+  const KittiTruth authors = read({.ground_truth = "authors"});
+  const KittiTruth rectified = read();
+  EXPECT_THAT(authors.truth.find(2, 7)->T_camera_object, SE3Near(labelled, 1e-12));
+  EXPECT_THAT(rectified.truth.find(2, 7)->T_camera_object, SE3Near(offset_ * labelled, 1e-12));
+  EXPECT_EQ(rectified.truth.find(2, 7)->type, "Van");
+  EXPECT_EQ(*rectified.truth.find(2, 7)->size_m, Eigen::Vector3d(1.9, 2, 5));
+  EXPECT_EQ(rectified.last_labelled_frame, 2);
+}
+
+TEST_F(KittiMadeTruth, BaselineByPresetOrNumber) {
+  EXPECT_NEAR(read().camera.bf, 350, 1e-12);
+  EXPECT_NEAR(read({.bf_preset = "grey"}).camera.bf, 390, 1e-12);
+  EXPECT_EQ(read({.bf = 123}).camera.bf, 123);
+  EXPECT_EQ(read().camera.left.fy, 710);
+}
+
+TEST(KittiStepFloor, StandingStillHasNone) {
+  const KittiOxts still;
+  EXPECT_FALSE(kitti_step_floor({still, still, still}).has_value());
+  EXPECT_FALSE(kitti_step_floor({still}).has_value());
+}
 
 class KittiRealTruth : public testing::Test {
  protected:
