@@ -8,23 +8,12 @@
 #include "sextant/datasets/codec/mots.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/object_truths.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Label boxes for masks, nearer objects in front.
-std::map<int, std::vector<LabelBox>> label_boxes(const SequenceTruth& truth) {
-  std::map<int, std::vector<LabelBox>> boxes;
-  for (const auto& [frame, objects] : truth.objects) {
-    for (const ObjectTruth& object : objects) {
-      boxes[frame].push_back({object.id, object.left.value(), object.top.value(), object.right.value(),
-                              object.bottom.value(), object.T_camera_object.translation().z()});
-    }
-  }
-  return boxes;
-}
 
 class KittiTracking final : public Sequence {
  public:
@@ -126,8 +115,7 @@ class KittiTracking final : public Sequence {
     const ChannelInputs from = channel_inputs();
     if (depth != "none") depth_ = make_depth_source(depth, from);
     if (flow != "none") flow_ = make_flow_source(flow, from);
-    if (masks != "none")
-      masks_ = make_mask_source(masks, from, masks == "boxes" ? label_boxes(truth_) : Boxes());
+    if (masks != "none") masks_ = make_mask_source(masks, from, label_boxes(truth_.objects));
     depth_from_images_ = depth == "sgbm";
     info_.channels.depth = depth_ != nullptr;
     info_.channels.flow = flow_ != nullptr;
@@ -173,8 +161,6 @@ class KittiTracking final : public Sequence {
                     text.string()));
     return "none";
   }
-
-  using Boxes = std::map<int, std::vector<LabelBox>>;
 
   ChannelInputs channel_inputs() {
     ChannelInputs from;

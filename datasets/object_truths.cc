@@ -28,4 +28,16 @@ void mark_interpolated(ObjectTruths& objects) {
   }
 }
 
+std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects) {
+  std::map<int, std::vector<LabelBox>> boxes;
+  for (const auto& [frame, row] : objects) {
+    for (const ObjectTruth& object : row) {
+      if (!object.left || !object.top || !object.right || !object.bottom) continue;
+      boxes[frame].push_back({object.id, *object.left, *object.top, *object.right, *object.bottom,
+                              object.T_camera_object.translation().z()});
+    }
+  }
+  return boxes;
+}
+
 }  // namespace sextant

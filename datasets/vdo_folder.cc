@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "sextant/datasets/channels/channel_source.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
@@ -15,6 +16,7 @@
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/object_truths.h"
 #include "sextant/datasets/vdo_truth.h"
 
 namespace sextant {
@@ -60,8 +62,7 @@ class VdoFolder final : public Sequence {
     choose_camera(options);
     compare_times();
     read_truth();
-    info_.provenance = {fmt::format("depth: disparity png, bf = {:.7g}", info_.camera.bf),
-                        "flow: precomputed .flo", "masks: precomputed text"};
+    open_channels(options);
   }
 
   const SequenceInfo& info() const override { return info_; }
@@ -72,20 +73,26 @@ class VdoFolder final : public Sequence {
     Frame out;
     out.index = frame;
     if (channels.gray || channels.rgb) read_image(image_path(frame), channels, out);
-    if (channels.depth) {
+    if (channels.depth && depth_) {
+      out.depth_m = depth_->read(frame);
+    } else if (channels.depth) {
       const fs::path path = depth_path(frame);
       out.depth_m =
           depth_from_disparity256(decode_png16(inputs().read(path), path.string()), info_.camera.bf);
       check_size(out.depth_m, path);
     }
-    if (channels.flow) {
+    if (channels.flow && flow_) {
+      out.flow = flow_->read(frame);
+    } else if (channels.flow) {
       const fs::path path = flow_path(frame);
       if (frame != info_.last_frame || fs::exists(path)) {
         out.flow = decode_flo(inputs().read(path), path.string());
         check_size(out.flow, path);
       }
     }
-    if (channels.mask) {
+    if (channels.mask && masks_) {
+      out.mask = masks_->read(frame);
+    } else if (channels.mask) {
       const fs::path path = mask_path(frame);
       out.mask = decode_mask_text(inputs().read(path), path.string());
       check_size(out.mask, path);
@@ -96,9 +103,10 @@ class VdoFolder final : public Sequence {
   void check_files() const override {
     for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
       need(image_path(frame), frame, "image");
-      need(depth_path(frame), frame, "depth");
-      need(mask_path(frame), frame, "mask");
-      if (frame != info_.last_frame) need(flow_path(frame), frame, "flow");
+      depth_ ? depth_->check_file(frame) : need(depth_path(frame), frame, "depth");
+      masks_ ? masks_->check_file(frame) : need(mask_path(frame), frame, "mask");
+      if (frame == info_.last_frame) continue;
+      flow_ ? flow_->check_file(frame) : need(flow_path(frame), frame, "flow");
     }
   }
 
@@ -228,6 +236,28 @@ class VdoFolder final : public Sequence {
                                          missing.front()));
   }
 
+  void open_channels(const VdoFolderOptions& options) {
+    const ChannelInputs from{.left =
+                                 [this](int frame) {
+                                   Frame out;
+                                   read_image(image_path(frame), {.rgb = true}, out);
+                                   return out.rgb;
+                                 },
+                             .inputs = &inputs(),
+                             .width = info_.width,
+                             .height = info_.height,
+                             .first_frame = info_.first_frame,
+                             .last_frame = info_.last_frame,
+                             .camera = info_.camera};
+    if (options.depth != "auto") depth_ = make_depth_source(options.depth, from);
+    if (options.flow != "auto") flow_ = make_flow_source(options.flow, from);
+    if (options.masks != "auto") masks_ = make_mask_source(options.masks, from, label_boxes(truth_.objects));
+    info_.provenance = {
+        depth_ ? depth_->provenance() : fmt::format("depth: disparity png, bf = {:.7g}", info_.camera.bf),
+        flow_ ? flow_->provenance() : "flow: precomputed .flo",
+        masks_ ? masks_->provenance() : "masks: precomputed text"};
+  }
+
   void read_image(const fs::path& path, Channels channels, Frame& out) const {
     const std::string bytes = inputs().read(path);
     if (channels.rgb) {
@@ -258,6 +288,9 @@ class VdoFolder final : public Sequence {
   fs::path images_;
   SequenceInfo info_;
   SequenceTruth truth_;
+  std::unique_ptr<DepthSource> depth_;  // empty: the folder's own
+  std::unique_ptr<FlowSource> flow_;
+  std::unique_ptr<MaskSource> masks_;
 };
 
 }  // namespace

@@ -14,6 +14,8 @@
 //   times.txt                     only compared with the rate: the authors' copy has 0.05 s steps for 10 Hz
 //   data
 //
+// Options flow, depth and masks replace the folder's own (channels/channel_source.h).
+//
 // Frames: all with an image, without a gap, or @first-last. Source: github.com/halajun/VDO_SLAM.
 
 #include <memory>
@@ -30,6 +32,9 @@ struct VdoFolderOptions {
   double cy = 0;
   double bf = 0;
   std::string bf_preset = "authors";
+  std::string flow = "auto";
+  std::string depth = "auto";
+  std::string masks = "auto";
 
   template <typename V>
   void visit(V& v) {
@@ -42,6 +47,12 @@ struct VdoFolderOptions {
     v("bf_preset", bf_preset, "",
       "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, "
       "384.38");
+    v("flow", flow, "", "auto = the folder's; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE");
+    v("depth", depth, "", "auto = the folder's; or disparity256:DIR, depth256:DIR, cm:DIR");
+    v("masks", masks, "",
+      "auto = the folder's; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, "
+      "vdo_text:DIR, "
+      "boxes, onnx:FILE");
   }
   void check() const;
 };

@@ -1,6 +1,7 @@
 #include "sextant/datasets/vdo_folder.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <numbers>
 
 #include "sextant/datasets/codec/testing.h"
@@ -58,6 +59,59 @@ TEST_F(VdoFolder, ReadsOnlyTheChannelsAskedFor) {
   EXPECT_EQ(all.gray, rgb_to_gray(all.rgb));
   EXPECT_EQ(all.gray, sequence->read(2, {.gray = true}).gray);
   EXPECT_TRUE(sequence->read(4, kAll).flow.empty());
+}
+
+TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
+  const auto own = open(source());
+  const auto same = open(source(), {{"flow", "flo:" + file("flow")},
+                                    {"depth", "disparity256:" + file("depth")},
+                                    {"masks", "vdo_text:" + file("semantic")}});
+  EXPECT_THAT(same->info().provenance,
+              testing::ElementsAre("depth: disparity256:" + file("depth"), "flow: flo:" + file("flow"),
+                                   "masks: vdo_text:" + file("semantic")));
+  same->check_files();
+  for (const int k : {1, 4}) {
+    const Frame a = own->read(k, kAll), b = same->read(k, kAll);
+    EXPECT_EQ(a.mask, b.mask);
+    EXPECT_EQ(std::memcmp(a.depth_m.data(), b.depth_m.data(), a.depth_m.size() * sizeof(float)), 0);
+    ASSERT_EQ(a.flow.size(), b.flow.size());
+    EXPECT_EQ(a.flow.empty(), k == 4);
+    EXPECT_TRUE(a.flow.empty() ||
+                std::memcmp(a.flow.data(), b.flow.data(), a.flow.size() * sizeof(Flow)) == 0);
+  }
+  std::filesystem::remove(file("flow/000002.flo"));
+  expect_error([&] { own->check_files(); }, file("flow/000002.flo") + ": missing file");
+  open(source(), {{"flow", "dis"}})->check_files();
+  expect_error(
+      [&] {
+        open(source(), {{"flow", "flo:" + file("flow")}})->check_files();
+      },
+      file("flow") + ": frame 2 needs its flow");
+}
+
+TEST_F(VdoFolder, OptionsComputeChannels) {
+  const auto own = open(source());
+  const auto computed = open(source(), {{"flow", "dis"}, {"masks", "boxes"}});
+  const Frame truth = own->read(1, kAll), frame = computed->read(1, kAll);
+  int n_same = 0, n_object = 0, n_near = 0, n_flow = 0;
+  for (size_t i = 0; i < truth.mask.size(); ++i) {
+    n_object += truth.mask.data()[i] == 1;
+    n_same += truth.mask.data()[i] == 1 && frame.mask.data()[i] == 1;
+    const Flow a = truth.flow.data()[i], b = frame.flow.data()[i];
+    if (!a.valid()) continue;
+    ++n_flow;
+    n_near += std::hypot(a.u - b.u, a.v - b.v) < 1;
+  }
+  EXPECT_GT(n_object, 0);
+  EXPECT_EQ(n_same, n_object);  // a box holds its object
+  EXPECT_GT(n_near, 0.6 * n_flow);
+  EXPECT_TRUE(computed->read(4, kAll).flow.empty());
+  expect_error([&] { open(source(), {{"depth", "sgbm"}}); }, "depth: sgbm needs the right images");
+  expect_error(
+      [&] {
+        open(source(), {{"flow", "diss"}});
+      },
+      "flow: unknown choice 'diss': did you mean 'dis'?");
 }
 
 TEST_F(VdoFolder, LogsWhatItRead) {
@@ -198,8 +252,7 @@ TEST_F(VdoFolder, AMissingFileOfAFrame) {
 
 TEST_F(VdoFolder, AGapInTheImages) {
   fs::remove(file("image_0/000002.png"));
-  expect_error([&] { open(source()); },
-               file("image_0") + ": frame 2 is missing between 0 and 4");
+  expect_error([&] { open(source()); }, file("image_0") + ": frame 2 is missing between 0 and 4");
   EXPECT_EQ(open(source("@3-4"))->info().first_frame, 3);
 }
 
