@@ -11,6 +11,8 @@
 // Means and outliers are over the pixels with both; KITTI's own numbers also fill in the pixels without an
 // estimate.
 
+#include <span>
+
 #include "sextant/measurement/image.h"
 
 namespace sextant {
@@ -21,14 +23,15 @@ struct DenseFlowError {
   double y_px = 0;           ///< mean |v - true v|
   double outlier_share = 0;  ///< Fl, 0..1
   int n = 0;                 ///< pixels with an estimate and truth
+  int n_truth = 0;           ///< pixels with truth
   double coverage = 0;       ///< 0..1; NaN without truth
 };
 
 struct DenseDisparityError {
   double mean_px = 0;        ///< mean |d - true d|; NaN when n == 0
-  double median_px = 0;      ///< NaN when n == 0
   double outlier_share = 0;  ///< D1, 0..1
   int n = 0;
+  int n_truth = 0;
   double coverage = 0;  ///< 0..1; NaN without truth
 };
 
@@ -37,5 +40,9 @@ DenseFlowError dense_flow_error(const Image<Flow>& estimate, const Image<Flow>& 
 /// Depths in m, NaN = invalid; compared as disparities bf / z.
 DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Image<float>& true_depth_m,
                                           double bf);
+
+/// Over the pixels of several images; all zero counts when there are none.
+DenseFlowError pooled(std::span<const DenseFlowError> images);
+DenseDisparityError pooled(std::span<const DenseDisparityError> images);
 
 }  // namespace sextant

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 namespace sextant {
 namespace {
 
@@ -49,7 +51,6 @@ TEST(DenseDisparityError, ByHand) {
   const DenseDisparityError error = dense_disparity_error(estimate, truth, 256);
   EXPECT_EQ(error.n, 4);
   EXPECT_NEAR(error.mean_px, 2.5, 1e-5);
-  EXPECT_NEAR(error.median_px, 3, 1e-5);
   EXPECT_DOUBLE_EQ(error.outlier_share, 0.25);
   EXPECT_DOUBLE_EQ(error.coverage, 0.8);
   EXPECT_NEAR(dense_disparity_error(estimate, truth, 128).mean_px, 1.25, 1e-5);
@@ -57,10 +58,34 @@ TEST(DenseDisparityError, ByHand) {
 
 TEST(DenseDisparityError, WithoutEstimateOrTruth) {
   const Image<float> none(2, 1, NAN), some(2, 1, 4.0f);
-  EXPECT_TRUE(std::isnan(dense_disparity_error(none, some, 100).median_px));
+  EXPECT_TRUE(std::isnan(dense_disparity_error(none, some, 100).mean_px));
   EXPECT_EQ(dense_disparity_error(none, some, 100).coverage, 0);
   EXPECT_TRUE(std::isnan(dense_disparity_error(some, none, 100).coverage));
   EXPECT_THROW(dense_disparity_error(some, Image<float>(1, 2), 100), InternalError);
+}
+
+TEST(DenseErrors, PoolOverPixels) {
+  Image<Flow> truth(4, 1, Flow{10, 0}), near(4, 1, Flow{11, 0}), none(4, 1);
+  Image<Flow> far = none;
+  far(0, 0) = {10, 6};
+  const std::vector<DenseFlowError> flows{dense_flow_error(near, truth), dense_flow_error(far, truth),
+                                          dense_flow_error(none, truth)};
+  const DenseFlowError flow = pooled(flows);
+  EXPECT_EQ(flow.n, 5);
+  EXPECT_EQ(flow.n_truth, 12);
+  EXPECT_DOUBLE_EQ(flow.epe_px, (4 * 1 + 6) / 5.0);
+  EXPECT_DOUBLE_EQ(flow.x_px, 4 / 5.0);
+  EXPECT_DOUBLE_EQ(flow.y_px, 6 / 5.0);
+  EXPECT_DOUBLE_EQ(flow.outlier_share, 1 / 5.0);
+  EXPECT_DOUBLE_EQ(flow.coverage, 5 / 12.0);
+  const Image<float> depth(2, 1, 10), true_depth(2, 1, 20), no_depth(2, 1, NAN);
+  const std::vector<DenseDisparityError> depths{dense_disparity_error(depth, true_depth, 100),
+                                                dense_disparity_error(no_depth, true_depth, 100)};
+  EXPECT_DOUBLE_EQ(pooled(depths).mean_px, 5);
+  EXPECT_DOUBLE_EQ(pooled(depths).outlier_share, 1);
+  EXPECT_DOUBLE_EQ(pooled(depths).coverage, 0.5);
+  EXPECT_EQ(pooled(std::span<const DenseFlowError>()).n, 0);
+  EXPECT_TRUE(std::isnan(pooled(std::span<const DenseFlowError>()).coverage));
 }
 
 }  // namespace
