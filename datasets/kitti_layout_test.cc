@@ -1,5 +1,6 @@
 #include "sextant/datasets/kitti_layout.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "sextant/datasets/codec/kitti_labels.h"
@@ -282,6 +283,24 @@ TEST(KittiLayout, SyntheticSceneComesBack) {
   }
   fmt::print("largest rotation lost: {:.5f} rad\n", largest_tilt_rad);
   EXPECT_LT(largest_tilt_rad, 0.02);  // the camera nods
+}
+
+// Left and right images fit together: depth from them alone is that of the scene.
+TEST(KittiLayout, StereoMatchesTheDepth) {
+  TempFolder temp;
+  const auto scene = open("synthetic:s18@2-3");
+  const auto read = open(write(*scene, temp.path()), {{"depth", "sgbm"}});
+  const Image<float> truth = scene->read(2, {.depth = true}).depth_m;
+  const Image<float> measured = read->read(0, {.depth = true}).depth_m;
+  std::vector<double> errors_px;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    if (!std::isfinite(truth.data()[i]) || !std::isfinite(measured.data()[i])) continue;
+    errors_px.push_back(
+        std::abs(read->info().camera.bf / measured.data()[i] - read->info().camera.bf / truth.data()[i]));
+  }
+  ASSERT_GT(errors_px.size(), 0.7 * static_cast<double>(truth.size()));
+  std::ranges::nth_element(errors_px, errors_px.begin() + static_cast<long>(errors_px.size() / 2));
+  EXPECT_LT(errors_px[errors_px.size() / 2], 0.3);
 }
 
 // ---- what the format cannot hold
