@@ -40,7 +40,8 @@ struct Vkitti1Options {
       "auto = flowgt, or dis where that is absent; dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE");
     v("depth", depth, "", "auto = depthgt; disparity256:DIR, depth256:DIR, cm:DIR");
     v("masks", masks, "",
-      "auto = scenegt; instance_png:DIR, mots_png:DIR, mots_txt:FILE, vdo_text:DIR, boxes, onnx:FILE");
+      "auto = scenegt; instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, vdo_text:DIR, "
+      "boxes, onnx:FILE");
   }
   void check() const;
 };

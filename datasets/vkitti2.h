@@ -40,7 +40,8 @@ struct Vkitti2Options {
     v("depth", depth, "",
       "auto = depth, or sgbm where that is absent; sgbm, disparity256:DIR, depth256:DIR, cm:DIR");
     v("masks", masks, "",
-      "auto = instanceSegmentation; instance_png:DIR, mots_png:DIR, mots_txt:FILE, vdo_text:DIR, boxes, "
+      "auto = instanceSegmentation; instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, "
+      "vdo_text:DIR, boxes, "
       "onnx:FILE");
   }
   void check() const;

@@ -12,10 +12,11 @@
 //   - `moving`: that of the truth, else whether its pose in the world changes by more than 1 cm to the next
 //   frame
 //     (in the last frame: from the one before).
-//   - truncation ratio: share of the projected 3-D box that lies outside of the image; occupancy ratio: share
-//   of
-//     the 2-D box that shows the object. truncated = 1 from above 0, 2 from 0.78; occluded = 0 from occupancy
-//     0.75, 1 from 0.4, else 2: the limits between which the data set's own rows lie.
+//   - truncation ratio: share of the 3-D box's volume outside of the view (rows of the real worlds differ
+//   from that
+//     by less than 0.05 in the median); occupancy ratio: share of the 2-D box that shows the object.
+//     truncated = 1 from above 0, 2 from 0.78; occluded = 0 from occupancy 0.75, 1 from 0.4, else 2: the
+//     limits between which the data set's own rows lie.
 //   - Only what is known about the left camera's view is written for objects: pose.txt and bbox.txt of
 //   vkitti2 have
 //     rows of camera 0 only.

@@ -1,8 +1,12 @@
 #include "sextant/datasets/vkitti_layout.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
+#include "sextant/datasets/vkitti_rows.h"
 #include "sextant/datasets/vkitti_testing.h"
 
 namespace sextant {
@@ -200,6 +204,30 @@ TEST_P(VkittiLayouts, MovingComesFromThePosesWhenItIsUnknown) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, VkittiLayouts, testing::Values("vkitti1", "vkitti2"));
+
+// What the data set's column truncr means is nowhere written: its own rows against the share of the volume.
+TEST(Vkitti1Layout, TruncationIsThatOfTheDataSet) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  const fs::path folder = fs::path(data == nullptr ? "" : data) / "vkitti_1.3.1_text";
+  if (data == nullptr || !fs::is_directory(folder)) {
+    GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
+  }
+  const SequenceInfo info = FormulaSequence().info();
+  for (const char* world : {"0001", "0002", "0018"}) {
+    const auto source = open_with(fmt::format("vkitti1:{}#{}", data, world));
+    const fs::path path = folder / fmt::format("{}_objects.txt", world);
+    std::vector<double> errors;
+    for (const Vkitti1Object& row : decode_vkitti1_objects(read_file(path), path.string())) {
+      if (row.truncr == 0) continue;
+      const ObjectTruth* object = source->truth().find(row.frame, row.tid + 1);
+      ASSERT_NE(object, nullptr);
+      errors.push_back(std::abs(box_truncation(info, *object) - row.truncr));
+    }
+    ASSERT_GT(errors.size(), 50u);
+    std::ranges::sort(errors);
+    EXPECT_LT(errors[errors.size() / 2], 0.05) << world;
+  }
+}
 
 TEST(Vkitti1Layout, OnlyItsOwnCamera) {
   FormulaSequence source;

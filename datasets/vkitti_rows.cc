@@ -11,7 +11,7 @@ namespace sextant {
 namespace {
 
 constexpr double kMovingStep_m = 0.01;
-constexpr double kNearest_m = 0.1;
+constexpr int kBoxSamples = 8;  // along each edge
 
 std::string where(const Sequence& sequence, int frame) {
   return fmt::format("{}:{} frame {}", sequence.info().dataset, sequence.info().sequence, frame);
@@ -48,25 +48,6 @@ bool is_moving(const SequenceTruth& truth, const ObjectTruth& object, int frame)
   return next ? *next : moved(truth, object.id, frame - 1, frame).value_or(false);
 }
 
-// Share of the projected 3-D box's rectangle outside of the image. Corners nearer than kNearest_m are taken
-// there.
-double truncation(const SequenceInfo& info, const ObjectTruth& object) {
-  Eigen::AlignedBox2d box;
-  const Eigen::Vector3d& size = *object.size_m;
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d p = object.T_camera_object * Eigen::Vector3d((corner & 1 ? 0.5 : -0.5) * size.x(),
-                                                                 corner & 2 ? -size.y() : 0.0,
-                                                                 (corner & 4 ? 0.5 : -0.5) * size.z());
-    p.z() = std::max(p.z(), kNearest_m);
-    box.extend(info.camera.left.project(p));
-  }
-  const Eigen::AlignedBox2d image(Eigen::Vector2d(-0.5, -0.5),
-                                  Eigen::Vector2d(info.width - 0.5, info.height - 0.5));
-  const Eigen::AlignedBox2d seen = box.intersection(image);
-  if (seen.isEmpty() || !(box.volume() > 0)) return 1;
-  return 1 - seen.volume() / box.volume();
-}
-
 bool has_box(const ObjectTruth& object) { return object.left && object.top && object.right && object.bottom; }
 
 void check_object(const std::string& where, const ObjectTruth& object) {
@@ -94,7 +75,7 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
   row.right = known ? *object.right : extent.right;
   row.bottom = known ? *object.bottom : extent.bottom;
   row.n_pixels = extent.n_pixels;
-  row.truncation = truncation(sequence.info(), object);
+  row.truncation = box_truncation(sequence.info(), object);
   const double area = (row.right - row.left + 1) * (row.bottom - row.top + 1);
   row.occupancy = area > 0 ? std::clamp(extent.n_pixels / area, 0.0, 1.0) : 0.0;
   row.moving = is_moving(sequence.truth(), object, frame);
@@ -103,6 +84,23 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
 }
 
 }  // namespace
+
+double box_truncation(const SequenceInfo& info, const ObjectTruth& object) {
+  const PinholeCamera& camera = info.camera.left;
+  const auto in_view = [&](const Eigen::Vector3d& p) {
+    if (p.z() <= 0) return false;
+    const Eigen::Vector2d pixel = camera.project(p);
+    return pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < info.width - 0.5 &&
+           pixel.y() < info.height - 0.5;
+  };
+  int n_outside = 0;
+  for (int i = 0; i < kBoxSamples * kBoxSamples * kBoxSamples; ++i) {
+    const Eigen::Array3d cell(i % kBoxSamples, i / kBoxSamples % kBoxSamples, i / kBoxSamples / kBoxSamples);
+    const Eigen::Array3d at = (cell + 0.5) / kBoxSamples - Eigen::Array3d(0.5, 1.0, 0.5);
+    n_outside += !in_view(object.T_camera_object * (at * object.size_m->array()).matrix());
+  }
+  return static_cast<double>(n_outside) / (kBoxSamples * kBoxSamples * kBoxSamples);
+}
 
 MaskExtents mask_extents(const Image<uint16_t>& mask) {
   MaskExtents extents;

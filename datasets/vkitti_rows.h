@@ -39,6 +39,9 @@ struct VkittiRow {
   std::string type;  ///< "Car" when the truth has none
 };
 
+/// Share of the 3-D box's volume outside of the view, on 8 x 8 x 8 points of it; needs size_m.
+double box_truncation(const SequenceInfo& info, const ObjectTruth& object);
+
 /// In order of frame and id. `extents` by frame.
 std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents);
 

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
@@ -177,5 +178,51 @@ inline void compare_flow(const Image<Flow>& expected, const Image<Flow>& got, Ro
     }
   }
 }
+
+/// A test on files of its own: a copy of what LAYOUT makes of frames 3-6 of the formulas.
+class VkittiFiles : public testing::Test {
+ protected:
+  VkittiFiles(const char* layout, const char* sequence) {
+    static std::map<std::string, std::unique_ptr<TempFolder>> masters;  // written once a program
+    std::unique_ptr<TempFolder>& master = masters[layout];
+    if (!master) {
+      master = std::make_unique<TempFolder>();
+      LayoutRequest request;
+      request.out = master->path();
+      request.sequence = sequence;
+      request.quiet = true;
+      find_layout(layout).write(FormulaSequence(), request);
+    }
+    std::filesystem::copy(master->path(), root_, std::filesystem::copy_options::recursive);
+    source_ = fmt::format("{}:{}#{}", layout, root_.string(), sequence);
+  }
+
+  std::string file(const std::string& name) const { return (root_ / name).string(); }
+  std::string text(const std::string& name) const { return read_file(root_ / name); }
+  void put(const std::string& name, std::string_view bytes) { write_file(root_ / name, bytes); }
+  void remove(const std::string& name) { std::filesystem::remove_all(root_ / name); }
+  /// Replaces the first `from` of a file.
+  void change(const std::string& name, const std::string& from, const std::string& to) {
+    const std::string bytes = text(name);
+    const size_t at = bytes.find(from);
+    ASSERT_NE(at, std::string::npos) << name << " lacks " << from;
+    put(name, fmt::format("{}{}{}", bytes.substr(0, at), to, bytes.substr(at + from.size())));
+  }
+  /// Lines of a file, the header among them.
+  std::vector<std::string> lines(const std::string& name) const {
+    std::vector<std::string> all = split(text(name), '\n');
+    all.pop_back();
+    return all;
+  }
+  void put_lines(const std::string& name, const std::vector<std::string>& all) {
+    std::string bytes;
+    for (const std::string& line : all) bytes += line + "\n";
+    put(name, bytes);
+  }
+
+  TempFolder temp_;
+  std::filesystem::path root_ = temp_.path() / "D";
+  std::string source_;
+};
 
 }  // namespace sextant
