@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/geometry/camera.h"
 
@@ -131,11 +132,18 @@ class Vkitti1Real : public testing::TestWithParam<const char*> {
 TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
   std::vector<double> angles_deg;
   std::vector<double> tilts_deg;
+  std::vector<double> tilts_offset_last_deg;  // were the yaw offset not before Rx and Rz
+  const Eigen::Quaterniond back(Eigen::AngleAxisd(-kVkittiYawOffset_rad, Eigen::Vector3d::UnitY()));
+  const auto tilt_deg = [](const Eigen::Quaterniond& R_world_object) {
+    const Eigen::Vector3d down = R_world_object * Eigen::Vector3d::UnitY();
+    return std::atan2(std::hypot(down.x(), down.z()), down.y()) * 180 / std::numbers::pi;
+  };
   for (const auto& [frame, list] : truth_.objects) {
     for (const ObjectTruth& object : list) {
       const SE3 T_world_object = *truth_.camera.pose(frame) * object.T_camera_object;
-      const Eigen::Vector3d down = T_world_object.rotation() * Eigen::Vector3d::UnitY();
-      tilts_deg.push_back(std::hypot(down.x(), down.z()) * 180 / std::numbers::pi);
+      tilts_deg.push_back(tilt_deg(T_world_object.rotation()));
+      tilts_offset_last_deg.push_back(
+          tilt_deg(truth_.camera.pose(frame)->rotation() * back * object.T_camera_object.rotation()));
       const ObjectTruth* next = truth_.find(frame + 1, object.id);
       if (next == nullptr) continue;
       const Eigen::Vector3d step = (*truth_.camera.pose(frame + 1) * next->T_camera_object).translation() -
@@ -146,10 +154,12 @@ TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
     }
   }
   RecordProperty("heading_median_deg", fmt::format("{:.4f}", median(angles_deg)));
+  RecordProperty("tilt_offset_last_deg", fmt::format("{:.3f}", median(tilts_offset_last_deg)));
   RecordProperty("tilt_median_deg", fmt::format("{:.5f}", median(tilts_deg)));
   EXPECT_GT(angles_deg.size(), 200u);
   EXPECT_LT(median(angles_deg), 5.0);
   EXPECT_LT(median(tilts_deg), 0.001);
+  EXPECT_GT(median(tilts_offset_last_deg), 2.0);
 }
 
 // The projected corners of the 3-D box (f = 725, c = (620.5, 187)) against the 2-D box, which holds the
