@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr const char* kPrefix = "vkitti_1.3.1_";
 constexpr const char* kFlatVariation = "clone";
 
-// Where `moving` is right: in worlds 0006 and 0018 rows flagged 0 belong to cars that drive.
+// Where `moving` is taken: in worlds 0006 and 0018 rows flagged 0 include cars that roll (docs/datasets.md).
 const std::set<std::string> kReliableMoving = {"0001", "0002"};
 
 bool is_world(std::string_view name) {
@@ -86,8 +86,8 @@ void read_objects(const Vkitti1TextFiles& files, const std::string& world, Input
   }
   for (auto& [frame, list] : out.truth.objects) std::ranges::sort(list, {}, &ObjectTruth::id);
   if (!reliable) {
-    out.warnings.push_back(
-        fmt::format("{}: the column 'moving' is not used: it is right in worlds 0001 and 0002 only", name));
+    out.warnings.push_back(fmt::format(
+        "{}: the column 'moving' is not used: it is relied on in worlds 0001 and 0002 only", name));
   }
 }
 
