@@ -17,13 +17,16 @@
 //   };
 //
 // A field may itself be such a struct: v("ransac", ransac, "", "robust start").
-// Supported leaf types: bool, int, uint64_t, double, std::string.
+// Supported leaf types: bool, int, uint64_t, double, std::string. A std::map<std::string, T> of option
+// structs is an object whose keys the user chooses; the owner's check() judges them. Reading replaces the
+// whole map.
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +90,25 @@ std::vector<OptionHelp> describe_options(const T& options, const std::string& pr
 
 namespace internal {
 
+template <OptionStruct T>
+void read_map(const Json& json, std::map<std::string, T>& field, const std::string& where) {
+  if (!json.is_object()) wrong_type(where, "an object", json);
+  field.clear();
+  for (const auto& item : json.items())
+    read_options(item.value(), field[item.key()], where + "." + item.key());
+}
+
+template <typename T>
+struct MapValue {};
+template <OptionStruct T>
+struct MapValue<std::map<std::string, T>> {
+  using type = T;
+};
+template <typename T>
+concept OptionMap = requires {
+  typename MapValue<T>::type;
+};
+
 struct Reader {
   const Json& json;
   const std::string& where;
@@ -100,6 +122,8 @@ struct Reader {
     const std::string path = where.empty() ? name : where + "." + name;
     if constexpr (OptionStruct<T>) {
       read_options(*it, field, path);
+    } else if constexpr (OptionMap<T>) {
+      read_map(*it, field, path);
     } else {
       read_leaf(path, *it, field);
     }
@@ -112,6 +136,9 @@ struct Writer {
   void operator()(const char* name, T& field, const char*, const char*) {
     if constexpr (OptionStruct<T>) {
       json[name] = write_options(field);
+    } else if constexpr (OptionMap<T>) {
+      json[name] = Json::object();
+      for (const auto& [key, value] : field) json[name][key] = write_options(value);
     } else {
       json[name] = field;
     }
@@ -126,6 +153,9 @@ struct Describer {
     const std::string key = prefix.empty() ? name : prefix + "." + name;
     if constexpr (OptionStruct<T>) {
       for (OptionHelp& line : describe_options(field, key)) lines.push_back(std::move(line));
+    } else if constexpr (OptionMap<T>) {
+      using Value = typename MapValue<T>::type;
+      for (OptionHelp& line : describe_options(Value{}, key + ".NAME")) lines.push_back(std::move(line));
     } else {
       lines.push_back({key, Json(field).dump(), unit, meaning});
     }

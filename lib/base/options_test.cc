@@ -128,6 +128,44 @@ TEST(WriteOptions, RoundTripsThroughText) {
   EXPECT_EQ(read.ransac.threshold_px, options.ransac.threshold_px);
 }
 
+struct MapOptions {
+  std::map<std::string, InnerOptions> stages;
+  template <typename V>
+  void visit(V& v) {
+    v("stages", stages, "", "by name");
+  }
+};
+
+TEST(OptionMaps, ReadWriteAndDescribeEveryEntryStrictly) {
+  MapOptions options;
+  options.stages["old"] = {};
+  read_options(Json::parse(R"({"stages": {"a": {"max_iterations": 3}, "b": {}}})"), options);
+  ASSERT_EQ(options.stages.size(), 2U);
+  EXPECT_EQ(options.stages.at("a").max_iterations, 3);
+  EXPECT_EQ(options.stages.at("b").max_iterations, 500);
+  EXPECT_EQ(write_options(options)["stages"]["a"]["threshold_px"], 0.4);
+  MapOptions again;
+  read_options(write_options(options), again);
+  EXPECT_EQ(write_options(again), write_options(options));
+  EXPECT_EQ(describe_options(MapOptions{})[0].key, "stages.NAME.max_iterations");
+}
+
+TEST(OptionMaps, ErrorsNameThePath) {
+  const auto message = [](const char* text) -> std::string {
+    MapOptions options;
+    try {
+      read_options(Json::parse(text), options, "x");
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message(R"({"stages": {"a": {"max_iteration": 3}}})"), HasSubstr("'x.stages.a.max_iteration'"));
+  EXPECT_THAT(message(R"({"stages": {"a": 1}})"), AllOf(HasSubstr("x.stages.a"), HasSubstr("an object")));
+  EXPECT_THAT(message(R"({"stages": []})"), AllOf(HasSubstr("x.stages"), HasSubstr("an object")));
+  EXPECT_THAT(message(R"({"stages": {"a": {"max_iterations": 0}}})"), HasSubstr("must be > 0"));
+}
+
 TEST(DescribeOptions, ListsEveryLeafWithItsPathDefaultAndUnit) {
   const std::vector<OptionHelp> lines = describe_options(OuterOptions{});
   ASSERT_EQ(lines.size(), 5U);

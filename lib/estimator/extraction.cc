@@ -6,28 +6,12 @@
 #include <opencv2/features2d.hpp>
 #include <set>
 
+#include "sextant/measurement/landing.h"
+
 namespace sextant {
 namespace {
 
 bool valid_depth(float depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
-
-/// The pixel nearest to where the flow leads, if it is inside the image.
-struct Landing {
-  int x = 0;
-  int y = 0;
-  bool inside = false;
-};
-
-Landing land(int x, int y, const Flow& flow, int width, int height) {
-  if (!flow.valid()) return {};
-  const float u = static_cast<float>(x) + flow.u;
-  const float v = static_cast<float>(y) + flow.v;
-  if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F &&
-        v < static_cast<float>(height) - 0.5F)) {
-    return {};
-  }
-  return {static_cast<int>(std::lround(u)), static_cast<int>(std::lround(v)), true};
-}
 
 double depth_at(const Image<float>& depth_m, const Landing& pixel) {
   if (depth_m.empty()) return NAN;

@@ -1,0 +1,78 @@
+// Draws per second: a normal as a function of the pixel against a generator that can only count on.
+
+#include <benchmark/benchmark.h>
+
+#include <random>
+
+#include "sextant/noise/draws.h"
+
+namespace sextant {
+namespace {
+
+struct Row {
+  std::vector<int> x, y;
+  std::vector<double> first, second;
+  explicit Row(int n) : y(n, 100), first(n), second(n) {
+    for (int i = 0; i < n; ++i) x.push_back(i);
+  }
+};
+
+// Both normals of a call count: a flow takes two, a depth one.
+void normals_in_batches(benchmark::State& state) {
+  Row row(static_cast<int>(state.range(0)));
+  const Draws draws(1, "vdo", "0003");
+  int frame = 0;
+  for (auto _ : state) {
+    draws.normals(NoiseChannel::flow, {frame++, row.x, row.y}, Correlation::independent, row.first,
+                  row.second);
+    benchmark::DoNotOptimize(row.first.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * 2 * state.range(0));
+}
+
+void normals_one_by_one(benchmark::State& state) {
+  const Draws draws(1, "vdo", "0003");
+  int x = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(draws.normals(NoiseChannel::flow, 3, x++, 100));
+  state.SetItemsProcessed(state.iterations() * 2);
+}
+
+void uniforms_in_batches(benchmark::State& state) {
+  Row row(static_cast<int>(state.range(0)));
+  const Draws draws(1, "vdo", "0003");
+  int frame = 0;
+  for (auto _ : state) {
+    draws.uniforms(NoiseChannel::outlier, {frame++, row.x, row.y}, row.first, row.second);
+    benchmark::DoNotOptimize(row.first.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * 2 * state.range(0));
+}
+
+void mersenne_twister(benchmark::State& state) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (auto _ : state) benchmark::DoNotOptimize(normal(random));
+  state.SetItemsProcessed(state.iterations());
+}
+
+/// Common random numbers the usual way: one generator a frame, seeded anew, of which all pixels are drawn.
+void mersenne_twister_seeded_per_frame(benchmark::State& state) {
+  uint64_t frame = 0;
+  for (auto _ : state) {
+    std::mt19937_64 random(frame++);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < state.range(0); ++i) benchmark::DoNotOptimize(normal(random));
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+
+BENCHMARK(normals_in_batches)->Arg(1242)->Arg(4000);
+BENCHMARK(normals_one_by_one);
+BENCHMARK(uniforms_in_batches)->Arg(4000);
+BENCHMARK(mersenne_twister);
+BENCHMARK(mersenne_twister_seeded_per_frame)->Arg(1242);
+
+}  // namespace
+}  // namespace sextant

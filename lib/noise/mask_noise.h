@@ -1,0 +1,41 @@
+#pragma once
+
+// Masks that are too small or too large by n px. One step of
+//
+//   erosion   takes away every instance pixel with a neighbour of another id (background or instance);
+//   dilation  gives every background pixel with instance neighbours the smallest of their ids.
+//
+// Neighbours: 4 (edges; n steps reach |dx| + |dy| <= n) or 8 (edges and corners; max(|dx|, |dy|) <= n).
+// Outside the image there are no neighbours: an instance cut by the border does not shrink there.
+// With both, erosion comes first (an opening). Nothing is drawn: the outcome does not depend on the seed.
+
+#include "sextant/noise/noise_model.h"
+
+namespace sextant {
+
+struct MaskNoiseOptions {
+  int erode_px = 0;
+  int dilate_px = 0;
+  int neighbours = 4;
+  template <typename V>
+  void visit(V& v) {
+    v("erode_px", erode_px, "px", "steps of erosion");
+    v("dilate_px", dilate_px, "px", "steps of dilation, after erosion");
+    v("neighbours", neighbours, "4 or 8", "of a pixel");
+  }
+  void check() const;
+};
+
+class MaskNoise : public NoiseModel {
+ public:
+  explicit MaskNoise(const MaskNoiseOptions& options);
+  Json options() const override { return write_options(options_); }
+  std::string name() const override;
+  void corrupt_mask(Image<uint16_t>& mask) const override;
+  bool changes_masks() const override { return options_.erode_px > 0 || options_.dilate_px > 0; }
+
+ private:
+  MaskNoiseOptions options_;
+};
+
+}  // namespace sextant

@@ -1,0 +1,116 @@
+#include "sextant/noise/noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/registry.h"
+
+namespace sextant {
+namespace {
+
+constexpr const char* correlation_key = "correlation";
+
+Correlation read_correlation(const Json& value) {
+  if (!value.is_string()) fail("option noise.{}: expected a text, got {}", correlation_key, value.dump());
+  return correlation_from_string(value.get<std::string>());
+}
+
+void refuse_unknown_keys(const Json& options) {
+  std::vector<std::string> known;
+  for (const NoiseModelEntry& entry : noise_models()) known.push_back(entry.name);
+  known.emplace_back(correlation_key);
+  for (const auto& item : options.items()) {
+    if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
+      fail("unknown option key 'noise.{}': {}", item.key(), suggest(item.key(), known));
+    }
+  }
+}
+
+bool changes_something(const NoiseModel& model) {
+  return model.changes_depth() || model.changes_flow() || model.changes_masks();
+}
+
+}  // namespace
+
+Noise::Noise(const Json& options) {
+  if (!options.is_object()) fail("option noise: expected an object, got {}", options.dump());
+  refuse_unknown_keys(options);
+  if (options.contains(correlation_key)) correlation_ = read_correlation(options.at(correlation_key));
+  for (const NoiseModelEntry& entry : noise_models()) {
+    if (!options.contains(entry.name)) continue;
+    std::shared_ptr<const NoiseModel> model = entry.make(options.at(entry.name));
+    if (changes_something(*model)) models_.push_back({entry.name, std::move(model)});
+  }
+}
+
+Noise Noise::parse(std::string_view text) {
+  if (text.empty() || text == "none") return Noise();
+  Json options;
+  try {
+    options = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    fail("noise '{}': not JSON at byte {}: expected none or an object such as {}", text, error.byte,
+         R"({"depth":{"delta_d_px":0.2}})");
+  }
+  return Noise(options);
+}
+
+Json Noise::options() const {
+  Json json = Json::object();
+  for (const NamedModel& named : models_) json[named.key] = named.model->options();
+  if (!none()) json[correlation_key] = to_string(correlation_);
+  return json;
+}
+
+std::string Noise::name() const {
+  std::string text;
+  for (const NamedModel& named : models_) text += (text.empty() ? "" : " + ") + named.model->name();
+  if (text.empty()) return "none";
+  return correlation_ == Correlation::shared_per_frame ? text + " (shared per frame)" : text;
+}
+
+bool Noise::changes_masks() const {
+  return std::any_of(models_.begin(), models_.end(), [](const auto& m) { return m.model->changes_masks(); });
+}
+
+Noise Noise::without_masks() const {
+  Noise rest = *this;
+  std::erase_if(rest.models_, [](const auto& m) { return m.model->changes_masks(); });
+  return rest;
+}
+
+void Noise::corrupt_mask(Image<uint16_t>& mask) const {
+  for (const NamedModel& named : models_) named.model->corrupt_mask(mask);
+}
+
+double Noise::depth_sigma_m(const StereoCamera& camera, double depth_m) const {
+  double variance = 0;
+  for (const NamedModel& named : models_) {
+    const double sigma = named.model->depth_sigma_m(camera, depth_m);
+    variance += sigma * sigma;
+  }
+  return std::sqrt(variance);
+}
+
+FlowSigma Noise::flow_sigma(int body) const {
+  FlowSigma variance;
+  for (const NamedModel& named : models_) {
+    const FlowSigma sigma = named.model->flow_sigma(body);
+    variance.x_px += sigma.x_px * sigma.x_px;
+    variance.y_px += sigma.y_px * sigma.y_px;
+  }
+  return {std::sqrt(variance.x_px), std::sqrt(variance.y_px)};
+}
+
+std::string noise_name(const Json& options) { return Noise(options).name(); }
+
+std::vector<OptionHelp> describe_noise_options() {
+  std::vector<OptionHelp> lines;
+  for (const NoiseModelEntry& entry : noise_models()) {
+    for (OptionHelp& line : entry.options()) lines.push_back(std::move(line));
+  }
+  lines.push_back({"noise.correlation", "\"independent\"", "", "independent or shared_per_frame"});
+  return lines;
+}
+
+}  // namespace sextant

@@ -1,0 +1,312 @@
+// Combinations of models on points and on dense frames.
+
+#include "sextant/noise/noise.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "sextant/base/parallel_for.h"
+#include "sextant/measurement/landing.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int width = 320;
+constexpr int height = 120;
+const StereoCamera camera{{700, 700, 160, 60}, 350};
+const Draws draws(4, "synthetic", "test");
+const char* const everything = R"({"depth": {"delta_d_px": 0.8}, "quantisation": {"step_px": 0.0625},
+    "flow": {"epe_x_px": 0.3, "epe_y_px": 0.2, "bodies": {"object:1": {"epe_px": 1}}},
+    "outliers": {"share": 0.1, "radius_px": 20}})";
+
+Noise noise(const char* json) { return Noise(Json::parse(json)); }
+
+/// A frame with some invalid depths and flows and two instances.
+Frame make_frame(int index) {
+  Frame frame;
+  frame.index = index;
+  frame.depth_m = Image<float>(width, height);
+  frame.flow = Image<Flow>(width, height);
+  frame.mask = Image<uint16_t>(width, height);
+  std::mt19937 random(static_cast<unsigned>(index));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      frame.depth_m(x, y) = random() % 20 == 0 ? NAN : 5.0F + static_cast<float>(random() % 60000) / 1000.0F;
+      frame.flow(x, y) = {static_cast<float>(random() % 1600) / 100.0F - 8,
+                          static_cast<float>(random() % 800) / 100.0F - 4};
+      if (random() % 30 == 0) frame.flow(x, y) = {};
+      if (y > 40 && y < 80 && x > 100 && x < 200) frame.mask(x, y) = x < 160 ? 1 : 2;
+    }
+  }
+  return frame;
+}
+
+/// Points at every `step`-th pixel, as extraction makes them.
+FramePair make_pair(const Frame& prev, const Frame& curr, int step) {
+  FramePair pair;
+  pair.prev = prev.index;
+  pair.curr = curr.index;
+  pair.dt_s = 0.1;
+  pair.width = width;
+  pair.height = height;
+  pair.camera = camera;
+  pair.objects.resize(1);
+  pair.objects[0].instance = 1;
+  for (int y = 0; y < height; y += step) {
+    for (int x = 0; x < width; x += step) {
+      const Flow flow = prev.flow(x, y);
+      const Landing to = land(x, y, flow, width, height);
+      if (!to.inside || std::isnan(prev.depth_m(x, y))) continue;
+      const uint16_t body = prev.mask(x, y);
+      Correspondences& points = body == 0 ? pair.background : pair.objects[0].points;
+      points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, curr.depth_m(to.x, to.y));
+      if (body != 0) pair.objects[0].instance_prev.push_back(body);
+    }
+  }
+  return pair;
+}
+
+bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+void expect_equal(const Correspondences& a, const Correspondences& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    ASSERT_TRUE(a.u[i] == b.u[i] && a.v[i] == b.v[i] && a.depth[i] == b.depth[i] &&
+                a.flow_u[i] == b.flow_u[i] && a.flow_v[i] == b.flow_v[i] &&
+                same(a.depth_curr[i], b.depth_curr[i]))
+        << i;
+  }
+}
+
+TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
+  const Frame prev = make_frame(7), curr = make_frame(8);
+  for (const char* correlation : {"independent", "shared_per_frame"}) {
+    Json options = Json::parse(everything);
+    options["correlation"] = correlation;
+    const Noise noise(options);
+    const FramePair clean = make_pair(prev, curr, 2);
+    const NoisyPair points = noise.apply(clean, draws);
+    const NoisyFrame dense_prev = noise.apply(prev, camera, draws);
+    const NoisyFrame dense_curr = noise.apply(curr, camera, draws);
+    const auto check = [&](const Correspondences& noisy) {
+      ASSERT_GT(noisy.size(), 300U);
+      for (size_t i = 0; i < noisy.size(); ++i) {
+        const int x = static_cast<int>(noisy.u[i]), y = static_cast<int>(noisy.v[i]);
+        ASSERT_EQ(noisy.depth[i], dense_prev.frame.depth_m(x, y));
+        ASSERT_EQ(noisy.flow_u[i], dense_prev.frame.flow(x, y).u);
+        ASSERT_EQ(noisy.flow_v[i], dense_prev.frame.flow(x, y).v);
+        const Landing to = land(x, y, prev.flow(x, y), width, height);
+        const bool outlier =
+            std::hypot(noisy.flow_u[i] - prev.flow(x, y).u, noisy.flow_v[i] - prev.flow(x, y).v) > 6;
+        if (outlier) {
+          ASSERT_TRUE(std::isnan(noisy.depth_curr[i]));
+        }
+        if (!std::isnan(noisy.depth_curr[i])) {
+          ASSERT_EQ(noisy.depth_curr[i], dense_curr.frame.depth_m(to.x, to.y));
+        }
+      }
+    };
+    check(points.pair.background);
+    check(points.pair.objects[0].points);
+    ASSERT_EQ(points.pair.objects[0].points.size(), points.pair.objects[0].instance_prev.size());
+  }
+}
+
+TEST(Noise, WhichOtherPointsThereAreDoesNotMatter) {
+  const Frame prev = make_frame(7), curr = make_frame(8);
+  const Noise some = noise(everything);
+  const Correspondences many = some.apply(make_pair(prev, curr, 1), draws).pair.background;
+  const Correspondences few = some.apply(make_pair(prev, curr, 4), draws).pair.background;
+  std::map<std::pair<double, double>, size_t> at;
+  for (size_t i = 0; i < many.size(); ++i) at[{many.u[i], many.v[i]}] = i;
+  for (size_t i = 0; i < few.size(); ++i) {
+    const size_t j = at.at({few.u[i], few.v[i]});
+    ASSERT_TRUE(few.depth[i] == many.depth[j] && few.flow_u[i] == many.flow_u[j] &&
+                few.flow_v[i] == many.flow_v[j] && same(few.depth_curr[i], many.depth_curr[j]));
+  }
+}
+
+TEST(Noise, ThreadsAndMergingInOrderGiveTheSameBits) {
+  const Noise some = noise(everything);
+  std::string first;
+  for (const int jobs : {1, 2, 5}) {
+    std::vector<NoisyPair> results(8);
+    parallel_for(8, jobs, [&](int i) {
+      results[i] = some.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws);
+    });
+    NoiseVerification total;
+    for (const NoisyPair& result : results) total.merge(result.achieved);
+    const std::string text = total.json(some.options()).dump();
+    if (first.empty()) first = text;
+    EXPECT_EQ(text, first);
+    expect_equal(results[3].pair.background,
+                 some.apply(make_pair(make_frame(3), make_frame(4), 3), draws).pair.background);
+  }
+}
+
+TEST(Noise, NoneChangesNothing) {
+  const Frame prev = make_frame(1), curr = make_frame(2);
+  const FramePair pair = make_pair(prev, curr, 2);
+  for (const char* json : {"{}", R"({"depth": {"delta_d_px": 0}, "flow": {}, "mask": {}})"}) {
+    EXPECT_TRUE(noise(json).none());
+    EXPECT_EQ(noise(json).name(), "none");
+    EXPECT_EQ(noise(json).options(), Json::object());
+    const NoisyPair same_pair = noise(json).apply(pair, draws);
+    expect_equal(same_pair.pair.background, pair.background);
+    expect_equal(same_pair.pair.objects[0].points, pair.objects[0].points);
+    EXPECT_EQ(same_pair.achieved.json(Json::object()).dump(), R"({"requested":{}})");
+    const NoisyFrame same_frame = noise(json).apply(prev, camera, draws);
+    EXPECT_EQ(same_frame.frame.mask, prev.mask);
+    for (size_t i = 0; i < prev.flow.size(); ++i) {
+      ASSERT_TRUE(same(same_frame.frame.flow.data()[i].u, prev.flow.data()[i].u));
+      ASSERT_TRUE(same(same_frame.frame.depth_m.data()[i], prev.depth_m.data()[i]));
+    }
+  }
+}
+
+// delta_d of 30 px makes about half of the depths beyond 12 m negative: they go, and are counted.
+TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
+  const Frame prev = make_frame(1), curr = make_frame(2);
+  const FramePair pair = make_pair(prev, curr, 1);
+  const Noise strong = noise(R"({"depth": {"delta_d_px": 30}})");
+  const NoisyPair noisy = strong.apply(pair, draws);
+  const size_t before = pair.background.size() + pair.objects[0].points.size();
+  const size_t after = noisy.pair.background.size() + noisy.pair.objects[0].points.size();
+  EXPECT_LT(after, before * 7 / 10);
+  double expected_share = 0;  // P(z + sigma n <= 0)
+  for (const double z : pair.background.depth) {
+    expected_share +=
+        0.5 * std::erfc(z / strong.depth_sigma_m(camera, z) / std::sqrt(2.0)) / pair.background.size();
+  }
+  EXPECT_NEAR(1 - static_cast<double>(noisy.pair.background.size()) / pair.background.size(), expected_share,
+              0.01);
+  for (const double z : noisy.pair.background.depth) ASSERT_GT(z, 0);
+  uint64_t curr_before = 0;
+  for (const double z : pair.background.depth_curr) curr_before += !std::isnan(z);
+  for (const double z : pair.objects[0].points.depth_curr) curr_before += !std::isnan(z);
+  EXPECT_EQ(noisy.achieved.depth.n_valid, before + curr_before);
+  const NoisyFrame frame = strong.apply(prev, camera, draws);
+  uint64_t valid = 0, lost = 0;
+  for (size_t i = 0; i < prev.depth_m.size(); ++i) {
+    const float was = prev.depth_m.data()[i], is = frame.frame.depth_m.data()[i];
+    valid += !std::isnan(was);
+    lost += !std::isnan(was) && std::isnan(is);
+    ASSERT_TRUE(std::isnan(is) || is > 0);
+    ASSERT_TRUE(!std::isnan(was) || std::isnan(is));
+  }
+  EXPECT_EQ(frame.achieved.depth.n_valid, valid);
+  EXPECT_EQ(frame.achieved.depth.n_invalidated, lost);
+  EXPECT_GT(lost, 1000U);
+}
+
+TEST(Noise, VerificationMeasuresWhatWasAdded) {
+  const Noise some = noise(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_x_px": 1.34, "epe_y_px": 0.27,
+      "bodies": {"objects": {"epe_px": 0.5}}}, "outliers": {"share": 0.2}})");
+  NoiseVerification total;
+  for (int i = 0; i < 10; ++i)
+    total.merge(some.apply(make_pair(make_frame(i), make_frame(i + 1), 1), draws).achieved);
+  const double n = static_cast<double>(total.flow.at(0).x.n);
+  EXPECT_GT(n, 2e5);
+  EXPECT_NEAR(*total.depth.normalised.sigma(), 1, 4 / std::sqrt(2.0 * total.depth.normalised.n));
+  EXPECT_LT(std::abs(*total.depth.normalised.mean()),
+            4 / std::sqrt(static_cast<double>(total.depth.normalised.n)));
+  EXPECT_NEAR(*total.flow.at(0).x.sigma() / 1.34, 1, 4 / std::sqrt(2 * n));
+  EXPECT_NEAR(*total.flow.at(0).y.sigma() / 0.27, 1, 4 / std::sqrt(2 * n));
+  EXPECT_NEAR(*total.flow.at(0).epe_px() / expected_epe_px({1.34, 0.27}), 1, 0.01);
+  EXPECT_NEAR(*total.flow.at(0).outlier_share(), 0.2, 4 * std::sqrt(0.16 / n));
+  for (const int id : {1, 2}) {
+    const FlowVerification& object = total.flow.at(id);
+    EXPECT_NEAR(*object.x.sigma() / 0.5, 1, 4 / std::sqrt(2.0 * object.x.n));
+  }
+  EXPECT_LT(std::abs(*total.depth_neighbours.correlation()), 0.01);
+  EXPECT_LT(std::abs(*total.flow_neighbours.correlation()), 0.01);
+  const Json json = total.json(some.options());
+  EXPECT_EQ(json["requested"]["flow"]["epe_x_px"], 1.34);
+  EXPECT_EQ(json["flow"]["background"]["x"]["requested_sigma_px"], 1.34);
+  EXPECT_TRUE(json["flow"].contains("object:1") && json["flow"].contains("object:2"));
+  EXPECT_TRUE(json["neighbours"]["depth"].contains("correlation"));
+}
+
+TEST(Noise, SharedDrawsHaveANeighbourCorrelationOfExactlyOne) {
+  const Noise shared =
+      noise(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1}, "correlation": "shared_per_frame"})");
+  NoiseVerification total;
+  for (int i = 0; i < 3; ++i)
+    total.merge(shared.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws).achieved);
+  EXPECT_EQ(*total.depth_neighbours.correlation(), 1.0);
+  EXPECT_EQ(*total.flow_neighbours.correlation(), 1.0);
+}
+
+TEST(Noise, MasksAreForFramesNotForPoints) {
+  const Noise some = noise(R"({"mask": {"erode_px": 3}, "depth": {"delta_d_px": 0.2}})");
+  const Frame prev = make_frame(1), curr = make_frame(2);
+  EXPECT_TRUE(some.changes_masks());
+  EXPECT_THROW(some.apply(make_pair(prev, curr, 4), draws), Error);
+  EXPECT_NO_THROW(some.without_masks().apply(make_pair(prev, curr, 4), draws));
+  EXPECT_EQ(some.without_masks().name(), "depth 0.2 px");
+  const NoisyFrame noisy = some.apply(prev, camera, draws);
+  Image<uint16_t> mask = prev.mask;
+  some.corrupt_mask(mask);
+  EXPECT_EQ(noisy.frame.mask, mask);
+  EXPECT_NE(mask, prev.mask);
+}
+
+TEST(Noise, LevelsByBodyNeedAMask) {
+  Frame frame = make_frame(1);
+  frame.mask = {};
+  EXPECT_THROW(noise(everything).apply(frame, camera, draws), Error);
+  EXPECT_NO_THROW(noise(R"({"flow": {"epe_px": 1}})").apply(frame, camera, draws));
+}
+
+TEST(Noise, HasACanonicalNameAndOptions) {
+  EXPECT_EQ(noise_name(
+                Json::parse(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})")),
+            "depth 0.2 px + flow 0.3/0.2 px");
+  EXPECT_EQ(noise(everything).name(),
+            "depth 0.8 px + disparity step 0.0625 px + flow 0.3/0.2 px, object:1 1 px + outliers 10 % in "
+            "disc 20 px");
+  EXPECT_EQ(
+      noise(R"({"mask": {"erode_px": 2}, "flow": {"epe_px": 1, "scale": 0.5, "reading": "epe_is_mean_error"},
+      "correlation": "shared_per_frame"})")
+          .name(),
+      "flow 1 px, x 0.5, mean error + mask eroded 2 px (shared per frame)");
+  const Noise a = noise(R"({"flow": {"epe_px": 1}, "depth": {"delta_d_px": 0.2}, "mask": {}})");
+  const Noise b = noise(
+      R"({"correlation": "independent", "depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1, "scale": 1}})");
+  EXPECT_EQ(a.options().dump(), b.options().dump());
+  EXPECT_EQ(Noise(a.options()).options(), a.options());
+}
+
+TEST(Noise, RefusesUnknownModelsAndBadText) {
+  const auto message = [](const char* text) -> std::string {
+    try {
+      Noise::parse(text);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message("none"), "no error");
+  EXPECT_EQ(message(""), "no error");
+  EXPECT_EQ(message("{}"), "no error");
+  EXPECT_THAT(message(R"({"dept": {}})"), HasSubstr("did you mean 'depth'"));
+  EXPECT_THAT(message(R"({"correlation": "shared"})"), HasSubstr("shared_per_frame"));
+  EXPECT_THAT(message(R"({"correlation": 1})"), HasSubstr("noise.correlation"));
+  EXPECT_THAT(message("[1]"), HasSubstr("expected an object"));
+  EXPECT_THAT(message(R"({"depth": )"), HasSubstr("not JSON at byte"));
+  EXPECT_THAT(message(R"({"depth": {"delta_d_px": "a"}})"), HasSubstr("noise.depth.delta_d_px"));
+}
+
+TEST(Noise, DescribesEveryOption) {
+  const std::vector<OptionHelp> lines = describe_noise_options();
+  EXPECT_EQ(lines.front().key, "noise.depth.delta_d_px");
+  EXPECT_EQ(lines.back().key, "noise.correlation");
+}
+
+}  // namespace
+}  // namespace sextant

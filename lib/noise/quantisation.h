@@ -1,0 +1,37 @@
+#pragma once
+
+// Depth as read from a disparity image of finite resolution:
+//
+//   d = f b / z,   z' = f b / (step * round(d / step))
+//
+// A disparity that rounds to 0 has no depth: invalid.
+
+#include "sextant/noise/noise_model.h"
+
+namespace sextant {
+
+struct QuantisationOptions {
+  double step_px = 0;
+  double baseline_m = 0;
+  template <typename V>
+  void visit(V& v) {
+    v("step_px", step_px, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)");
+    v("baseline_m", baseline_m, "m", "of the assumed stereo camera; 0 = the source's own bf");
+  }
+  void check() const;
+};
+
+class Quantisation : public NoiseModel {
+ public:
+  explicit Quantisation(const QuantisationOptions& options);
+  Json options() const override { return write_options(options_); }
+  std::string name() const override;
+  void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
+                     std::span<double> depth_m) const override;
+  bool changes_depth() const override { return options_.step_px > 0; }
+
+ private:
+  QuantisationOptions options_;
+};
+
+}  // namespace sextant

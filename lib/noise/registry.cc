@@ -1,0 +1,38 @@
+#include "sextant/base/registry.h"
+
+#include "sextant/noise/depth_noise.h"
+#include "sextant/noise/flow_noise.h"
+#include "sextant/noise/flow_outliers.h"
+#include "sextant/noise/mask_noise.h"
+#include "sextant/noise/noise_model.h"
+#include "sextant/noise/quantisation.h"
+
+namespace sextant {
+namespace {
+
+template <typename Model, typename Options>
+NoiseModelEntry entry(const char* name, const char* description) {
+  const std::string where = std::string("noise.") + name;
+  return {name, description,
+          [where](const Json& json) -> std::unique_ptr<NoiseModel> {
+            Options options;
+            read_options(json, options, where);
+            return std::make_unique<Model>(options);
+          },
+          [where] { return describe_options(Options{}, where); }};
+}
+
+}  // namespace
+
+std::span<const NoiseModelEntry> noise_models() {
+  static const std::vector<NoiseModelEntry> table = {
+      entry<DepthNoise, DepthNoiseOptions>("depth", "stereo depth, sigma = z^2/(f b) delta_d"),
+      entry<Quantisation, QuantisationOptions>("quantisation", "disparity of finite resolution"),
+      entry<FlowNoise, FlowNoiseOptions>("flow", "Gaussian flow noise, asked for by end-point error"),
+      entry<FlowOutliers, FlowOutlierOptions>("outliers", "a share of wrong flows"),
+      entry<MaskNoise, MaskNoiseOptions>("mask", "masks too small or too large"),
+  };
+  return table;
+}
+
+}  // namespace sextant

@@ -1,0 +1,87 @@
+#pragma once
+
+// What noise was really added, measured on the corrupted numbers themselves (outcome minus input), beside
+// what was asked for. Accumulators are merged in a fixed order (frame pairs in order), which gives the same
+// bits for any number of threads.
+//
+//   depth   (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of
+//   invalidated
+//           depths cuts the lower tail and biases both; quantisation adds its own error.
+//   flow    phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.| (EPE of
+//           one axis), and the 2-D EPE
+//   neighbours   correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of each pixel and its right-hand
+//           neighbour (their mean is 0 by construction): about 0 for independent, exactly 1 for
+//           shared_per_frame
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "sextant/base/options.h"
+#include "sextant/noise/noise_model.h"
+
+namespace sextant {
+
+/// Sums of one quantity.
+struct MomentSums {
+  uint64_t n = 0;
+  double sum = 0;
+  double sum_squares = 0;
+  double sum_abs = 0;
+
+  void add(double value);
+  void merge(const MomentSums& other);
+  std::optional<double> mean() const;
+  std::optional<double> mean_abs() const;
+  /// Standard deviation with n - 1; none for n < 2.
+  std::optional<double> sigma() const;
+};
+
+/// Sums of pairs of standard normals.
+struct NeighbourSums {
+  uint64_t n = 0;
+  double ab = 0;
+  double aa = 0;
+  double bb = 0;
+
+  void add(double a, double b);
+  void merge(const NeighbourSums& other);
+  std::optional<double> correlation() const;
+};
+
+struct DepthVerification {
+  MomentSums normalised;
+  uint64_t n_valid = 0;        ///< before
+  uint64_t n_invalidated = 0;  ///< of those, not valid any more
+  std::optional<double> share_invalidated() const;
+};
+
+struct FlowVerification {
+  FlowSigma requested;
+  MomentSums x;
+  MomentSums y;
+  double sum_epe = 0;
+  uint64_t n_outliers = 0;
+  uint64_t n() const { return x.n + n_outliers; }
+  std::optional<double> epe_px() const;
+  std::optional<double> outlier_share() const;
+};
+
+/// Mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 - (sigma_min/sigma_max)^2), E
+/// = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal sigmas.
+double expected_epe_px(const FlowSigma& sigma);
+
+class NoiseVerification {
+ public:
+  DepthVerification depth;
+  std::map<int, FlowVerification> flow;  ///< by body: instance id, 0 = background
+  NeighbourSums depth_neighbours;
+  NeighbourSums flow_neighbours;  ///< x axis
+
+  /// Appends what comes after in the fixed order.
+  void merge(const NoiseVerification& later);
+  /// Requested (options and derived sigmas) and achieved; what is not known is left out.
+  Json json(const Json& requested) const;
+};
+
+}  // namespace sextant
