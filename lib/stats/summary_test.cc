@@ -1,0 +1,98 @@
+#include "sextant/stats/summary.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/stats/distributions.h"
+
+namespace sextant {
+namespace {
+
+const std::vector<double> sample = {1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30};
+const std::vector<double> none;
+
+// numpy 1.24.2, scipy 1.10.1: np.quantile(x, p), np.std(x, ddof=1), scipy.stats.median_abs_deviation(x),
+// np.sqrt(np.mean(np.square(x))) of `sample`.
+TEST(Summary, AgreesWithNumpyAndScipy) {
+  EXPECT_DOUBLE_EQ(quantile(sample, 0), 0.5);
+  EXPECT_DOUBLE_EQ(quantile(sample, 0.1), 1.14);
+  EXPECT_DOUBLE_EQ(quantile(sample, 0.25), 1.55);
+  EXPECT_DOUBLE_EQ(quantile(sample, 0.9), 2.596);
+  EXPECT_DOUBLE_EQ(quantile(sample, 1), 3.06);
+  EXPECT_DOUBLE_EQ(median(sample), 1.68);
+  EXPECT_DOUBLE_EQ(std_dev(sample), 0.7155941587240634);
+  EXPECT_NEAR(mad(sample), 0.2, 1e-15);
+  EXPECT_DOUBLE_EQ(rmse(sample), 1.8911078469745952);
+  EXPECT_NEAR(mean(sample), 15.9 / 9, 1e-15);
+}
+
+TEST(Summary, AMedianOfAnEvenNumberIsTheMiddleOfTwo) {
+  EXPECT_EQ(median(std::vector<double>{4, 1, 3, 2}), 2.5);
+  EXPECT_EQ(median(std::vector<double>{7}), 7);
+}
+
+TEST(Summary, MidranksShareTies) {
+  EXPECT_THAT(midranks(std::vector<double>{3, 1, 3, 2, 3}), ::testing::ElementsAre(4, 1, 4, 2, 4));
+}
+
+TEST(Summary, BadSamplesAreErrorsNeverNaN) {
+  using Function = double (*)(std::span<const double>);
+  for (const Function f :
+       {Function(mean), Function(rmse), Function(std_dev), Function(median), Function(mad)}) {
+    EXPECT_THROW(f(none), Error);
+    EXPECT_THROW(f(std::vector<double>{1, NAN, 2}), Error);
+    EXPECT_THROW(f(std::vector<double>{1, std::numeric_limits<double>::infinity()}), Error);
+  }
+  EXPECT_THROW(std_dev(std::vector<double>{1}), Error);
+  EXPECT_THROW(quantile(sample, -0.1), Error);
+  EXPECT_THROW(quantile(sample, 1.1), Error);
+  EXPECT_THROW(quantile(sample, NAN), Error);
+}
+
+// scipy 1.10.1: scipy.stats.norm.ppf, norm.cdf, chi2.ppf, chi2.cdf.
+TEST(Distributions, AgreeWithScipy) {
+  EXPECT_NEAR(normal_quantile(0.975), 1.959963984540054, 1e-12);
+  EXPECT_NEAR(normal_quantile(0.8), 0.8416212335729143, 1e-12);
+  EXPECT_NEAR(normal_quantile(1e-10), -6.361340902404056, 1e-10);
+  EXPECT_NEAR(normal_quantile(0.3), -0.5244005127080409, 1e-12);
+  EXPECT_NEAR(normal_quantile(0.5), 0, 1e-12);
+  EXPECT_NEAR(normal_cdf(1.3), 0.9031995154143897, 1e-14);
+  EXPECT_NEAR(chi_square_quantile(0.025, 1), 0.0009820691171752555, 1e-13);
+  EXPECT_NEAR(chi_square_quantile(0.975, 1), 5.023886187314888, 1e-9);
+  EXPECT_NEAR(chi_square_quantile(0.025, 600), 534.0185504659327, 1e-7);
+  EXPECT_NEAR(chi_square_quantile(0.975, 600), 669.7691522164112, 1e-7);
+  EXPECT_NEAR(chi_square_quantile(0.5, 3.5), 2.86058940306655, 1e-9);
+  EXPECT_NEAR(chi_square_cdf(7.3, 6), 0.7060078446013035, 1e-11);
+  EXPECT_NEAR(chi_square_cdf(620, 600), 0.7224887541718611, 1e-10);
+}
+
+// scipy.stats.t.cdf and t.ppf.
+TEST(Distributions, StudentsTAgreesWithScipy) {
+  EXPECT_NEAR(student_t_cdf(0.7, 1), 0.6944001122142147, 1e-14);
+  EXPECT_NEAR(student_t_cdf(2.0, 2), 0.908248290463863, 1e-14);
+  EXPECT_NEAR(student_t_cdf(-1.3, 5), 0.12515031708533858, 1e-14);
+  EXPECT_NEAR(student_t_cdf(2.5, 19), 0.9891297944158013, 1e-14);
+  EXPECT_NEAR(student_t_cdf(1.1, 60), 0.8621369918612763, 1e-14);
+  EXPECT_NEAR(student_t_quantile(0.975, 1), 12.706204736432095, 1e-9);
+  EXPECT_NEAR(student_t_quantile(0.975, 9), 2.2621571627409915, 1e-10);
+  EXPECT_NEAR(student_t_quantile(0.025, 19), -2.0930240544082634, 1e-10);
+  EXPECT_NEAR(student_t_quantile(0.975, 500), 1.9647198374673438, 1e-10);
+  EXPECT_THROW(student_t_cdf(1, 0), Error);
+  EXPECT_THROW(student_t_quantile(0, 3), Error);
+}
+
+TEST(Distributions, RefuseArgumentsOutsideTheirRange) {
+  for (const double p : {0.0, 1.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(normal_quantile(p), Error);
+    EXPECT_THROW(chi_square_quantile(p, 3), Error);
+  }
+  EXPECT_THROW(chi_square_cdf(1, 0), Error);
+  EXPECT_THROW(chi_square_cdf(NAN, 3), Error);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,214 @@
+#include "sextant/stats/tests.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "sextant/base/error.h"
+#include "sextant/base/philox.h"
+#include "sextant/stats/distributions.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t max_exact_flips = 16;
+constexpr size_t max_exact_wilcoxon = 50;
+constexpr size_t max_exact_mann_whitney = 40;
+
+/// Midranks are multiples of 1/2; twice them are integers, over which exact distributions are counted.
+std::vector<size_t> doubled(const std::vector<double>& ranks) {
+  std::vector<size_t> out;
+  for (const double rank : ranks) out.push_back(static_cast<size_t>(std::lround(2 * rank)));
+  return out;
+}
+
+/// Two-sided p of value t of a discrete distribution given by (unnormalised) weights of 0, 1, ..
+double two_sided(const std::vector<double>& weights, size_t t) {
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double lower = std::accumulate(weights.begin(), weights.begin() + static_cast<long>(t) + 1, 0.0);
+  const double upper = std::accumulate(weights.begin() + static_cast<long>(t), weights.end(), 0.0);
+  return std::min(1.0, 2 * std::min(lower, upper) / total);
+}
+
+/// Two-sided p of a normal statistic on a lattice of step 1, with continuity correction.
+double two_sided_normal(double deviation, double variance) {
+  if (!(variance > 0)) return 1;
+  const double z = std::max(0.0, std::abs(deviation) - 0.5) / std::sqrt(variance);
+  return std::min(1.0, 2 * normal_cdf(-z));
+}
+
+/// sum t^3 - t over groups of equal values.
+double tie_term(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  double sum = 0;
+  for (auto begin = values.begin(); begin != values.end();) {
+    const auto end = std::upper_bound(begin, values.end(), *begin);
+    const auto t = static_cast<double>(end - begin);
+    sum += t * t * t - t;
+    begin = end;
+  }
+  return sum;
+}
+
+/// Weights of twice the sum of ranks over all subsets.
+std::vector<double> subset_sums(const std::vector<size_t>& ranks) {
+  std::vector<double> weights(std::accumulate(ranks.begin(), ranks.end(), size_t{0}) + 1, 0);
+  weights[0] = 1;
+  size_t largest = 0;
+  for (const size_t rank : ranks) {
+    largest += rank;
+    for (size_t s = largest; s >= rank; --s) weights[s] += weights[s - rank];
+  }
+  return weights;
+}
+
+/// The same over all subsets of n members.
+std::vector<double> subset_sums_of_size(const std::vector<size_t>& ranks, size_t n) {
+  const size_t largest = std::accumulate(ranks.begin(), ranks.end(), size_t{0});
+  std::vector<std::vector<double>> weights(n + 1, std::vector<double>(largest + 1, 0));
+  weights[0][0] = 1;
+  for (const size_t rank : ranks) {
+    for (size_t k = n; k >= 1; --k) {
+      for (size_t s = largest; s >= rank; --s) weights[k][s] += weights[k - 1][s - rank];
+    }
+  }
+  return weights[n];
+}
+
+/// Number of members among `n_patterns` whose |sum of signed values| reaches the observed one.
+template <typename Signs>
+double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs sign_bits) {
+  double observed = 0;
+  double scale = 0;
+  for (const double d : values) {
+    observed += d;
+    scale += std::abs(d);
+  }
+  const double threshold = std::abs(observed) - 1e-12 * scale;  // equal sums in another order of rounding
+  double hits = 0;
+  for (size_t pattern = 0; pattern < n_patterns; ++pattern) {
+    double sum = 0;
+    for (size_t i = 0; i < values.size(); ++i) sum += sign_bits(pattern, i) ? values[i] : -values[i];
+    hits += std::abs(sum) >= threshold;
+  }
+  return hits;
+}
+
+void check_probabilities(std::span<const double> p) {
+  for (const double value : p) {
+    if (!(value >= 0 && value <= 1)) fail("correction for multiple tests: p = {}: must be in 0..1", value);
+  }
+}
+
+std::vector<size_t> ascending(std::span<const double> p) {
+  std::vector<size_t> order(p.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return p[a] < p[b]; });
+  return order;
+}
+
+}  // namespace
+
+SignFlipTest sign_flip_test(std::span<const double> differences, int samples, uint64_t seed) {
+  check_sample(differences, "sign-flip test");
+  SignFlipTest test;
+  test.mean_difference = mean(differences);
+  const size_t n = differences.size();
+  test.exact = n <= max_exact_flips;
+  if (test.exact) {
+    const size_t patterns = size_t{1} << n;
+    const auto bit = [](size_t pattern, size_t i) { return (pattern >> i) & 1U; };
+    test.p = count_as_extreme(differences, patterns, bit) / static_cast<double>(patterns);
+    return test;
+  }
+  if (samples < 100) fail("sign-flip test: {} samples: must be >= 100", samples);
+  PhiloxStream random(seed, 0);
+  uint64_t bits = 0;
+  const auto coin = [&](size_t, size_t i) {
+    if (i % 64 == 0) bits = random.bits();
+    return (bits >> (i % 64)) & 1U;
+  };
+  test.p = (1 + count_as_extreme(differences, static_cast<size_t>(samples), coin)) / (1.0 + samples);
+  return test;
+}
+
+WilcoxonTest wilcoxon_test(std::span<const double> differences) {
+  check_sample(differences, "Wilcoxon test");
+  std::vector<double> magnitudes;
+  std::vector<bool> positive;
+  for (const double d : differences) {
+    if (d == 0) continue;
+    magnitudes.push_back(std::abs(d));
+    positive.push_back(d > 0);
+  }
+  WilcoxonTest test;
+  test.n_used = static_cast<int>(magnitudes.size());
+  test.exact = magnitudes.size() <= max_exact_wilcoxon;
+  if (magnitudes.empty()) return test;
+  const std::vector<double> ranks = midranks(magnitudes);
+  for (size_t i = 0; i < ranks.size(); ++i) test.W += positive[i] ? ranks[i] : 0;
+  if (test.exact) {
+    test.p = two_sided(subset_sums(doubled(ranks)), static_cast<size_t>(std::lround(2 * test.W)));
+    return test;
+  }
+  const double n = test.n_used;
+  const double variance = n * (n + 1) * (2 * n + 1) / 24 - tie_term(magnitudes) / 48;
+  test.p = two_sided_normal(test.W - n * (n + 1) / 4, variance);
+  return test;
+}
+
+MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const double> y) {
+  check_sample(x, "Mann-Whitney test, first sample");
+  check_sample(y, "Mann-Whitney test, second sample");
+  std::vector<double> all(x.begin(), x.end());
+  all.insert(all.end(), y.begin(), y.end());
+  const std::vector<double> ranks = midranks(all);
+  const double rank_sum = std::accumulate(ranks.begin(), ranks.begin() + static_cast<long>(x.size()), 0.0);
+  const auto m = static_cast<double>(x.size());
+  const auto n = static_cast<double>(y.size());
+  MannWhitneyTest test;
+  test.U = rank_sum - m * (m + 1) / 2;
+  test.cliffs_delta = 2 * test.U / (m * n) - 1;
+  std::vector<double> shifts;
+  for (const double a : x) {
+    for (const double b : y) shifts.push_back(a - b);
+  }
+  test.hodges_lehmann_shift = median(shifts);
+  test.exact = all.size() <= max_exact_mann_whitney;
+  if (test.exact) {
+    test.p = two_sided(subset_sums_of_size(doubled(ranks), x.size()),
+                       static_cast<size_t>(std::lround(2 * rank_sum)));
+    return test;
+  }
+  const double total = m + n;
+  const double variance = m * n / 12 * (total + 1 - tie_term(all) / (total * (total - 1)));
+  test.p = two_sided_normal(test.U - m * n / 2, variance);
+  return test;
+}
+
+std::vector<double> holm(std::span<const double> p) {
+  check_probabilities(p);
+  const std::vector<size_t> order = ascending(p);
+  std::vector<double> adjusted(p.size());
+  double largest = 0;
+  for (size_t i = 0; i < order.size(); ++i) {
+    largest = std::max(largest, std::min(1.0, static_cast<double>(p.size() - i) * p[order[i]]));
+    adjusted[order[i]] = largest;
+  }
+  return adjusted;
+}
+
+std::vector<double> benjamini_hochberg(std::span<const double> p) {
+  check_probabilities(p);
+  const std::vector<size_t> order = ascending(p);
+  std::vector<double> adjusted(p.size());
+  double smallest = 1;
+  for (size_t i = order.size(); i-- > 0;) {
+    smallest = std::min(smallest, static_cast<double>(p.size()) * p[order[i]] / static_cast<double>(i + 1));
+    adjusted[order[i]] = smallest;
+  }
+  return adjusted;
+}
+
+}  // namespace sextant

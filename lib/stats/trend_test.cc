@@ -1,0 +1,150 @@
+#include "sextant/stats/trend.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+using Values = std::vector<double>;
+using Labels = std::vector<uint64_t>;
+
+TEST(PairedDifference, SeesWhatPairingRemoves) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  Values a, b;
+  Labels seed;
+  for (uint64_t i = 0; i < 50; ++i) {
+    const double common = 10 * normal(random);
+    a.push_back(common + 0.5 + 0.1 * normal(random));
+    b.push_back(common + 0.1 * normal(random));
+    seed.push_back(i);
+  }
+  const PairedDifference d = paired_difference(a, b, seed);
+  EXPECT_NEAR(d.mean, 0.5, 0.08);
+  ASSERT_TRUE(d.interval);
+  EXPECT_GT(d.interval->low, 0.4);
+  EXPECT_LT(d.interval->high, 0.6);
+  EXPECT_FALSE(paired_difference(Values{1}, Values{2}, Labels{1}).interval);
+  EXPECT_THROW(paired_difference(Values{}, Values{}, Labels{}), Error);
+  EXPECT_THROW(paired_difference(Values{1, NAN}, Values{1, 2}, Labels{1, 2}), Error);
+}
+
+// scipy.stats.linregress: slope 1.015, intercept 0.965. Mean error at level 0: 0.9.
+TEST(NoiseSlope, IsTheLeastSquaresLine) {
+  const NoiseSlope fit =
+      noise_slope(Values{0, 1, 2, 3, 0, 1, 2, 3}, Values{1, 1.9, 3.2, 4.1, 0.8, 2.2, 2.9, 3.8},
+                  Labels{1, 1, 1, 1, 2, 2, 2, 2});
+  EXPECT_NEAR(fit.slope, 1.015, 1e-12);
+  EXPECT_NEAR(fit.intercept, 0.965, 1e-12);
+  EXPECT_NEAR(*fit.relative_slope, 1.015 / 0.9, 1e-12);
+  ASSERT_TRUE(fit.interval && fit.relative_interval);
+  // The slopes of the two seeds alone (1.06 and 0.97) are the ends of what resampling can give.
+  EXPECT_GE(fit.interval->low, 0.97 - 1e-9);
+  EXPECT_LE(fit.interval->high, 1.06 + 1e-9);
+}
+
+TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
+  int hits = 0, relative_hits = 0;
+  constexpr int experiments = 400;
+  for (int e = 0; e < experiments; ++e) {
+    std::mt19937_64 random(static_cast<unsigned>(e) + 1);
+    std::normal_distribution<double> normal;
+    Values level, error;
+    Labels seed;
+    for (uint64_t s = 0; s < 40; ++s) {
+      const double steepness = 2 + 0.5 * normal(random);
+      for (int l = 1; l <= 5; ++l) {
+        level.push_back(0.1 * l);
+        error.push_back(1 + steepness * (0.1 * l - 0.1) + 0.05 * normal(random));
+        seed.push_back(s);
+      }
+    }
+    const NoiseSlope fit = noise_slope(level, error, seed, {.replicates = 400});
+    hits += fit.interval->low <= 2 && 2 <= fit.interval->high;
+    relative_hits += fit.relative_interval->low <= 2 && 2 <= fit.relative_interval->high;
+  }
+  for (const int n : {hits, relative_hits}) {
+    EXPECT_GE(n, 0.915 * experiments);  // 0.95 within 3 standard errors, and bias of 40 clusters
+    EXPECT_LE(n, 0.98 * experiments);
+  }
+}
+
+TEST(NoiseSlope, RefusesWhatHasNoSlope) {
+  EXPECT_THROW(noise_slope(Values{1, 1, 1}, Values{1, 2, 3}, Labels{1, 2, 3}), Error);
+  EXPECT_THROW(noise_slope(Values{1}, Values{1}, Labels{1}), Error);
+  EXPECT_THROW(noise_slope(Values{1, NAN}, Values{1, 2}, Labels{1, 1}), Error);
+  // Each cluster has one level: some resample has only one.
+  EXPECT_THROW(noise_slope(Values{0.1, 0.2}, Values{1, 2}, Labels{1, 2}), Error);
+  const NoiseSlope from_zero = noise_slope(Values{0, 1, 0, 1}, Values{0, 2, 0, 3}, Labels{1, 1, 2, 2});
+  EXPECT_FALSE(from_zero.relative_slope);
+  EXPECT_FALSE(from_zero.relative_interval);
+  EXPECT_FALSE(noise_slope(Values{0, 1}, Values{1, 2}, Labels{1, 1}).interval);
+}
+
+// scipy.stats.page_trend_test(blocks, method='asymptotic'): L = 140, p = 0.01006837577517317.
+TEST(PageTrend, AgreesWithScipy) {
+  const TrendTest test =
+      page_trend_test({{1, 2, 3, 4}, {2, 1, 4, 3}, {1, 3, 2, 4}, {4, 1, 2, 3}, {1, 2, 4, 3}});
+  EXPECT_EQ(test.statistic, 140);
+  EXPECT_NEAR(test.p, 0.01006837577517317, 1e-12);
+}
+
+TEST(PageTrend, TiesAndFallingValues) {
+  EXPECT_EQ(page_trend_test({{1, 1, 1}, {2, 2, 2}}).p, 1);
+  EXPECT_GT(page_trend_test({{3, 2, 1}, {3, 2, 1}, {3, 2, 1}, {3, 2, 1}}).p, 0.99);
+  // One block (1, 1, 2) has ranks 1.5 1.5 3; over its 3 orders L = 13.5, 12, 10.5: variance 1.5.
+  // variance 1.5.
+  EXPECT_NEAR(page_trend_test({{1, 1, 2}}).z, 1.5 / std::sqrt(1.5), 1e-12);
+  EXPECT_THROW(page_trend_test({}), Error);
+  EXPECT_THROW(page_trend_test({{1}}), Error);
+  EXPECT_THROW(page_trend_test({{1, 2}, {1, 2, 3}}), Error);
+  EXPECT_THROW(page_trend_test({{1, NAN}}), Error);
+}
+
+// Over all 8! orders (itertools.permutations): J = 19, mean 10.5, variance 12.803571428571429.
+TEST(Jonckheere, HasTheExactMeanAndVarianceWithTies) {
+  const TrendTest test = jonckheere_test({{1, 2, 2}, {2, 3}, {3, 3, 5}});
+  EXPECT_EQ(test.statistic, 19);
+  EXPECT_NEAR(test.z, 8.5 / std::sqrt(12.803571428571429), 1e-12);
+  EXPECT_LT(test.p, 0.01);
+  EXPECT_EQ(jonckheere_test({{1, 1}, {1}}).p, 1);
+  EXPECT_GT(jonckheere_test({{5, 6, 7}, {3, 4}, {1, 2}}).p, 0.98);
+  EXPECT_THROW(jonckheere_test({{1, 2}}), Error);
+  EXPECT_THROW(jonckheere_test({{1}, {}}), Error);
+}
+
+TEST(MinimumDetectableEffect, IsFoundWithTheStatedPower) {
+  EXPECT_NEAR(minimum_detectable_effect(1, 100), (1.959963984540054 + 0.8416212335729143) / 10, 1e-12);
+  EXPECT_EQ(minimum_detectable_effect(0, 10), 0);
+  const double effect = minimum_detectable_effect(1, 60);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(effect, 1);
+  int found = 0;
+  for (int e = 0; e < 2000; ++e) {
+    Values d;
+    for (int i = 0; i < 60; ++i) d.push_back(normal(random));
+    found += std::abs(mean(d)) > 1.959963984540054 * std_dev(d) / std::sqrt(60);
+  }
+  EXPECT_NEAR(found / 2000.0, 0.8, 4 * std::sqrt(0.16 / 2000));
+  EXPECT_THROW(minimum_detectable_effect(-1, 10), Error);
+  EXPECT_THROW(minimum_detectable_effect(1, 1), Error);
+  EXPECT_THROW(minimum_detectable_effect(1, 10, 0), Error);
+}
+
+// chi2.ppf([.025, .975], 600) / 100.
+TEST(NeesInterval, IsThatOfChiSquare) {
+  const Interval interval = nees_interval(100, 6);
+  EXPECT_NEAR(interval.low, 5.340185504659327, 1e-8);
+  EXPECT_NEAR(interval.high, 6.697691522164112, 1e-8);
+  EXPECT_THROW(nees_interval(0, 6), Error);
+  EXPECT_THROW(nees_interval(1, 0), Error);
+  EXPECT_THROW(nees_interval(1, 6, 1), Error);
+}
+
+}  // namespace
+}  // namespace sextant
