@@ -3,12 +3,11 @@
 // Adapter `vkitti1`: Virtual KITTI 1.3.1. SOURCE is vkitti1:ROOT#<world>/<variation>[@first-last], such as
 // vkitti1:ROOT#0018/clone; #0018 alone is its clone. ROOT holds the unpacked archives, any subset of them:
 //
-//   vkitti_1.3.1_rgb/<world>/<variation>/%05d.png       8-bit RGB
-//   vkitti_1.3.1_depthgt/...                            16-bit, cm; 65535 = sky or beyond 655.34 m
-//   vkitti_1.3.1_flowgt/...                             16-bit RGB, codec/kitti_png.h; the last frame has
-//   none vkitti_1.3.1_scenegt/...                            8-bit RGB; colours of its
-//   _scenegt_rgb_encoding.txt vkitti_1.3.1_extrinsicsgt, vkitti_1.3.1_motgt       text, see vkitti1_truth.h
-//   (and for other places of it)
+//   vkitti_1.3.1_rgb/<world>/<variation>/%05d.png    8-bit RGB
+//   vkitti_1.3.1_depthgt/...                         16-bit, cm; 65535 = sky or beyond 655.34 m
+//   vkitti_1.3.1_flowgt/...                          16-bit RGB (codec/kitti_png.h); none of the last frame
+//   vkitti_1.3.1_scenegt/...                         8-bit RGB; colours in *_scenegt_rgb_encoding.txt
+//   vkitti_1.3.1_extrinsicsgt, vkitti_1.3.1_motgt    text: see vkitti1_truth.h, also for other places of it
 //
 // An archive may also lie in a folder of its own name. Ids in masks and truth are track ids + 1; all
 // categories without a track are 0, the background. With the text alone there are poses and objects, and no

@@ -1,12 +1,11 @@
 #pragma once
 
 // The ground truth of Virtual KITTI 1.3.1, from its text files alone. Found below a root in any of these
-// places
-// (<v> the variation, such as "clone"):
+// places (<v> the variation, such as "clone"):
 //
-//   vkitti_1.3.1_extrinsicsgt/<world>_<v>.txt,  vkitti_1.3.1_motgt/<world>_<v>.txt   the official archives
-//   vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/...                       each unpacked into a folder of its own
-//   name vkitti_1.3.1_text/<world>_camera.txt, <world>_objects.txt, or these in the root itself: clone only
+//   vkitti_1.3.1_{extrinsicsgt,motgt}/<world>_<v>.txt    the official archives
+//   vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/...            each unpacked into a folder of its own name
+//   vkitti_1.3.1_text/<world>_{camera,objects}.txt       clone only; or these in the root itself
 //
 // Result: T_world_camera = inverse of the extrinsics; per object id = tid + 1, T_camera_object with the
 // middle of the box's bottom face and vkitti_box.h's rotation, size_m = (w3d, h3d, l3d), type = orig_label,

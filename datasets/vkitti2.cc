@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 // Those of the release, where a text file does not say.
 const PinholeCamera kCamera{725.0087, 725.0087, 620.5, 187.0};
-constexpr double kBaselineDigits_m = 1e-3;  // of the release's extrinsics
+constexpr double kBaselineDigits_m = 2e-3;  // of the release's extrinsics
 
 constexpr const char* kArchives[] = {"textgt",      "rgb",          "depth",
                                      "forwardFlow", "backwardFlow", "instanceSegmentation"};

@@ -1,16 +1,15 @@
 #pragma once
 
 // Adapter `vkitti2`: Virtual KITTI 2.0.3. SOURCE is vkitti2:ROOT#<scene>/<variation>[@first-last], such as
-// vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Below ROOT, any subset of
+// vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Any subset of these below
+// ROOT/<scene>/<variation>:
 //
-//   <scene>/<variation>/{extrinsic,intrinsic,pose,bbox,info}.txt    see vkitti2_truth.h
-//   <scene>/<variation>/frames/rgb/Camera_{0,1}/rgb_%05d.jpg
-//   .../frames/depth/Camera_{0,1}/depth_%05d.png                    16-bit, cm; 65535 = sky or beyond 655.34
-//   m
-//   .../frames/{forwardFlow/Camera_{0,1}/flow_%05d.png              16-bit RGB, codec/kitti_png.h; to the
-//   next
-//   .../frames/backwardFlow/Camera_{0,1}/backwardFlow_%05d.png      and to the frame before
-//   .../frames/instanceSegmentation/Camera_{0,1}/instancegt_%05d.png   trackID + 1, 0 = background
+//   {extrinsic,intrinsic,pose,bbox,info}.txt                         see vkitti2_truth.h
+//   frames/rgb/Camera_{0,1}/rgb_%05d.jpg
+//   frames/depth/Camera_{0,1}/depth_%05d.png                         16-bit, cm; 65535 = sky or too far
+//   frames/forwardFlow/Camera_{0,1}/flow_%05d.png                    16-bit RGB (codec/kitti_png.h), to the
+//   frames/backwardFlow/Camera_{0,1}/backwardFlow_%05d.png           next frame and to the one before
+//   frames/instanceSegmentation/Camera_{0,1}/instancegt_%05d.png     trackID + 1, 0 = background
 //
 // An archive may also lie in a folder of its own name (vkitti_2.0.3_rgb/<scene>/...). Ids in masks and truth
 // are track ids + 1. With the text alone there are poses and objects, and no channels. The left image is that

@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Digits of the data set's own extrinsics: seven, of numbers up to some hundred metres.
-constexpr double kBaselineDigits_m = 1e-3;
+// The data set's extrinsics have seven digits, of numbers up to some hundred metres.
+constexpr double kRectified = 0.02;  // m, rad
 
 class Reader {
  public:
@@ -66,8 +66,7 @@ class Reader {
                                 rotation_angle_rad(T_right_left.rotation()));
     const bool first = !out_.baseline_m;
     if (first) out_.baseline_m = baseline_m;
-    if (baseline_m > 0 && off < kBaselineDigits_m &&
-        std::abs(baseline_m - *out_.baseline_m) < kBaselineDigits_m) {
+    if (baseline_m > 0 && off < kRectified && std::abs(baseline_m - *out_.baseline_m) < kRectified) {
       return;
     }
     fail(

@@ -7,19 +7,14 @@
 //   - Flow and depth are the truth (true_flow, true_depth) where the sequence tells it from what it reads.
 //   - Flow that leaves the image is invalid, as in the data set.
 //   - An object's 2-D box: that of the truth, else the extent of its pixels in the mask. An object without
-//   either
-//     is not in view and left out, as in the data set.
+//     either is not in view and left out, as in the data set.
 //   - `moving`: that of the truth, else whether its pose in the world changes by more than 1 cm to the next
-//   frame
-//     (in the last frame: from the one before).
+//     frame (in the last frame: from the one before).
 //   - truncation ratio: share of the 3-D box's volume outside of the view (rows of the real worlds differ
-//   from that
-//     by less than 0.05 in the median); occupancy ratio: share of the 2-D box that shows the object.
-//     truncated = 1 from above 0, 2 from 0.78; occluded = 0 from occupancy 0.75, 1 from 0.4, else 2: the
-//     limits between which the data set's own rows lie.
-//   - Only what is known about the left camera's view is written for objects: pose.txt and bbox.txt of
-//   vkitti2 have
-//     rows of camera 0 only.
+//     from that by less than 0.05 in the median); truncated = 1 from above 0, 2 from 0.78.
+//   - occupancy ratio: share of the 2-D box that shows the object; occluded = 0 from 0.75, 1 from 0.4, else
+//     2. The limits are those between which the data set's own rows lie.
+//   - pose.txt and bbox.txt of vkitti2 have rows of camera 0 only: masks are of the left view.
 //
 // Throw Error when the sequence is there already, on true poses that are missing in some frames, on objects
 // without a size, and (vkitti1, which has no file for it) on any camera but f = 725, c = (620.5, 187),

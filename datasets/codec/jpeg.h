@@ -1,7 +1,7 @@
 #pragma once
 
-// JPEG images through OpenCV. JPEG is lossy: what was encoded is not what is decoded, not even at quality
-// 100.
+// JPEG images through OpenCV. JPEG is lossy: what was encoded is not quite what is decoded, not even at
+// quality 100.
 
 #include <string>
 #include <string_view>

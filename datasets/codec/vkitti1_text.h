@@ -3,8 +3,7 @@
 // The text files of Virtual KITTI 1.3.1, row by row. Each begins with a row that names the columns.
 //
 //   extrinsicsgt/<world>_<variation>.txt   frame r1,1 r1,2 r1,3 t1 r2,1 .. t3 0 0 0 1: the 4x4 matrix
-//                                          world -> camera, m (copies exist whose last four names are
-//                                          mangled)
+//                                          world -> camera, m (some copies mangle the last four names)
 //   motgt/<world>_<variation>.txt          one object in one frame per row, see Vkitti1Object
 //   scenegt/<world>_<variation>_scenegt_rgb_encoding.txt   Category(:id) r g b: the colours of scenegt/*.png
 //
