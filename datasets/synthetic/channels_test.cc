@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/synthetic/scenario.h"
 
 namespace sextant {
 namespace {
@@ -19,10 +20,9 @@ constexpr Channels kAll{.gray = true,
                         .mask = true,
                         .occlusion = true};
 
-class RenderedChannels : public testing::TestWithParam<const char*> {
+class RenderedChannels : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<Sequence> sequence_ =
-      open_source(SourceSpec::parse(std::string("synthetic:") + GetParam()));
+  std::unique_ptr<Sequence> sequence_ = open_source(SourceSpec::parse("synthetic:" + GetParam()));
   const SequenceInfo& info_ = sequence_->info();
 };
 
@@ -126,7 +126,7 @@ TEST_P(RenderedChannels, FirstAndLastFramesLackTheirNeighbours) {
   EXPECT_FALSE(last.backward_flow.empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RenderedChannels, testing::Values("s18", "s01-turn", "s01-crossing"),
+INSTANTIATE_TEST_SUITE_P(All, RenderedChannels, testing::ValuesIn(synthetic::scenario_names()),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::ranges::replace(name, '-', '_');

@@ -6,6 +6,10 @@
 //   s18           11 frames, driving ahead; three moving cars at about 8, 18 and 26 m, and parked ones
 //   s01-turn      16 frames, turning left by 2.6 to 1.5 degrees a frame behind a car 13 m away
 //   s01-crossing  12 frames, standing; a car 14 m away turns left
+//   city          160 frames: along a street, a stop at a crossing with traffic, then left into another
+//                 street; parked and moving cars, some stop, some come and go
+//   highway       40 frames in dense traffic: moving cars cover most of the road
+//   stereo-drive  30 frames on a winding street with KITTI's camera
 
 #include <optional>
 #include <string>
@@ -46,5 +50,6 @@ struct Scenario {
 
 /// Throws Error on an unknown name, with the nearest one.
 Scenario make_scenario(const std::string& name);
+std::vector<std::string> scenario_names();
 
 }  // namespace sextant::synthetic

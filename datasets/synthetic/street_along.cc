@@ -151,7 +151,7 @@ class Builder : Furnisher {
         Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ());
   }
 
-  /// Dashes left of the driver and a line to the right, just above the ground.
+  /// Dashes, and a line to the right, just above the ground.
   void marks() {
     const Look white{Material::plaster, {0.80F, 0.80F, 0.78F}, 105, 0};
     for (size_t i = 0; i + 1 < samples_.size(); ++i) {
@@ -167,7 +167,7 @@ class Builder : Furnisher {
         mesh.add_polygon(white, {corners[0], corners[1], corners[2]});
         mesh.add_polygon(white, {corners[0], corners[2], corners[3]});
       };
-      if (i % 4 < 2) strip(-1.75);
+      if (i % 4 < 2) strip(way_.dashes_m);
       strip(way_.road_half_m - 2.3);
     }
   }

@@ -30,8 +30,9 @@ struct StreetWay {
   double road_half_m = 5.8;
   double pavement_m = 3.4;
   double clearance_m = 4.0;
-  double before_m = 40;  ///< how far it goes on straight before the first point
-  double after_m = 120;  ///< and after the last
+  double dashes_m = -1.75;  ///< dashed line, from the way to the right
+  double before_m = 40;     ///< how far it goes on straight before the first point
+  double after_m = 120;     ///< and after the last
   uint32_t seed = 1;
 };
 

@@ -1,0 +1,85 @@
+#pragma once
+
+// How the vehicles of scenarios move: on the ground, frame by frame, by parametric rules.
+
+#include <functional>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "sextant/datasets/synthetic/scenario.h"
+
+namespace sextant::synthetic {
+
+inline constexpr double kDegree = std::numbers::pi / 180;
+
+/// A place on the ground and a heading: 0 looks along z, positive turns right (towards x).
+struct Stance {
+  double x_m = 0;
+  double z_m = 0;
+  double heading_rad = 0;
+};
+
+/// One frame's way of a vehicle.
+struct Advance {
+  double ahead_m = 0;
+  double turn_rad = 0;
+};
+
+using Drive = std::function<Advance(int frame)>;  ///< from this frame to the next
+std::vector<Stance> drive(Stance at, int n_frames, const Drive& advance);
+
+/// A way of straight lines and arcs.
+struct Route {
+  struct Leg {
+    double length_m = 0;
+    double turn_rad = 0;  ///< over its length
+  };
+  Stance start;
+  std::vector<Leg> legs;  ///< the last one goes on for ever, straight
+
+  Stance at(double way_m) const;
+};
+
+/// Speed (m a frame) at some frames, in order; linear in between, constant outside.
+using Speeds = std::vector<std::pair<int, double>>;
+/// Along a route from `way_m` on.
+std::vector<Stance> drive(const Route& route, double way_m, int n_frames, const Speeds& speeds);
+
+SE3 pose(const Stance& at, double y_m);
+/// The camera on a car: it also nods and sways a little on its springs, in proportion to `bounce`.
+std::vector<SE3> camera_on(const std::vector<Stance>& stances, double bounce);
+
+inline const Eigen::Vector3f kRed(0.62F, 0.10F, 0.09F), kBlue(0.13F, 0.22F, 0.48F),
+    kWhite(0.80F, 0.80F, 0.79F), kSilver(0.52F, 0.54F, 0.56F), kGreen(0.16F, 0.33F, 0.24F),
+    kBlack(0.10F, 0.10F, 0.11F), kYellow(0.75F, 0.62F, 0.16F);
+CarShape saloon(const Eigen::Vector3f& colour);
+CarShape small(const Eigen::Vector3f& colour);
+CarShape wagon(const Eigen::Vector3f& colour);
+CarShape delivery_van(const Eigen::Vector3f& colour);
+
+/// Adds cars to a scenario that has its camera poses already; ids in order from 1.
+class Cast {
+ public:
+  explicit Cast(Scenario& scenario) : scenario_(scenario) {}
+
+  void moving(const CarShape& shape, const Stance& start, const Drive& advance);
+  /// There in frames `from`..`to` only.
+  void moving(const CarShape& shape, const std::vector<Stance>& stances, int from = 0, int to = 1 << 30);
+  void parked(const CarShape& shape, const Stance& at);
+
+ private:
+  void add(CarShape shape, bool moving, const std::vector<Stance>& stances, int from, int to);
+
+  Scenario& scenario_;
+};
+
+// The scenarios of scenario.h.
+Scenario s18();
+Scenario s01_turn();
+Scenario s01_crossing();
+Scenario city();
+Scenario highway();
+Scenario stereo_drive();
+
+}  // namespace sextant::synthetic
