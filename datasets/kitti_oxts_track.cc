@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sextant/base/philox.h"
+
 namespace sextant {
 namespace {
 
@@ -11,21 +13,10 @@ constexpr double kLatitude_deg = 49.011;
 constexpr double kLongitude_deg = 8.4229;
 constexpr double kAltitude_m = 112;
 
-// Steele, Lea, Flood: Fast splittable pseudorandom number generators (2014).
-uint64_t split_mix(uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
-// Uniform in (0, 1].
-double uniform(uint64_t bits) { return static_cast<double>((bits >> 11) + 1) * 0x1p-53; }
-
-double standard_normal(uint64_t seed, uint64_t frame) {
-  const uint64_t key = split_mix(split_mix(seed) ^ frame);
-  const double radius = std::sqrt(-2 * std::log(uniform(split_mix(key))));
-  return radius * std::cos(2 * std::numbers::pi * uniform(split_mix(key + 1)));
+double standard_normal(uint64_t seed, size_t frame) {
+  PhiloxStream stream(seed, frame);
+  const double u1 = stream.uniform();
+  return std::sqrt(-2 * std::log(u1)) * std::cos(2 * std::numbers::pi * stream.uniform());
 }
 
 struct Sample {
@@ -66,7 +57,7 @@ class Curve {
   Sample at(size_t frame, double delay_s) const {
     if (poses_.size() == 1) return {poses_[0]};
     const double time = static_cast<double>(frame) + delay_s * rate_hz_;  // in frames
-    const double last = static_cast<double>(poses_.size() - 2);
+    const auto last = static_cast<double>(poses_.size() - 2);
     const auto i = static_cast<size_t>(std::clamp(std::floor(time), 0.0, last));
     return between(i, time - static_cast<double>(i));
   }
@@ -112,9 +103,11 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
                                      const SE3& T_camera_imu, const OxtsJitter& jitter) {
   if (T_world_camera.empty()) return {};
   std::vector<SE3> imu;
+  imu.reserve(T_world_camera.size());
   for (const SE3& T : T_world_camera) imu.push_back(map_from_world() * T * T_camera_imu);
   const Curve curve(std::move(imu), rate_hz);
   std::vector<Sample> samples;
+  samples.reserve(T_world_camera.size());
   for (size_t k = 0; k < T_world_camera.size(); ++k) {
     samples.push_back(curve.at(k, jitter.sigma_s > 0 ? jitter.sigma_s * standard_normal(jitter.seed, k) : 0));
   }
@@ -127,6 +120,7 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
   const Eigen::Vector3d move =
       pose_from_oxts(origin, scale).translation() - samples.front().pose.translation();
   std::vector<KittiOxts> track;
+  track.reserve(samples.size());
   for (const Sample& sample : samples) {
     const SE3 moved(sample.pose.rotation(), sample.pose.translation() + move);
     track.push_back(oxts_of_sample({moved, sample.velocity_mps}, scale));

@@ -27,7 +27,7 @@ Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
 }
 
 Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectified) {
-  const Eigen::Matrix4d unrectified =
+  Eigen::Matrix4d unrectified =
       homogeneous(calibration.Tr_velo_to_cam) * homogeneous(calibration.Tr_imu_to_velo);
   if (!rectified) return unrectified;
   Eigen::Matrix4d rectify = Eigen::Matrix4d::Identity();
@@ -39,6 +39,7 @@ Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectif
 std::vector<SE3> imu_poses(const std::vector<KittiOxts>& samples) {
   const double scale = mercator_scale(samples.front().latitude_deg);
   std::vector<SE3> poses;
+  poses.reserve(samples.size());
   for (const KittiOxts& sample : samples) poses.push_back(pose_from_oxts(sample, scale));
   return poses;
 }
@@ -170,7 +171,7 @@ class Reader {
     out_.provenance.push_back(
         fmt::format("camera truth: oxts, {}, {}", options_.ground_truth, options_.velocity));
     if (!floor) {
-      out_.provenance.push_back("camera truth floor: unknown, no step is faster than 1 m/s");
+      out_.provenance.emplace_back("camera truth floor: unknown, no step is faster than 1 m/s");
       return;
     }
     if (!corrected) out_.truth.camera_step_floor_m = floor->floor_m;
@@ -215,6 +216,7 @@ void KittiTruthOptions::check() const {
 }
 
 std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples) {
+  if (samples.empty()) return std::nullopt;
   const std::vector<SE3> poses = imu_poses(samples);
   std::vector<std::pair<double, double>> steps;  // length (m), speed (m/s)
   double sum_s = 0;

@@ -99,6 +99,7 @@ TEST(KittiStepFloor, StandingStillHasNone) {
   const KittiOxts still;
   EXPECT_FALSE(kitti_step_floor({still, still, still}).has_value());
   EXPECT_FALSE(kitti_step_floor({still}).has_value());
+  EXPECT_FALSE(kitti_step_floor({}).has_value());
 }
 
 class KittiRealTruth : public testing::Test {
