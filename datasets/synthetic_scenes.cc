@@ -2,7 +2,9 @@
 
 #include <mutex>
 
+#include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/synthetic/frame_cache.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
 namespace sextant {
@@ -13,7 +15,10 @@ constexpr const char* version = "synthetic scenes version 2";
 
 class RenderedSequence final : public Sequence {
  public:
-  explicit RenderedSequence(const SourceSpec& source) : renderer_(synthetic::make_scenario(source.path)) {
+  RenderedSequence(const SourceSpec& source, const SyntheticOptions& options)
+      : renderer_(synthetic::make_scenario(source.path)),
+        cache_(synthetic::cache_folder(options.cache), synthetic::content_key(renderer_.scenario(), version),
+               static_cast<uint64_t>(options.cache_max_mb) << 20U) {
     const int last = renderer_.scenario().n_frames() - 1;
     info_.dataset = "synthetic";
     info_.sequence = source.path;
@@ -45,20 +50,52 @@ class RenderedSequence final : public Sequence {
   }
   Frame read(int frame, Channels channels) const override {
     check_frame(info_, frame, name());
-    return renderer_.render(frame, channels);
+    Channels missing = channels;
+    missing.rgb = channels.rgb || channels.gray;
+    missing.gray = false;
+    Frame out;
+    each_channel(out, missing, [&](const char* channel, bool& wanted, auto& image) {
+      if (wanted && cache_.load(frame, channel, info_.width, info_.height, image)) wanted = false;
+    });
+    Frame rendered = renderer_.render(frame, missing);
+    each_channel(rendered, missing, [&](const char* channel, bool& wanted, auto& image) {
+      if (wanted) cache_.store(frame, channel, image);
+    });
+    out.index = frame;
+    if (missing.rgb) out.rgb = std::move(rendered.rgb);
+    if (missing.rgb_right) out.rgb_right = std::move(rendered.rgb_right);
+    if (missing.depth) out.depth_m = std::move(rendered.depth_m);
+    if (missing.flow) out.flow = std::move(rendered.flow);
+    if (missing.backward_flow) out.backward_flow = std::move(rendered.backward_flow);
+    if (missing.mask) out.mask = std::move(rendered.mask);
+    if (missing.occlusion) out.occlusion = std::move(rendered.occlusion);
+    if (channels.gray) out.gray = rgb_to_gray(out.rgb);
+    if (!channels.rgb) out.rgb = {};
+    return out;
   }
   std::optional<Image<Flow>> true_flow(int frame) const override {
     check_frame(info_, frame, name());
-    Image<Flow> flow = renderer_.render(frame, {.flow = true}).flow;
+    Image<Flow> flow = read(frame, {.flow = true}).flow;
     if (flow.empty()) return std::nullopt;
     return flow;
   }
   void check_files() const override {}  // there are none
 
  private:
+  template <typename Visit>
+  static void each_channel(Frame& frame, Channels& channels, const Visit& visit) {
+    visit("rgb", channels.rgb, frame.rgb);
+    visit("rgb_right", channels.rgb_right, frame.rgb_right);
+    visit("depth", channels.depth, frame.depth_m);
+    visit("flow", channels.flow, frame.flow);
+    visit("backward_flow", channels.backward_flow, frame.backward_flow);
+    visit("mask", channels.mask, frame.mask);
+    visit("occlusion", channels.occlusion, frame.occlusion);
+  }
   std::string name() const { return "synthetic:" + renderer_.scenario().name; }
 
   synthetic::Renderer renderer_;
+  synthetic::FrameCache cache_;
   SequenceInfo info_;
   mutable std::once_flag truth_once_;
   mutable SequenceTruth truth_;
@@ -72,7 +109,7 @@ std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
   if (!source.sequence.empty()) {
     fail("source '{}': a synthetic source has no '#': expected synthetic:scenario[@first-last]", source.text);
   }
-  return std::make_unique<RenderedSequence>(source);
+  return std::make_unique<RenderedSequence>(source, options);
 }
 
 }  // namespace sextant

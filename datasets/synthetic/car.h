@@ -13,8 +13,8 @@ struct CarShape {
   double width_m = 1.78;
   double height_m = 1.46;
   bool van = false;  ///< roof to the rear end, no boot
-  /// Wheels and bumpers reach into the corners of the box, as where a label's box is to be filled; the body is
-  /// slimmer in between.
+  /// Wheels and bumpers reach into the corners of the box, as where a label's box is to be filled; the body
+  /// is slimmer in between.
   bool fills_box = false;
   uint32_t seed = 1;
 };

@@ -20,9 +20,16 @@ constexpr Channels kAll{.gray = true,
                         .mask = true,
                         .occlusion = true};
 
+/// Rendered anew: nothing from the cache.
+std::unique_ptr<Sequence> open(const std::string& source) {
+  SourceSpec spec = SourceSpec::parse(source);
+  spec.options["cache"] = "";
+  return open_source(spec);
+}
+
 class RenderedChannels : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<Sequence> sequence_ = open_source(SourceSpec::parse("synthetic:" + GetParam()));
+  std::unique_ptr<Sequence> sequence_ = open("synthetic:" + GetParam());
   const SequenceInfo& info_ = sequence_->info();
 };
 

@@ -39,13 +39,10 @@ Actor make_actor(const ObjectTruth& object, int n_frames) {
   Actor actor;
   actor.id = object.id;
   actor.type = object.type.empty() ? "Car" : object.type;
-  actor.shape = {paint(object.id),
-                 size_m.z(),
-                 size_m.x(),
-                 size_m.y(),
+  actor.shape = {paint(object.id),    size_m.z(),
+                 size_m.x(),          size_m.y(),
                  actor.type != "Car",
-                 /*fills_box=*/true,
-                 1000 + static_cast<uint32_t>(object.id)};
+                 /*fills_box=*/true,  1000 + static_cast<uint32_t>(object.id)};
   actor.T_world_object.resize(static_cast<size_t>(n_frames));
   return actor;
 }

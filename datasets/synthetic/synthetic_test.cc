@@ -27,7 +27,12 @@ constexpr Channels kAll{.gray = true,
                         .mask = true,
                         .occlusion = true};
 
-std::unique_ptr<Sequence> open(const std::string& source) { return open_source(SourceSpec::parse(source)); }
+/// Rendered anew: nothing from the cache.
+std::unique_ptr<Sequence> open(const std::string& source) {
+  SourceSpec spec = SourceSpec::parse(source);
+  spec.options["cache"] = "";
+  return open_source(spec);
+}
 
 /// NaN equals NaN: compares what is stored.
 template <typename T>

@@ -215,7 +215,7 @@ Vector3f colour_at(const Look& look, const Sample& s) {
 }  // namespace
 
 Vector3f surface_colour(const Look& look, const Footprint& f) {
-  constexpr int kMaxSamples = 4;
+  constexpr int kMaxSamples = 3;
   const float along_x = std::sqrt(f.u_x * f.u_x + f.v_x * f.v_x);
   const float along_y = std::sqrt(f.u_y * f.u_y + f.v_y * f.v_y);
   const bool x_longer = along_x > along_y;
