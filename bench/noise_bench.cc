@@ -5,6 +5,7 @@
 #include <random>
 
 #include "sextant/noise/draws.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 namespace {
@@ -68,6 +69,29 @@ void mersenne_twister_seeded_per_frame(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
+/// A frame pair as a sweep sees it: depth and flow noise on every point, with verification.
+void noise_on_the_points_of_a_pair(benchmark::State& state) {
+  FramePair pair;
+  pair.curr = 1;
+  pair.width = 1242;
+  pair.height = 375;
+  pair.camera = {{725, 725, 620.5, 187}, 362.5};
+  std::mt19937 random(1);
+  for (int i = 0; i < state.range(0); ++i) {
+    pair.background.push_back(static_cast<double>(random() % 1242), static_cast<double>(random() % 375),
+                              5 + 0.001 * static_cast<double>(random() % 30000), 1.5, 0.5, 12);
+  }
+  const Noise noise =
+      Noise::parse(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_x_px": 1.34, "epe_y_px": 0.27}})");
+  uint64_t seed = 0;
+  for (auto _ : state) {
+    const NoisyPair noisy = noise.apply(pair, Draws(seed++, "vdo", "0003"));
+    benchmark::DoNotOptimize(noisy.pair.background.depth.data());
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+
+BENCHMARK(noise_on_the_points_of_a_pair)->Arg(4000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(normals_in_batches)->Arg(1242)->Arg(4000);
 BENCHMARK(normals_one_by_one);
 BENCHMARK(uniforms_in_batches)->Arg(4000);

@@ -49,7 +49,7 @@ struct SineCosine {
 [[gnu::always_inline]] inline SineCosine sine_cosine_turns(double u) {
   constexpr double round = 0x1.8p52;  // adding it rounds to an integer that stands in the lowest bits
   const double rounded = 4 * u + round;
-  const uint64_t quarter = std::bit_cast<uint64_t>(rounded);
+  const auto quarter = std::bit_cast<uint64_t>(rounded);
   const double x = (u - (rounded - round) * 0.25) * (2 * std::numbers::pi);  // |x| <= pi / 4
   const double z = x * x;
   double s = 1.0 / 355687428096000.0;  // 1 / 17!
