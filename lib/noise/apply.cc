@@ -11,6 +11,10 @@ namespace {
 
 bool valid_depth(double depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
 
+/// Every so many pixels the draw of the neighbour is looked up for verification: a check should not cost more
+/// than what it checks.
+constexpr size_t neighbour_step = 4;
+
 /// As an image stores it.
 double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
 
@@ -154,12 +158,16 @@ void NoiseApplication::verify_flow(const PixelBatch& pixels, std::span<const int
 
 void NoiseApplication::verify_neighbours(NoiseChannel channel, const PixelBatch& pixels,
                                          NeighbourSums& sums) const {
-  const size_t n = pixels.size();
+  std::vector<int> x, right_x, y;
+  for (size_t i = 0; i < pixels.size(); i += neighbour_step) {
+    x.push_back(pixels.x[i]);
+    right_x.push_back(pixels.x[i] + 1);
+    y.push_back(pixels.y[i]);
+  }
+  const size_t n = x.size();
   std::vector<double> here(n), right(n), unused(n);
-  std::vector<int> x(pixels.x.begin(), pixels.x.end());
-  for (int& column : x) ++column;
-  context_.draws.normals(channel, pixels, context_.correlation, here, unused);
-  context_.draws.normals(channel, {pixels.frame, x, pixels.y}, context_.correlation, right, unused);
+  context_.draws.normals(channel, {pixels.frame, x, y}, context_.correlation, here, unused);
+  context_.draws.normals(channel, {pixels.frame, right_x, y}, context_.correlation, right, unused);
   for (size_t i = 0; i < n; ++i) sums.add(here[i], right[i]);
 }
 

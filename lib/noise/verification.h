@@ -9,7 +9,8 @@
 //           depths cuts the lower tail and biases both; quantisation adds its own error.
 //   flow    phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.| (EPE of
 //           one axis), and the 2-D EPE
-//   neighbours   correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of each pixel and its right-hand
+//   neighbours   correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its
+//   right-hand
 //           neighbour (their mean is 0 by construction): about 0 for independent, exactly 1 for
 //           shared_per_frame
 
