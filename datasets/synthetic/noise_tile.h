@@ -3,7 +3,8 @@
 // Noise that costs a few look-ups: a square tile of values that repeats, and smaller and smaller copies of it
 // (levels), each the mean of the one before. Octaves of smooth value noise, all of amplitude 1.
 
-#include <cmath>
+#include <bit>
+#include <cstdint>
 #include <vector>
 
 namespace sextant::synthetic {
@@ -16,31 +17,35 @@ class NoiseTile {
   /// Octaves with cells of `finest`, 2 `finest`, ... up to `coarsest` texels, powers of two.
   NoiseTile(int finest, int coarsest, unsigned seed);
 
-  /// Mean over about `width` texels around (x, y), both in texels.
-  float operator()(float x, float y, float width) const {
-    const float level = width > 1 ? fast_log2(width) : 0.0F;
+  /// Mean over `n` round samples of about `width` texels, evenly spread over the line of length (dx, dy)
+  /// around (x, y); all in texels.
+  float mean(float x, float y, float width, int n, float dx, float dy) const {
+    const float level = width > 1 ? log2_piecewise(width) : 0.0F;
     const int low = static_cast<int>(level);
     if (low >= kLevels - 1) return 0;
     const float part = level - static_cast<float>(low);
-    const float scale = 1.0F / static_cast<float>(1 << low);
-    const float offset = 0.5F * scale - 0.5F;  // texel centres of a level lie between those of the one below
-    const float fine = at(low, x * scale + offset, y * scale + offset);
+    const float fine = mean_at(low, x, y, n, dx, dy);
     if (part < 0.02F) return fine;
-    const float coarse =
-        at(low + 1, x * scale * 0.5F + 0.25F * scale - 0.5F, y * scale * 0.5F + 0.25F * scale - 0.5F);
-    return fine + part * (coarse - fine);
+    return fine + part * (mean_at(low + 1, x, y, n, dx, dy) - fine);
   }
 
  private:
-  /// Piecewise linear between powers of two; enough to choose a level smoothly.
-  static float fast_log2(float x) {
-    int exponent = 0;
-    float mantissa = x;
-    while (mantissa >= 2 && exponent < kLevels) {
-      mantissa *= 0.5F;
-      ++exponent;
+  /// Linear between powers of two: enough to choose a level smoothly.
+  static float log2_piecewise(float x) {
+    const auto bits = std::bit_cast<uint32_t>(x);
+    return static_cast<float>(bits) * 0x1p-23F - 127.0F;
+  }
+  float mean_at(int level, float x, float y, int n, float dx, float dy) const {
+    const float scale = 1.0F / static_cast<float>(1 << level);
+    const float offset = 0.5F * scale - 0.5F;  // texel centres of a level lie between those of the one below
+    if (n == 1) return at(level, x * scale + offset, y * scale + offset);
+    const float step = 1.0F / static_cast<float>(n);
+    float sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const float along = (static_cast<float>(i) + 0.5F) * step - 0.5F;
+      sum += at(level, (x + along * dx) * scale + offset, (y + along * dy) * scale + offset);
     }
-    return static_cast<float>(exponent) + mantissa - 1;
+    return sum * step;
   }
   float at(int level, float x, float y) const {
     const int side = kSide >> level;

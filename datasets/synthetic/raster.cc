@@ -9,6 +9,28 @@ namespace sextant::synthetic {
 
 using Eigen::Vector3d;
 
+namespace {
+
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Eight pixels at a time where the processor can; the same numbers either way.
+#define SEXTANT_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define SEXTANT_WIDE
+#endif
+
+/// One row of a triangle: the nearer of what is there and its own surface.
+SEXTANT_WIDE void fill(float* __restrict depth, uint32_t* __restrict surface, int n, float start, float step,
+                       uint32_t own) {
+  for (int i = 0; i < n; ++i) {
+    const float inverse = start + step * static_cast<float>(i);
+    const bool nearer = inverse > depth[i];
+    depth[i] = nearer ? inverse : depth[i];
+    surface[i] = nearer ? own : surface[i];
+  }
+}
+
+}  // namespace
+
 Bodies::Bodies(std::vector<Mesh> meshes) : meshes_(std::move(meshes)) {
   SEXTANT_CHECK(meshes_.size() < 65536);
   uint32_t next = 0;
@@ -78,7 +100,10 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
   for (int i = 0; i < 3; ++i) {
     const Vector3d& a = corners[(i + 1) % 3];
     const Vector3d& b = corners[(i + 2) % 3];
-    scan.edges[i] = sign * in_pixels(a.cross(b));
+    const Vector3d edge = sign * in_pixels(a.cross(b));
+    scan.edges[i] = std::abs(edge.x()) < 1e-200
+                        ? Edge{edge.y(), edge.z(), 0}
+                        : Edge{-edge.y() / edge.x(), -edge.z() / edge.x(), edge.x() > 0 ? 1 : -1};
   }
   scan.inverse_depth = in_pixels(normal / distance);
   scan.surface = surface;
@@ -94,17 +119,14 @@ Image<uint32_t> Surfaces::seen(double dx, double dy) const {
     for (int y = scan.y0; y <= scan.y1; ++y) {
       double from = 0, to = width_ - 1;
       bool outside = false;
-      for (const Vector3d& edge : scan.edges) {
-        const double rest = edge.y() * (y + dy) + edge.z();
-        if (edge.x() == 0) {
-          outside |= rest < 0;
-          continue;
-        }
-        const double x = -rest / edge.x() - dx;
-        if (edge.x() > 0) {
-          from = std::max(from, x);
+      for (const Edge& edge : scan.edges) {
+        const double at = edge.slope * (y + dy) + edge.offset;
+        if (edge.side > 0) {
+          from = std::max(from, at - dx);
+        } else if (edge.side < 0) {
+          to = std::min(to, at - dx);
         } else {
-          to = std::min(to, x);
+          outside |= at < 0;
         }
       }
       if (outside || from > to) continue;
@@ -115,13 +137,7 @@ Image<uint32_t> Surfaces::seen(double dx, double dy) const {
       const auto step = static_cast<float>(scan.inverse_depth.x());
       float* depth = nearest.row(y) + x0;
       uint32_t* surface = surfaces.row(y) + x0;
-      const uint32_t own = scan.surface;
-      for (int i = 0; i < n; ++i) {
-        const float inverse = start + step * static_cast<float>(i);
-        const bool nearer = inverse > depth[i];
-        depth[i] = nearer ? inverse : depth[i];
-        surface[i] = nearer ? own : surface[i];
-      }
+      fill(depth, surface, n, start, step, scan.surface);
     }
   }
   return surfaces;

@@ -9,6 +9,7 @@
 // triangle's plane n.p = d: z = d / (n.r), in double precision.
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -66,9 +67,14 @@ class Surfaces {
     double distance = 0;
     double nearest_m = 0, farthest_m = 0;
   };
-  /// Three edge functions and the inverse depth, a x + b y + c in pixels, of a triangle that may be seen.
+  /// Covered is x >= slope y + offset (side 1) or x <= it (side -1); side 0: where slope y + offset >= 0.
+  struct Edge {
+    double slope, offset;
+    int side;
+  };
+  /// The edges, and the inverse depth a x + b y + c in pixels, of a triangle that may be seen.
   struct Scan {
-    std::array<Eigen::Vector3d, 3> edges;
+    std::array<Edge, 3> edges;
     Eigen::Vector3d inverse_depth;
     uint32_t surface;
     int y0, y1;  ///< rows that it may touch

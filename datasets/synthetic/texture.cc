@@ -66,19 +66,11 @@ float grain(const Sample& s, uint32_t seed) {
   static const NoiseTile fine(1, 16, 1), coarse(2, 32, 2);
   constexpr float kFine_m = 0.012F, kCoarse_m = 0.13F;
   const float shift_u = static_cast<float>(seed & 255U), shift_v = static_cast<float>(seed >> 8 & 255U);
-  float sum = 0;
-  const float fine_width = s.width_m / kFine_m;
-  if (fine_width < 1 << (NoiseTile::kLevels - 1)) {
-    const float x = s.u / kFine_m + shift_u, y = s.v / kFine_m + shift_v;
-    for (int i = 0; i < s.n; ++i) {
-      const float at = ((static_cast<float>(i) + 0.5F) / static_cast<float>(s.n) - 0.5F) / kFine_m;
-      sum += fine(x + at * s.major_u_m, y + at * s.major_v_m, fine_width);
-    }
-    sum /= static_cast<float>(s.n);
-  }
+  const float sum = fine.mean(s.u / kFine_m + shift_u, s.v / kFine_m + shift_v, s.width_m / kFine_m, s.n,
+                              s.major_u_m / kFine_m, s.major_v_m / kFine_m);
   // Turned, so that the tiles' edges do not line up.
   const float u = (0.8F * s.u - 0.6F * s.v) / kCoarse_m, v = (0.6F * s.u + 0.8F * s.v) / kCoarse_m;
-  return sum + coarse(u + shift_v, v + shift_u, s.width_m / kCoarse_m);
+  return sum + coarse.mean(u + shift_v, v + shift_u, s.width_m / kCoarse_m, 1, 0, 0);
 }
 
 /// Share of [x - w/2, x + w/2] that lies in [low, high].
