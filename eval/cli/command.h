@@ -29,8 +29,12 @@ enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interr
 int program(int argc, const char* const* argv);
 
 void add_run_command(CLI::App& app);
+void add_sweep_command(CLI::App& app);
+void add_merge_command(CLI::App& app);
+void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);
 void add_data_make_command(CLI::App& data);
+void add_data_pack_command(CLI::App& data);
 void add_data_strip_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);

@@ -7,6 +7,7 @@
 #include "sextant/base/files.h"
 #include "sextant/estimator/estimator.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/plan.h"
 
 namespace sextant {
 namespace {
@@ -63,14 +64,7 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
 }
 
 SourceSpec find_source(const std::string& text, const std::string& data_root) {
-  namespace fs = std::filesystem;
-  SourceSpec spec = SourceSpec::parse(text);
-  std::error_code ignored;
-  const fs::path path = spec.path;
-  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
-  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
-    spec.path = under.string();
-  return spec;
+  return locate_source(text, data_root);
 }
 
 Json options_tree(const std::string& options, std::span<const std::string> sets) {

@@ -117,6 +117,7 @@ void add_data_command(CLI::App& app) {
   check_command->callback([flags, source] { check(*source, *flags); });
 
   add_data_make_command(*data);
+  add_data_pack_command(*data);
   add_data_strip_command(*data);
 }
 

@@ -15,6 +15,9 @@ struct RunFlags : CommonFlags {
   std::vector<std::string> sources;
   std::string estimator = RunConfig{}.estimator;
   std::string preset = "paper";
+  std::string noise = "none";
+  double level = 0;
+  int n_seeds = RunConfig{}.n_seeds;
   std::string out;
   bool force = false;
 };
@@ -26,6 +29,9 @@ void run_and_write(const RunFlags& flags) {
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
+  config.noise = Noise::parse(flags.noise);
+  config.level = flags.level;
+  config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
   check_output_folder(flags.out, resolved_configuration(config), flags.force);
@@ -66,6 +72,16 @@ void add_run_command(CLI::App& app) {
       ->type_name("NAME")
       ->capture_default_str();
   add_option_flags(*command, *flags);
+  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON; see docs/noise.md")
+      ->type_name("JSON")
+      ->capture_default_str();
+  command->add_option("--level", flags->level, "What records call the level of the noise")
+      ->type_name("NUMBER")
+      ->capture_default_str();
+  command->add_option("--seeds", flags->n_seeds, "Repeat with seeds 0..N-1 of the noise")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
   command->add_option("--preset", flags->preset, "Metric preset of the summary")
       ->type_name("NAME")
       ->capture_default_str();

@@ -34,6 +34,9 @@ Record new_record(const FrameResult& result, const PairContext& context, std::st
   record.dataset = context.dataset;
   record.sequence = context.sequence;
   record.estimator = context.estimator;
+  record.noise = context.noise;
+  record.level = context.level;
+  record.seed = context.seed;
   record.frame = result.curr;
   record.body = std::move(body);
   return record;

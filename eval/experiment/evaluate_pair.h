@@ -29,6 +29,9 @@ struct PairContext {
   /// without an estimated pose, or a sequence without a true first pose, have none here.
   const Trajectory& estimated;
   const FlowSamples* true_flow = nullptr;  ///< at the points' pixels, previous to current frame; may be null
+  std::string noise = "none";
+  double level = 0;
+  uint64_t seed = 0;
 };
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);

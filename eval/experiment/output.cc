@@ -75,11 +75,11 @@ OutputFiles run_files(const RunResult& result) {
   files["run.json"] = run_provenance(result).dump(2) + "\n";
   for (const SourceRun& source : result.sources) {
     const std::string folder = folder_of(source, result.sources.size() == 1);
-    files[folder + "est_camera_kitti.txt"] = kitti_text(source.estimated);
-    files[folder + "est_camera_tum.txt"] = tum_text(source.estimated, source.info);
+    files[folder + "est_camera_kitti.txt"] = kitti_text(source.motions.estimated);
+    files[folder + "est_camera_tum.txt"] = tum_text(source.motions.estimated, source.info);
     const std::string truth = tum_text(source.truth, source.info);
     if (!truth.empty()) files[folder + "gt_camera_tum.txt"] = truth;
-    for (const auto& [id, motions] : source.object_motions) {
+    for (const auto& [id, motions] : source.motions.objects) {
       std::string& text = files[fmt::format("{}obj_{}_motion.txt", folder, id)];
       for (const auto& [frame, H_world] : motions)
         text += fmt::format("{} {}\n", frame, matrix_line(H_world));

@@ -21,7 +21,9 @@ using OutputFiles = std::map<std::string, std::string>;
 ///   obj_<id>_motion.txt   frame k, then 12 values of H_world of the pair (k-1, k) (m)
 OutputFiles run_files(const RunResult& result);
 
-/// Version, build, machine, configuration and inputs of a run.
+/// Version, build and machine: what every run.json begins with.
+Json build_provenance();
+/// build_provenance(), configuration and inputs of a run.
 Json run_provenance(const RunResult& result);
 
 /// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a

@@ -100,7 +100,7 @@ std::optional<std::vector<ExtractedPair>> read_pack(const fs::path& path) {
 std::vector<ExtractedPair> read_all(const Sequence& sequence, const ExtractionOptions& options, int jobs,
                                     bool quiet) {
   const SequenceInfo& info = sequence.info();
-  PairReader reader(sequence, options, jobs);
+  PairReader reader(sequence, options, Noise(), jobs);
   Progress progress("packing " + info.sequence, info.last_frame - info.first_frame, quiet);
   std::vector<ExtractedPair> pairs;
   for (std::vector<ExtractedPair> window = reader.next(); !window.empty(); window = reader.next()) {

@@ -52,8 +52,12 @@ FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair) {
   return FlowSamples(std::move(samples));
 }
 
-PairReader::PairReader(const Sequence& sequence, const ExtractionOptions& options, int jobs)
-    : sequence_(sequence), options_(options), jobs_(jobs), next_(sequence.info().first_frame) {}
+PairReader::PairReader(const Sequence& sequence, const ExtractionOptions& options, Noise noise, int jobs)
+    : sequence_(sequence),
+      options_(options),
+      noise_(std::move(noise)),
+      jobs_(jobs),
+      next_(sequence.info().first_frame) {}
 
 std::vector<ExtractedPair> PairReader::next() {
   const int n = std::min(window_pairs, sequence_.info().last_frame - next_);
@@ -83,6 +87,7 @@ PairReader::Decoded PairReader::decode(int index) const {
   Decoded decoded;
   decoded.frame = sequence_.read(index, channels);
   decoded.decode_ms = ms_since(start);
+  if (noise_.changes_masks()) noise_.corrupt_mask(decoded.frame.mask);
   if (!is_last) decoded.true_flow = sequence_.true_flow(index);
   return decoded;
 }

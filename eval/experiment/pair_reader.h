@@ -9,6 +9,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/extraction.h"
 #include "sextant/measurement/frame_pair.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 
@@ -46,7 +47,8 @@ struct ExtractedPair {
 /// `jobs`, times excepted.
 class PairReader {
  public:
-  PairReader(const Sequence& sequence, const ExtractionOptions& options, int jobs);
+  /// Of `noise`, its mask models are applied here, to the frames.
+  PairReader(const Sequence& sequence, const ExtractionOptions& options, Noise noise, int jobs);
 
   /// The next window's pairs, in order; empty at the end. Throws Error on bad files, Interrupted on Ctrl-C.
   std::vector<ExtractedPair> next();
@@ -63,6 +65,7 @@ class PairReader {
 
   const Sequence& sequence_;
   const ExtractionOptions& options_;
+  Noise noise_;
   int jobs_;
   int next_;
   std::optional<Decoded> border_;  ///< the last frame of the window before

@@ -36,8 +36,9 @@ Json source_json(const SourceRun& source) {
                     {"bf_px_m", camera.bf}};
   json["provenance"] = source.info.provenance;
   json["warnings"] = source.info.warnings;
-  json["estimated_poses"] = source.estimated.poses().size();
-  json["world_origin"] = source.starts_at_truth ? "true pose of the first frame" : "first frame";
+  json["estimated_poses"] = source.motions.estimated.poses().size();
+  json["world_origin"] = source.motions.starts_at_truth ? "true pose of the first frame" : "first frame";
+  if (!source.noise.is_null()) json["noise"] = source.noise;
   Json inputs = Json::object();
   for (const auto& [path, entry] : source.inputs)
     inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
@@ -50,7 +51,7 @@ Json source_json(const SourceRun& source) {
 std::string version() { return build_info::version; }
 std::string git_commit() { return build_info::git_commit; }
 
-Json run_provenance(const RunResult& result) {
+Json build_provenance() {
   Json json;
   json["schema"] = 1;
   json["version"] = version();
@@ -63,7 +64,11 @@ Json run_provenance(const RunResult& result) {
                       {"fmt", build_info::fmt},
                       {"nlohmann_json", build_info::nlohmann_json}};
   json["machine"] = {{"cpu", cpu_model()}, {"cores", std::thread::hardware_concurrency()}};
-  json["seed"] = 0;
+  return json;
+}
+
+Json run_provenance(const RunResult& result) {
+  Json json = build_provenance();
   json["configuration"] = result.configuration;
   json["jobs"] = result.jobs;
   json["wall_time_s"] = result.wall_time_s;

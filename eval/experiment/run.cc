@@ -6,11 +6,10 @@
 #include <utility>
 
 #include "sextant/base/error.h"
+#include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/pair_reader.h"
-#include "sextant/metrics/pose_change.h"
 
 namespace sextant {
 namespace {
@@ -21,82 +20,52 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Stage 2: the sequential pipeline and the comparison with truth.
-class PairConsumer {
- public:
-  PairConsumer(const RunConfig& config, const ResolvedOptions& options,
-               std::shared_ptr<const Estimator> estimator, const Sequence& sequence, SourceRun& out,
-               std::vector<Record>& records)
-      : config_(config),
-        pipeline_(options.pipeline, std::move(estimator)),
-        sequence_(sequence),
-        out_(out),
-        records_(records) {
-    const SequenceInfo& info = sequence.info();
-    const std::optional<SE3> first = sequence.truth().camera.pose(info.first_frame);
-    out_.starts_at_truth = first.has_value();
-    out_.estimated.set(info.first_frame, first.value_or(SE3()));
-  }
-
-  void consume(const std::vector<ExtractedPair>& pairs, Progress& progress) {
-    for (const ExtractedPair& extracted : pairs) {
-      check_interrupt();
-      const FrameResult result = pipeline_.process(extracted.pair);
-      extend_trajectories(result);
-      std::vector<Record> records = evaluate_pair(result, context(extracted));
-      records.front().time_ms["extraction"] = extracted.extraction_ms;
-      records.front().time_ms["decode"] = extracted.decode_ms;
-      if (config_.on_pair) config_.on_pair(result, records);
-      std::move(records.begin(), records.end(), std::back_inserter(records_));
-      progress.advance();
-    }
-  }
-
- private:
-  PairContext context(const ExtractedPair& extracted) const {
-    static const Trajectory none;
-    const SequenceInfo& info = sequence_.info();
-    return {info.dataset,
-            info.sequence,
-            config_.estimator,
-            info.camera.left,
-            sequence_.truth(),
-            out_.starts_at_truth ? out_.estimated : none,
-            extracted.true_flow ? &*extracted.true_flow : nullptr};
-  }
-
-  void extend_trajectories(const FrameResult& result) {
-    const std::optional<SE3> T_world_prev = out_.estimated.pose(result.prev);
-    if (result.ego.status != Status::ok || !T_world_prev) return;
-    const SE3 T_world_curr = *T_world_prev * result.ego.estimate.T_curr_prev.inverse();
-    out_.estimated.set(result.curr, T_world_curr);
-    for (const BodyResult& body : result.objects) {
-      if (body.status != Status::ok) continue;
-      out_.object_motions[body.instance][result.curr] =
-          world_motion(*T_world_prev, T_world_curr, body.estimate.T_curr_prev);
-    }
-  }
-
-  const RunConfig& config_;
-  FrameEstimator pipeline_;
-  const Sequence& sequence_;
-  SourceRun& out_;
-  std::vector<Record>& records_;
-};
-
 std::unique_ptr<Sequence> open_checked(SourceSpec spec, const Json& source_options) {
   spec.add_options(source_options);
   std::unique_ptr<Sequence> sequence = open_source(spec);
-  const SequenceInfo& info = sequence->info();
-  if (info.last_frame <= info.first_frame) {
-    fail("{}: has frames {}-{}; at least two are needed", spec.text, info.first_frame, info.last_frame);
-  }
-  if (!info.channels.gray || !info.channels.depth || !info.channels.flow || !info.channels.mask) {
-    fail("{}: has no images, depth, flow or masks; a run needs all four", spec.text);
-  }
-  sequence->check_files();
+  check_runnable(spec, *sequence);
   return sequence;
 }
+
+/// One runner per seed; each goes over the pairs in order.
+class SeedRunners {
+ public:
+  SeedRunners(const RunConfig& config, const ResolvedOptions& options,
+              const std::shared_ptr<const Estimator>& estimator, const Sequence& sequence)
+      : config_(config), records_(static_cast<size_t>(config.n_seeds)) {
+    for (int seed = 0; seed < config.n_seeds; ++seed) {
+      runners_.emplace_back(
+          sequence, CaseSettings{config.estimator, estimator, options.pipeline, config.noise.without_masks(),
+                                 config.level, static_cast<uint64_t>(seed)});
+    }
+  }
+
+  void consume(const std::vector<ExtractedPair>& pairs, Progress& progress) {
+    parallel_for(config_.n_seeds, config_.n_seeds > 1 ? config_.jobs : 1, [&](int seed) {
+      for (const ExtractedPair& extracted : pairs) {
+        check_interrupt();
+        CaseRunner::Outcome outcome = runners_[static_cast<size_t>(seed)].process(extracted);
+        if (seed == 0 && config_.on_pair) config_.on_pair(outcome.result, outcome.records);
+        std::ranges::move(outcome.records, std::back_inserter(records_[static_cast<size_t>(seed)]));
+        if (seed == 0) progress.advance();
+      }
+    });
+  }
+
+  void finish(SourceRun& out, std::vector<Record>& records) {
+    for (std::vector<Record>& of_seed : records_) std::ranges::move(of_seed, std::back_inserter(records));
+    out.motions = runners_.front().motions();
+    if (config_.noise.none()) return;
+    NoiseVerification achieved;
+    for (const CaseRunner& runner : runners_) achieved.merge(runner.achieved_noise());
+    out.noise = achieved.json(config_.noise.options());
+  }
+
+ private:
+  const RunConfig& config_;
+  std::vector<CaseRunner> runners_;
+  std::vector<std::vector<Record>> records_;  ///< by seed
+};
 
 SourceRun run_source(const std::string& text, const Sequence& sequence, const RunConfig& config,
                      const ResolvedOptions& options, const std::shared_ptr<const Estimator>& estimator,
@@ -105,8 +74,8 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
   out.source = text;
   out.info = sequence.info();
   out.truth = sequence.truth().camera;
-  PairReader reader(sequence, options.extraction, config.jobs);
-  PairConsumer consumer(config, options, estimator, sequence, out, records);
+  PairReader reader(sequence, options.extraction, config.noise, config.jobs);
+  SeedRunners runners(config, options, estimator, sequence);
   Progress progress(out.info.sequence + " pairs", out.info.last_frame - out.info.first_frame, config.quiet);
 
   // The next window is decoded while the present one goes through the pipeline.
@@ -114,9 +83,10 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
   while (!window.empty()) {
     std::future<std::vector<ExtractedPair>> ahead = std::async(
         config.jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return reader.next(); });
-    consumer.consume(window, progress);
+    runners.consume(window, progress);
     window = ahead.get();
   }
+  runners.finish(out, records);
   out.inputs = sequence.inputs().entries();
   return out;
 }
@@ -138,6 +108,17 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
 }
 
 }  // namespace
+
+void check_runnable(const SourceSpec& spec, const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  if (info.last_frame <= info.first_frame) {
+    fail("{}: has frames {}-{}; at least two are needed", spec.text, info.first_frame, info.last_frame);
+  }
+  if (!info.channels.gray || !info.channels.depth || !info.channels.flow || !info.channels.mask) {
+    fail("{}: has no images, depth, flow or masks; a run needs all four", spec.text);
+  }
+  sequence.check_files();
+}
 
 ResolvedOptions resolve_options(const Json& tree) {
   if (!tree.is_object()) fail("options: expected a JSON object, got {}", tree.dump());
@@ -167,6 +148,9 @@ Json resolved_configuration(const RunConfig& config) {
                      {"pipeline", write_options(options.pipeline)},
                      {"estimator", make_estimator(config.estimator, options.estimator)->options()},
                      {"source", options.source}};
+  json["noise"] = config.noise.options();
+  json["level"] = config.level;
+  json["seeds"] = config.n_seeds;
   return json;
 }
 
@@ -174,6 +158,7 @@ RunResult run(const RunConfig& config) {
   const Clock::time_point start = Clock::now();
   if (config.sources.empty()) fail("no source given: expected at least one ADAPTER:PATH");
   if (config.jobs < 1) fail("jobs = {}: must be >= 1", config.jobs);
+  if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
   const ResolvedOptions options = resolve_options(config.options);
   const std::shared_ptr<const Estimator> estimator = make_estimator(config.estimator, options.estimator);
 

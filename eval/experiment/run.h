@@ -13,17 +13,21 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/extraction.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/record.h"
 
 namespace sextant {
 
-/// Called after each pair, in order, with the pipeline's own result and the pair's records.
+/// Called after each pair of the first seed, in order, with the pipeline's own result and the pair's records.
 using PairObserver = std::function<void(const FrameResult&, const std::vector<Record>&)>;
 
 struct RunConfig {
   std::vector<SourceSpec> sources;
   std::string estimator = "joint_flow";
   Json options = Json::object();  ///< strict tree: "extraction", "pipeline", "estimator", "source"
+  Noise noise;                    ///< on masks: before extraction; all other: on the points
+  double level = 0;               ///< what records call the noise
+  int n_seeds = 1;                ///< seeds 0..n_seeds - 1, each over all pairs
   int jobs = 1;                   ///< threads
   bool quiet = false;             ///< no progress line
   PairObserver on_pair;           ///< may be empty
@@ -48,21 +52,22 @@ Json resolved_configuration(const RunConfig& config);
 struct SourceRun {
   std::string source;  ///< as given
   SequenceInfo info;
-  Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
-  bool starts_at_truth = false;  ///< the first pose is the true one; else the identity
   Trajectory truth;
-  std::map<int, std::map<int, SE3>>
-      object_motions;  ///< id -> frame k -> H_world of the estimate, pair (k-1, k)
+  CaseMotions motions;  ///< of the first seed
+  Json noise;           ///< requested and achieved, over all seeds; null without noise
   std::map<std::string, InputLog::Entry> inputs;
 };
 
 struct RunResult {
-  std::vector<Record> records;  ///< by source, frame, ego first, then objects by id
+  std::vector<Record> records;  ///< by source, seed, frame, ego first, then objects by id
   std::vector<SourceRun> sources;
   Json configuration;  ///< resolved_configuration()
   double wall_time_s = 0;
   int jobs = 1;
 };
+
+/// Throws Error unless a source has two frames, images, depth, flow and masks, and every file of them.
+void check_runnable(const SourceSpec& spec, const Sequence& sequence);
 
 /// Throws Error on bad input, Interrupted on Ctrl-C.
 RunResult run(const RunConfig& config);

@@ -95,8 +95,8 @@ TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
     EXPECT_EQ(record.status, Status::ok);
     EXPECT_LT(record.errors.at("Et_m"), 0.05) << "frame " << record.frame;
   }
-  EXPECT_EQ(result.sources.at(0).estimated.poses().size(), 20U);
-  EXPECT_TRUE(result.sources.at(0).starts_at_truth);
+  EXPECT_EQ(result.sources.at(0).motions.estimated.poses().size(), 20U);
+  EXPECT_TRUE(result.sources.at(0).motions.starts_at_truth);
 }
 
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {

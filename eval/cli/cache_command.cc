@@ -1,0 +1,115 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+namespace {
+
+struct CacheFlags : CommonFlags {
+  std::string folder;
+  std::string source;
+  bool all = false;
+
+  PackCache cache() const {
+    return PackCache(folder.empty() ? default_cache_folder() : std::filesystem::path(folder));
+  }
+};
+
+double megabytes(uint64_t bytes) { return static_cast<double>(bytes) / 1e6; }
+
+void list_packs(const CacheFlags& flags) {
+  const PackCache cache = flags.cache();
+  Table table;
+  table.title = fmt::format("Packs in {}", cache.folder().string());
+  table.columns = {{"source", "source", Align::left},
+                   {"pairs", "pairs", Align::right, 0},
+                   {"megabytes", "size [MB]", Align::right, 2},
+                   {"state", "state", Align::left},
+                   {"file", "file", Align::left}};
+  for (const PackCache::Entry& entry : cache.list()) {
+    table.add_row({entry.source.empty() ? Cell() : Cell(entry.source), static_cast<double>(entry.n_pairs),
+                   megabytes(entry.bytes), std::string(entry.valid ? "valid" : "outdated"),
+                   entry.file.filename().string()});
+  }
+  if (flags.json) {
+    fmt::print("{}\n", Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}}.dump(2));
+  } else {
+    fmt::print("{}", to_text(table));
+  }
+}
+
+void prune_packs(const CacheFlags& flags) {
+  const uint64_t freed = flags.cache().prune(flags.all);
+  fmt::print("{:.2f} MB set free\n", megabytes(freed));
+}
+
+void pack(const CacheFlags& flags) {
+  const Json tree = options_tree(flags.options, flags.sets);
+  const ResolvedOptions options = resolve_options(tree);
+  SourceSpec source = find_source(flags.source, flags.data_root);
+  source.add_options(options.source);
+  const std::unique_ptr<Sequence> sequence = open_source(source);
+  check_runnable(source, *sequence);
+  const PackCache::Packed packed =
+      flags.cache().load(source, *sequence, options.extraction, flags.jobs, flags.quiet);
+  const double size = megabytes(std::filesystem::file_size(packed.file));
+  if (flags.json) {
+    fmt::print("{}\n", Json{{"file", packed.file.string()},
+                            {"pairs", packed.pairs.size()},
+                            {"megabytes", size},
+                            {"was_there", packed.was_there}}
+                           .dump(2));
+    return;
+  }
+  fmt::print("{}: {} pairs, {:.2f} MB{}\n", packed.file.string(), packed.pairs.size(), size,
+             packed.was_there ? ", was there" : "");
+}
+
+void add_folder_flag(CLI::App& command, CacheFlags& flags) {
+  command
+      .add_option("--cache", flags.folder, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
+      ->type_name("DIR");
+}
+
+}  // namespace
+
+void add_cache_command(CLI::App& app) {
+  const auto flags = std::make_shared<CacheFlags>();
+  CLI::App* cache = app.add_subcommand("cache", "The decoded sources that sweeps run from");
+  cache->require_subcommand(1);
+  cache->footer("Example:\n  sextant cache ls");
+  CLI::App* list = cache->add_subcommand("ls", "List them, and whether their sources are as they were");
+  add_folder_flag(*list, *flags);
+  list->add_flag("--json", flags->json, "Print as JSON");
+  list->footer("Example:\n  sextant cache ls");
+  list->callback([flags] { list_packs(*flags); });
+  CLI::App* prune = cache->add_subcommand("prune", "Remove those that are outdated or damaged");
+  add_folder_flag(*prune, *flags);
+  prune->add_flag("--all", flags->all, "Remove all of them");
+  prune->footer("Example:\n  sextant cache prune --all");
+  prune->callback([flags] { prune_packs(*flags); });
+}
+
+void add_data_pack_command(CLI::App& data) {
+  const auto flags = std::make_shared<CacheFlags>();
+  CLI::App* command = data.add_subcommand("pack", "Decode a source once, for sweeps");
+  command->add_option("source", flags->source, "adapter:path[#sequence][@first-last]")
+      ->required()
+      ->type_name("SOURCE");
+  add_folder_flag(*command, *flags);
+  add_option_flags(*command, *flags);
+  add_data_flag(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer("Example:\n  sextant data pack synthetic:s18");
+  command->callback([flags] { pack(*flags); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,134 @@
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/sweep.h"
+
+namespace sextant {
+namespace {
+
+struct SweepFlags : CommonFlags {
+  std::string plan;
+  std::string out;
+  std::string cache;
+  std::string shard = "0/1";
+  bool dry_run = false;
+  bool no_packs = false;
+};
+
+std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
+  const std::vector<std::string> parts = split(text, '/');
+  uint64_t numbers[2] = {0, 0};
+  for (size_t i = 0; i < 2; ++i) {
+    const std::string part = parts.size() == 2 ? parts[i] : "";
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[i]);
+    if (part.empty() || error != std::errc() || end != part.data() + part.size()) {
+      fail("--shard {}: expected I/N, for example 1/4", text);
+    }
+  }
+  return {numbers[0], numbers[1]};
+}
+
+std::string duration(double seconds) {
+  if (seconds < 120) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+void run_sweep(const SweepFlags& flags) {
+  SweepConfig config;
+  config.plan = parse_plan(read_file(flags.plan), flags.plan, flags.data_root);
+  config.out = flags.out;
+  config.cache = PackCache(flags.cache.empty() ? default_cache_folder() : std::filesystem::path(flags.cache));
+  config.use_packs = !flags.no_packs;
+  std::tie(config.shard, config.n_shards) = parse_shard(flags.shard);
+  config.jobs = flags.jobs;
+  config.quiet = flags.quiet;
+  if (flags.dry_run) {
+    const SweepEstimate estimate = estimate_sweep(config);
+    if (flags.json) {
+      fmt::print(
+          "{}\n",
+          Json{{"cases", estimate.n_cases}, {"pairs", estimate.n_pairs}, {"estimated_s", estimate.seconds}}
+              .dump(2));
+    } else {
+      fmt::print("{} cases, {} frame pairs, about {} with {} jobs\n", estimate.n_cases, estimate.n_pairs,
+                 duration(estimate.seconds), config.jobs);
+    }
+    return;
+  }
+  if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
+  const SweepOutcome outcome = sweep(config);
+  const uint64_t n_now = outcome.n_cases - outcome.n_before;
+  if (flags.json) {
+    fmt::print("{}\n", Json{{"out", flags.out},
+                            {"cases", outcome.n_cases},
+                            {"cases_before", outcome.n_before},
+                            {"records", outcome.n_records},
+                            {"wall_time_s", outcome.wall_time_s}}
+                           .dump(2));
+    return;
+  }
+  if (!flags.quiet) {
+    fmt::print("{} cases, {} of them done before; {} records; {:.1f} s ({:.1f} cases/s)\n", outcome.n_cases,
+               outcome.n_before, outcome.n_records, outcome.wall_time_s,
+               outcome.wall_time_s > 0 ? static_cast<double>(n_now) / outcome.wall_time_s : 0.0);
+  }
+  fmt::print("Results: {}\n", flags.out);
+}
+
+struct MergeFlags : CommonFlags {
+  std::vector<std::string> folders;
+  std::string out;
+};
+
+void run_merge(const MergeFlags& flags) {
+  const SweepOutcome outcome =
+      merge_sweeps({flags.folders.begin(), flags.folders.end()}, std::filesystem::path(flags.out));
+  if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
+  fmt::print("Results: {}\n", flags.out);
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& app) {
+  const auto flags = std::make_shared<SweepFlags>();
+  CLI::App* command = app.add_subcommand("sweep", "Run a plan: sources x estimators x noise levels x seeds");
+  command->add_option("plan", flags->plan, "JSON file; see docs/sweeps.md and eval/plans/")
+      ->required()
+      ->type_name("PLAN.json");
+  command->add_option("--out", flags->out, "Folder for the results; an unfinished sweep in it is resumed")
+      ->type_name("DIR");
+  command->add_option("--shard", flags->shard, "Only every N-th case, from the I-th; a folder per shard")
+      ->type_name("I/N")
+      ->capture_default_str();
+  command->add_flag("--dry-run", flags->dry_run, "Say how many cases there are and how long they will take");
+  command
+      ->add_option("--cache", flags->cache, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
+      ->type_name("DIR");
+  command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
+  add_jobs_flag(*command, *flags);
+  add_data_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress and no summary");
+  command->add_flag("--json", flags->json, "Print the summary as JSON");
+  command->footer(
+      "Ctrl-C or a crash loses no finished case: give the same command again.\n"
+      "Examples:\n  sextant sweep eval/plans/depth_s18.json --out out\n"
+      "  sextant sweep eval/plans/depth_s18.json --shard 1/4 --out part1   (and 2/4 .. 4/4, then merge)");
+  command->callback([flags] { run_sweep(*flags); });
+}
+
+void add_merge_command(CLI::App& app) {
+  const auto flags = std::make_shared<MergeFlags>();
+  CLI::App* command = app.add_subcommand("merge", "Join the shards of a sweep");
+  command->add_option("dir", flags->folders, "Folders of finished shards")->required()->type_name("DIR");
+  command->add_option("--out", flags->out, "Folder for the results")->required()->type_name("DIR");
+  command->add_flag("--quiet", flags->quiet, "No summary");
+  command->footer("Example:\n  sextant merge part1 part2 part3 part4 --out out");
+  command->callback([flags] { run_merge(*flags); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,54 @@
+#include "sextant/eval/experiment/case_runner.h"
+
+#include "sextant/eval/experiment/evaluate_pair.h"
+#include "sextant/metrics/pose_change.h"
+
+namespace sextant {
+
+CaseRunner::CaseRunner(const Sequence& sequence, CaseSettings settings)
+    : sequence_(sequence),
+      settings_(std::move(settings)),
+      noise_name_(settings_.noise.name()),
+      pipeline_(settings_.pipeline, settings_.estimator) {
+  const SequenceInfo& info = sequence.info();
+  if (!settings_.noise.none()) draws_.emplace(settings_.seed, info.dataset, info.sequence);
+  const std::optional<SE3> first = sequence.truth().camera.pose(info.first_frame);
+  motions_.starts_at_truth = first.has_value();
+  motions_.estimated.set(info.first_frame, first.value_or(SE3()));
+}
+
+CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
+  static const Trajectory none;
+  Outcome out;
+  if (draws_) {
+    const NoisyPair noisy = settings_.noise.apply(extracted.pair, *draws_);
+    achieved_.merge(noisy.achieved);
+    out.result = pipeline_.process(noisy.pair);
+  } else {
+    out.result = pipeline_.process(extracted.pair);
+  }
+  extend_motions(out.result);
+  const SequenceInfo& info = sequence_.info();
+  out.records =
+      evaluate_pair(out.result, {info.dataset, info.sequence, settings_.estimator_label, info.camera.left,
+                                 sequence_.truth(), motions_.starts_at_truth ? motions_.estimated : none,
+                                 extracted.true_flow ? &*extracted.true_flow : nullptr, noise_name_,
+                                 settings_.level, settings_.seed});
+  out.records.front().time_ms["extraction"] = extracted.extraction_ms;
+  out.records.front().time_ms["decode"] = extracted.decode_ms;
+  return out;
+}
+
+void CaseRunner::extend_motions(const FrameResult& result) {
+  const std::optional<SE3> T_world_prev = motions_.estimated.pose(result.prev);
+  if (result.ego.status != Status::ok || !T_world_prev) return;
+  const SE3 T_world_curr = *T_world_prev * result.ego.estimate.T_curr_prev.inverse();
+  motions_.estimated.set(result.curr, T_world_curr);
+  for (const BodyResult& body : result.objects) {
+    if (body.status != Status::ok) continue;
+    motions_.objects[body.instance][result.curr] =
+        world_motion(*T_world_prev, T_world_curr, body.estimate.T_curr_prev);
+  }
+}
+
+}  // namespace sextant

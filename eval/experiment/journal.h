@@ -1,0 +1,47 @@
+#pragma once
+
+// The append-only file of a sweep; see sweep.h. A case is in it as a whole or not at all.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace sextant {
+
+class Journal {
+ public:
+  struct Block {
+    uint64_t n_records = 0;
+    size_t offset = 0;  ///< of the records' lines in the file
+    size_t bytes = 0;
+  };
+
+  /// Opens or creates; finds the whole blocks and cuts off what follows the last of them. Throws Error when
+  /// another process has it open, or it cannot be written.
+  explicit Journal(std::filesystem::path path);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  /// Appends the records of one case. Safe to call from several threads. Throws Error when the disk is full;
+  /// the journal then is as before.
+  void append(uint64_t number, uint64_t n_records, std::string_view lines);
+
+  const std::map<uint64_t, Block>& blocks() const { return blocks_; }
+  /// The lines of all blocks in order of case.
+  std::string ordered_lines() const;
+
+ private:
+  void find_blocks();
+
+  std::filesystem::path path_;
+  int file_ = -1;
+  std::mutex mutex_;
+  size_t end_ = 0;
+  std::map<uint64_t, Block> blocks_;
+};
+
+}  // namespace sextant

@@ -1,0 +1,305 @@
+#include "sextant/eval/experiment/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/estimator/estimator.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reads one plan; knows where in the text things stand.
+class PlanReader {
+ public:
+  PlanReader(std::string_view text, std::string name, const std::string& data_root)
+      : text_(text), name_(std::move(name)), data_root_(data_root) {}
+
+  Plan read() {
+    const Json json = parse();
+    if (!json.is_object()) fail_at(0, "expected an object with \"sources\"");
+    check_keys(json, {"name", "sources", "estimators", "noise", "seeds", "options"});
+    Plan plan;
+    plan.name = json.contains("name") ? text_of(json["name"], "name") : fs::path(name_).stem().string();
+    in("sources", [&] { read_sources(json, plan); });
+    in("estimators", [&] { read_estimators(json, plan); });
+    in("noise", [&] { read_noise(json, plan); });
+    in("seeds", [&] { read_seeds(json, plan); });
+    in("options", [&] { read_options_of(json, plan); });
+    check_size(plan);
+    return plan;
+  }
+
+ private:
+  Json parse() const {
+    try {
+      return Json::parse(text_);
+    } catch (const Json::parse_error& error) {
+      fail_at(std::min(error.byte, text_.size()), "not valid JSON here");
+    }
+  }
+
+  int line_of(size_t position) const {
+    return 1 + static_cast<int>(
+                   std::count(text_.begin(), text_.begin() + static_cast<ptrdiff_t>(position), '\n'));
+  }
+
+  [[noreturn]] void fail_at(size_t position, const std::string& message) const {
+    fail("{}:{}: {}", name_, line_of(position), message);
+  }
+
+  size_t position_of(const std::string& word, size_t from = 0) const {
+    const size_t at = text_.find('"' + word + '"', from);
+    return at == std::string_view::npos ? from : at;
+  }
+
+  /// Runs the part that reads `key`; what is wrong in it gets the line of the word that the message quotes,
+  /// or of the key.
+  template <typename Part>
+  void in(const std::string& key, const Part& part) const {
+    try {
+      part();
+    } catch (const Error& error) {
+      const size_t section = position_of(key);
+      fail_at(position_of(quoted(error.what()), section), fmt::format("{}: {}", key, error.what()));
+    }
+  }
+
+  /// The last part of the first 'dotted.name' in a message.
+  static std::string quoted(const std::string& message) {
+    const size_t from = message.find('\'');
+    const size_t to = from == std::string::npos ? from : message.find('\'', from + 1);
+    if (to == std::string::npos) return "";
+    const std::string word = message.substr(from + 1, to - from - 1);
+    const size_t dot = word.rfind('.');
+    const std::string last = dot == std::string::npos ? word : word.substr(dot + 1);
+    return last;
+  }
+
+  void check_keys(const Json& json, const std::vector<std::string>& known) const {
+    for (const auto& item : json.items()) {
+      if (std::ranges::find(known, item.key()) != known.end()) continue;
+      fail_at(position_of(item.key()),
+              fmt::format("unknown key '{}': {}", item.key(), suggest(item.key(), known)));
+    }
+  }
+
+  static std::string text_of(const Json& json, const std::string& key) {
+    if (!json.is_string() || json.get<std::string>().empty()) {
+      fail("key '{}': expected a text, got {}", key, json.dump());
+    }
+    return json.get<std::string>();
+  }
+
+  static const Json& list_of(const Json& json, const std::string& key) {
+    if (!json.contains(key)) fail("key '{}' is missing", key);
+    if (!json[key].is_array() || json[key].empty()) {
+      fail("key '{}': expected a list that is not empty, got {}", key, json[key].dump());
+    }
+    return json[key];
+  }
+
+  void read_sources(const Json& json, Plan& plan) const {
+    std::set<std::pair<std::string, std::string>> seen;
+    for (const Json& entry : list_of(json, "sources")) {
+      Json source = entry;
+      if (entry.is_string()) source = {{"source", entry}};
+      if (!source.is_object())
+        fail("expected a SOURCE, or {{\"source\", \"options\"}}, got {}", entry.dump());
+      check_keys(source, {"source", "options"});
+      const std::string text = text_of(source.value("source", Json()), "source");
+      SourceSpec spec = locate_source(text, data_root_);
+      spec.add_options(source.value("options", Json::object()));
+      try {
+        const std::unique_ptr<Sequence> opened = open_source(spec);
+        if (!seen.emplace(opened->info().dataset, opened->info().sequence).second) {
+          fail("its {} sequence {} is in the plan twice", opened->info().dataset, opened->info().sequence);
+        }
+      } catch (const Error& error) {
+        fail("'{}': {}", text, error.what());
+      }
+      plan.sources.push_back(std::move(spec));
+    }
+  }
+
+  void read_estimators(const Json& json, Plan& plan) const {
+    std::set<std::string> labels;
+    for (const Json& entry : list_of(json, "estimators")) {
+      Json estimator = entry;
+      if (entry.is_string()) estimator = {{"name", entry}};
+      if (!estimator.is_object()) {
+        fail("expected a name, or {{\"name\", \"options\", \"label\"}}, got {}", entry.dump());
+      }
+      check_keys(estimator, {"name", "options", "label"});
+      PlanEstimator out;
+      out.name = text_of(estimator.value("name", Json()), "name");
+      out.label = estimator.contains("label") ? text_of(estimator["label"], "label") : out.name;
+      out.options = make_estimator(out.name, estimator.value("options", Json::object()))->options();
+      if (!labels.insert(out.label).second) {
+        fail("'{}' is in the plan twice: give each a label of its own", out.label);
+      }
+      plan.estimators.push_back(std::move(out));
+    }
+  }
+
+  void read_noise(const Json& json, Plan& plan) const {
+    if (!json.contains("noise")) {
+      plan.levels = {PlanLevel{}};
+      return;
+    }
+    const Json grids = json["noise"].is_array() ? json["noise"] : Json::array({json["noise"]});
+    if (grids.empty()) fail("key 'noise': expected a grid, or a list of them that is not empty");
+    for (const Json& grid : grids) add_grid(grid, plan);
+    std::set<std::pair<std::string, double>> seen;
+    for (const PlanLevel& level : plan.levels) {
+      if (!seen.emplace(level.noise.options().dump(), level.level).second) {
+        fail("level {} ({}) is there twice", level.level, level.noise.name());
+      }
+    }
+  }
+
+  void add_grid(const Json& grid, Plan& plan) const {
+    if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", grid.dump());
+    if (grid.contains("level")) {
+      check_keys(grid, {"level", "noise"});
+      plan.levels.push_back({level_of(grid["level"]), checked(grid.value("noise", Json::object()))});
+      return;
+    }
+    check_keys(grid, {"parameter", "levels", "base"});
+    const std::string parameter = text_of(grid.value("parameter", Json()), "parameter");
+    for (const Json& value : list_of(grid, "levels")) {
+      Json noise = grid.value("base", Json::object());
+      if (!noise.is_object()) fail("key 'base': expected an object, got {}", noise.dump());
+      Json* node = &noise;
+      for (const std::string& part : split(parameter, '.')) {
+        if (part.empty() || !(node->is_object() || node->is_null())) {
+          fail("key 'parameter': '{}' does not name a number of the noise", parameter);
+        }
+        node = &(*node)[part];
+      }
+      *node = value;
+      plan.levels.push_back({level_of(value), checked(noise)});
+    }
+  }
+
+  static double level_of(const Json& json) {
+    if (!json.is_number() || !std::isfinite(json.get<double>()) || json.get<double>() < 0) {
+      fail("key 'levels': expected finite numbers of 0 or more, got {}", json.dump());
+    }
+    return json.get<double>();
+  }
+
+  static Noise checked(const Json& options) {
+    Noise noise(options);
+    if (noise.changes_masks()) {
+      fail(
+          "'mask' noise changes which points there are: it cannot be swept from packs; use `sextant run "
+          "--noise`");
+    }
+    return noise;
+  }
+
+  static void read_seeds(const Json& json, Plan& plan) {
+    const Json seeds = json.value("seeds", Json(1));
+    const auto whole = [](const Json& value) {
+      return value.is_number_unsigned() || (value.is_number_integer() && value.get<int64_t>() >= 0);
+    };
+    uint64_t first = 0, count = 0;
+    if (seeds.is_array()) {
+      for (const Json& seed : seeds) {
+        if (!whole(seed)) fail("key 'seeds': expected whole numbers of 0 or more, got {}", seed.dump());
+        plan.seeds.push_back(seed.get<uint64_t>());
+      }
+      if (std::set<uint64_t>(plan.seeds.begin(), plan.seeds.end()).size() != plan.seeds.size()) {
+        fail("key 'seeds': a seed is there twice");
+      }
+    } else if (seeds.is_object() && seeds.contains("count") && whole(seeds["count"])) {
+      if (seeds.contains("first") && !whole(seeds["first"])) {
+        fail("key 'first': expected a whole number of 0 or more, got {}", seeds["first"].dump());
+      }
+      first = seeds.value("first", uint64_t{0});
+      count = seeds["count"].get<uint64_t>();
+    } else if (whole(seeds)) {
+      count = seeds.get<uint64_t>();
+    } else {
+      fail("key 'seeds': expected a number, a list, or {{\"first\", \"count\"}}, got {}", seeds.dump());
+    }
+    if (count > max_plan_cases) fail("key 'seeds': {} are more than {} cases", count, max_plan_cases);
+    for (uint64_t i = 0; i < count; ++i) plan.seeds.push_back(first + i);
+    if (plan.seeds.empty()) fail("key 'seeds': there are none");
+  }
+
+  void read_options_of(const Json& json, Plan& plan) const {
+    const Json options = json.value("options", Json::object());
+    if (!options.is_object()) fail("expected an object, got {}", options.dump());
+    check_keys(options, {"extraction", "pipeline"});
+    read_options(options.value("extraction", Json::object()), plan.extraction, "extraction");
+    read_options(options.value("pipeline", Json::object()), plan.pipeline, "pipeline");
+  }
+
+  void check_size(const Plan& plan) const {
+    const double n = static_cast<double>(plan.sources.size()) * static_cast<double>(plan.estimators.size()) *
+                     static_cast<double>(plan.levels.size()) * static_cast<double>(plan.seeds.size());
+    if (n <= static_cast<double>(max_plan_cases)) return;
+    fail_at(position_of("seeds"),
+            fmt::format("seeds: {:.3g} cases (sources x estimators x levels x seeds) are more than {}", n,
+                        max_plan_cases));
+  }
+
+  std::string_view text_;
+  std::string name_;
+  const std::string& data_root_;
+};
+
+}  // namespace
+
+PlanCase Plan::at(uint64_t number) const {
+  PlanCase c;
+  c.number = number;
+  c.seed = seeds[number % seeds.size()];
+  number /= seeds.size();
+  c.level = number % levels.size();
+  number /= levels.size();
+  c.estimator = number % estimators.size();
+  c.source = number / estimators.size();
+  return c;
+}
+
+Json Plan::json() const {
+  Json out;
+  out["name"] = name;
+  out["sources"] = Json::array();
+  for (const SourceSpec& source : sources) {
+    out["sources"].push_back({{"source", source.text}, {"options", source.options}});
+  }
+  out["estimators"] = Json::array();
+  for (const PlanEstimator& e : estimators) {
+    out["estimators"].push_back({{"name", e.name}, {"label", e.label}, {"options", e.options}});
+  }
+  out["noise"] = Json::array();
+  for (const PlanLevel& level : levels) {
+    out["noise"].push_back({{"level", level.level}, {"noise", level.noise.options()}});
+  }
+  out["seeds"] = seeds;
+  out["options"] = {{"extraction", write_options(extraction)}, {"pipeline", write_options(pipeline)}};
+  return out;
+}
+
+Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root) {
+  return PlanReader(text, name, data_root).read();
+}
+
+SourceSpec locate_source(const std::string& text, const std::string& data_root) {
+  SourceSpec spec = SourceSpec::parse(text);
+  std::error_code ignored;
+  const fs::path path = spec.path;
+  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
+  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
+    spec.path = under.string();
+  return spec;
+}
+
+}  // namespace sextant

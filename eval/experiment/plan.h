@@ -1,0 +1,79 @@
+#pragma once
+
+// A plan is a grid: every source x estimator x noise level x seed is one case. JSON (docs/sweeps.md):
+//
+//   { "name": "depth",
+//     "sources": ["synthetic:s18", {"source": "kitti:kitti_tracking#0005", "options": {"flow": "dis"}}],
+//     "estimators": ["motion_only", {"name": "joint_flow", "options": {...}, "label": "joint_flow wide"}],
+//     "noise": {"parameter": "depth.delta_d_px", "levels": [0.05, 0.1], "base": {"flow": {"epe_px": 0.3}}},
+//     "seeds": 20,                                  // 0..19; or a list; or {"first": 5, "count": 10}
+//     "options": {"extraction": {...}, "pipeline": {...}} }
+//
+// "noise" may be left out (no noise), or be a list of such grids and of single settings {"level": 1,
+// "noise": {...}}. `level` is what records and figures call the case: the parameter's value.
+// Cases are numbered seeds fastest, then levels, estimators, sources; the number is what shards and resuming
+// go by.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/pipeline.h"
+#include "sextant/noise/noise.h"
+
+namespace sextant {
+
+struct PlanEstimator {
+  std::string name;
+  std::string label;  ///< in records; the name unless given
+  Json options = Json::object();
+};
+
+struct PlanLevel {
+  double level = 0;
+  Noise noise;
+};
+
+/// One case, as indices into the plan.
+struct PlanCase {
+  uint64_t number = 0;
+  size_t source = 0;
+  size_t estimator = 0;
+  size_t level = 0;
+  uint64_t seed = 0;
+};
+
+struct Plan {
+  std::string name;
+  std::vector<SourceSpec> sources;
+  std::vector<PlanEstimator> estimators;
+  std::vector<PlanLevel> levels;
+  std::vector<uint64_t> seeds;
+  ExtractionOptions extraction;
+  PipelineOptions pipeline;
+
+  uint64_t n_cases() const {
+    return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
+  }
+  PlanCase at(uint64_t number) const;
+  /// Everything that decides the records, with every default spelled out: equal JSON, equal records on equal
+  /// data.
+  Json json() const;
+};
+
+/// The most cases that one plan may have.
+inline constexpr uint64_t max_plan_cases = 10'000'000;
+
+/// Strict: throws Error "NAME:LINE: ..." that names the key, on anything that is not a plan, an empty grid, a
+/// negative level of a scale parameter, or more than max_plan_cases. Relative paths of sources are looked up
+/// in `data_root` when they are not in the working folder.
+Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root);
+
+/// SourceSpec::parse(); a relative path that is not in the working folder is looked up in the data root.
+SourceSpec locate_source(const std::string& text, const std::string& data_root);
+
+}  // namespace sextant

@@ -1,0 +1,342 @@
+#include "sextant/eval/experiment/sweep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
+#include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/experiment/journal.h"
+#include "sextant/eval/experiment/output.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A source of the plan, ready to run.
+struct OpenSource {
+  std::unique_ptr<Sequence> sequence;
+  PackCache::Packed packed;
+};
+
+/// A plan with its sources and estimators at hand; runs single cases.
+class PlanRunner {
+ public:
+  explicit PlanRunner(const SweepConfig& config) : config_(config) {
+    for (const SourceSpec& spec : config.plan.sources) {
+      OpenSource source;
+      source.sequence = open_source(spec);
+      check_runnable(spec, *source.sequence);
+      source.packed =
+          config.cache.load(spec, *source.sequence, config.plan.extraction, config.jobs, config.quiet);
+      sources_.push_back(std::move(source));
+    }
+    for (const PlanEstimator& estimator : config.plan.estimators) {
+      estimators_.push_back(make_estimator(estimator.name, estimator.options));
+    }
+  }
+
+  const std::vector<OpenSource>& sources() const { return sources_; }
+
+  std::vector<Record> run(const PlanCase& c) const {
+    const OpenSource& source = sources_[c.source];
+    const PlanLevel& level = config_.plan.levels[c.level];
+    CaseRunner runner(*source.sequence, {config_.plan.estimators[c.estimator].label, estimators_[c.estimator],
+                                         config_.plan.pipeline, level.noise, level.level, c.seed});
+    std::vector<Record> records;
+    const auto process = [&](const std::vector<ExtractedPair>& pairs) {
+      for (const ExtractedPair& extracted : pairs) {
+        check_interrupt();
+        std::ranges::move(runner.process(extracted).records, std::back_inserter(records));
+      }
+    };
+    if (config_.use_packs) {
+      process(source.packed.pairs);
+      return records;
+    }
+    PairReader reader(*source.sequence, config_.plan.extraction, Noise(), 1);
+    for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
+    return records;
+  }
+
+  /// What plan.json holds of the data.
+  Json data_json() const {
+    Json json = Json::array();
+    for (const OpenSource& source : sources_) json.push_back(source.packed.file.stem().string());
+    return json;
+  }
+
+ private:
+  const SweepConfig& config_;
+  std::vector<OpenSource> sources_;
+  std::vector<std::shared_ptr<const Estimator>> estimators_;
+};
+
+std::vector<uint64_t> cases_of_shard(const SweepConfig& config) {
+  if (config.n_shards < 1 || config.shard > config.n_shards) {
+    fail("--shard {}/{}: expected I/N with I in 0..N", config.shard, config.n_shards);
+  }
+  std::vector<uint64_t> numbers;
+  for (uint64_t i = 0; i < config.plan.n_cases(); ++i) {
+    if (i % config.n_shards == config.shard % config.n_shards) numbers.push_back(i);
+  }
+  return numbers;
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder)) {
+    fail("{}: cannot make the folder for results: {}", folder.string(),
+         error ? error.message() : "it is a file");
+  }
+}
+
+Json read_plan_file(const fs::path& folder) {
+  const Json json = Json::parse(read_file(folder / "plan.json"), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
+    fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
+  }
+  return json;
+}
+
+/// Writes plan.json, or sees that the one there is the same.
+void claim_folder(const SweepConfig& config, const Json& data) {
+  make_folder(config.out);
+  const Json wanted = {{"plan", config.plan.json()},
+                       {"shard", {config.shard % config.n_shards, config.n_shards}},
+                       {"data", data}};
+  if (!fs::exists(config.out / "plan.json")) {
+    if (fs::exists(config.out / "records.jsonl")) {
+      fail("{}: holds the records of something else than a sweep; choose another folder",
+           config.out.string());
+    }
+    write_file(config.out / "plan.json", wanted.dump(2) + "\n");
+    return;
+  }
+  const Json present = read_plan_file(config.out);
+  for (const auto& [key, what] : {std::pair{"plan", "another plan"}, std::pair{"shard", "another shard"},
+                                  std::pair{"data", "data that have changed since"}}) {
+    if (present[key] != wanted[key]) {
+      fail("{}: holds a sweep of {}; choose another folder, or remove it", config.out.string(), what);
+    }
+  }
+}
+
+std::string case_index(const std::map<uint64_t, Journal::Block>& blocks) {
+  std::string text;
+  for (const auto& [number, block] : blocks) {
+    text += Json{{"case", number}, {"records", block.n_records}}.dump() + "\n";
+  }
+  return text;
+}
+
+/// Requested and achieved noise per source and level that adds any, over all seeds.
+Json noise_json(const SweepConfig& config, const PlanRunner& runner) {
+  Json json = Json::array();
+  for (size_t s = 0; s < runner.sources().size(); ++s) {
+    const OpenSource& source = runner.sources()[s];
+    const SequenceInfo& info = source.sequence->info();
+    for (const PlanLevel& level : config.plan.levels) {
+      if (level.noise.none()) continue;
+      NoiseVerification achieved;
+      for (const uint64_t seed : config.plan.seeds) {
+        check_interrupt();
+        const Draws draws(seed, info.dataset, info.sequence);
+        for (const ExtractedPair& pair : source.packed.pairs) {
+          achieved.merge(level.noise.apply(pair.pair, draws).achieved);
+        }
+      }
+      Json entry = {{"source", config.plan.sources[s].text}, {"level", level.level}};
+      entry["noise"] = achieved.json(level.noise.options());
+      json.push_back(std::move(entry));
+    }
+  }
+  return json;
+}
+
+Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {
+  Json json = build_provenance();
+  json["configuration"] = config.plan.json();
+  json["shard"] = {config.shard % config.n_shards, config.n_shards};
+  json["cases"] = config.plan.n_cases();
+  json["noise"] = noise_json(config, runner);
+  json["sources"] = Json::array();
+  for (size_t s = 0; s < runner.sources().size(); ++s) {
+    const OpenSource& source = runner.sources()[s];
+    Json inputs = Json::object();
+    for (const auto& [path, entry] : source.packed.inputs) {
+      inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+    }
+    json["sources"].push_back({{"source", config.plan.sources[s].text},
+                               {"pack", source.packed.file.stem().string()},
+                               {"provenance", source.sequence->info().provenance},
+                               {"warnings", source.sequence->info().warnings},
+                               {"inputs", inputs}});
+  }
+  return json;
+}
+
+uint64_t count_records(const std::map<uint64_t, Journal::Block>& blocks) {
+  uint64_t n = 0;
+  for (const auto& [number, block] : blocks) n += block.n_records;
+  return n;
+}
+
+}  // namespace
+
+SweepOutcome sweep(const SweepConfig& config) {
+  const std::vector<uint64_t> numbers = cases_of_shard(config);
+  const PlanRunner runner(config);
+  claim_folder(config, runner.data_json());
+  SweepOutcome outcome;
+  outcome.n_cases = numbers.size();
+  const fs::path records_path = config.out / "records.jsonl";
+  const fs::path journal_path = config.out / "journal.jsonl";
+  if (fs::exists(records_path) && !fs::exists(journal_path)) {  // finished before
+    outcome.n_before = numbers.size();
+    const std::string text = read_file(records_path);
+    outcome.n_records = static_cast<uint64_t>(std::ranges::count(text, '\n'));
+    return outcome;
+  }
+  {
+    Journal journal(journal_path);
+    std::vector<uint64_t> open;
+    std::ranges::copy_if(numbers, std::back_inserter(open),
+                         [&](uint64_t n) { return !journal.blocks().contains(n); });
+    outcome.n_before = numbers.size() - open.size();
+    const Clock::time_point start = Clock::now();
+    Progress progress("cases", static_cast<int>(open.size()), config.quiet);
+    parallel_for(static_cast<int>(open.size()), config.jobs, [&](int i) {
+      check_interrupt();
+      const uint64_t number = open[static_cast<size_t>(i)];
+      const std::vector<Record> records = runner.run(config.plan.at(number));
+      journal.append(number, records.size(), write_records(records));
+      progress.advance();
+    });
+    outcome.wall_time_s = seconds_since(start);
+    outcome.n_records = count_records(journal.blocks());
+    Json provenance = sweep_provenance(config, runner);
+    provenance["records"] = outcome.n_records;
+    write_file(config.out / "run.json", provenance.dump(2) + "\n");
+    write_file(config.out / "cases.jsonl", case_index(journal.blocks()));
+    write_file(records_path, journal.ordered_lines());
+  }
+  fs::remove(journal_path);
+  return outcome;
+}
+
+SweepEstimate estimate_sweep(const SweepConfig& config) {
+  const std::vector<uint64_t> numbers = cases_of_shard(config);
+  const PlanRunner runner(config);
+  SweepEstimate estimate;
+  estimate.n_cases = numbers.size();
+  std::map<std::pair<size_t, size_t>, double> seconds;  // of one case, by source and estimator
+  double total_s = 0;
+  for (const uint64_t number : numbers) {
+    const PlanCase c = config.plan.at(number);
+    const auto [it, is_new] = seconds.try_emplace({c.source, c.estimator}, 0.0);
+    if (is_new) {
+      const Clock::time_point start = Clock::now();
+      runner.run(c);
+      it->second = seconds_since(start);
+    }
+    total_s += it->second;
+    estimate.n_pairs += runner.sources()[c.source].packed.pairs.size();
+  }
+  estimate.seconds = total_s / config.jobs;
+  return estimate;
+}
+
+namespace {
+
+/// The lines of a finished shard, by case.
+std::map<uint64_t, std::string> read_cases(const fs::path& folder) {
+  const std::string records = read_file(folder / "records.jsonl");
+  const std::string index = read_file(folder / "cases.jsonl");
+  const std::string name = (folder / "cases.jsonl").string();
+  std::map<uint64_t, std::string> cases;
+  size_t at = 0, line = 0;
+  for (const std::string& text : split(index, '\n')) {
+    ++line;
+    if (text.empty()) continue;
+    const Json entry = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    if (!entry.is_object() || !entry.contains("case") || !entry.contains("records")) {
+      fail("{}:{}: expected {{\"case\",\"records\"}}", name, line);
+    }
+    size_t end = at;
+    for (uint64_t n = entry["records"]; n > 0 && end != std::string::npos; --n) {
+      end = records.find('\n', end);
+      if (end != std::string::npos) ++end;
+    }
+    if (end == std::string::npos)
+      fail("{}: has fewer records than {} says", (folder / "records.jsonl").string(), name);
+    cases[entry["case"]] = records.substr(at, end - at);
+    at = end;
+  }
+  if (at != records.size())
+    fail("{}: has more records than {} says", (folder / "records.jsonl").string(), name);
+  return cases;
+}
+
+}  // namespace
+
+SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out) {
+  if (folders.empty()) fail("merge: no folders given");
+  Json first;
+  uint64_t n_cases = 0;
+  std::map<uint64_t, std::string> cases;
+  for (const fs::path& folder : folders) {
+    const Json plan = read_plan_file(folder);
+    if (first.is_null()) first = plan;
+    if (plan["plan"] != first["plan"] || plan["data"] != first["data"]) {
+      fail("{}: holds another plan, or other data, than {}", folder.string(), folders.front().string());
+    }
+    if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
+      fail("{}: its sweep is not finished: give its command again first", folder.string());
+    }
+    for (auto& [number, lines] : read_cases(folder)) {
+      if (!cases.emplace(number, std::move(lines)).second) {
+        fail("{}: case {} is in an earlier folder too: give each shard once", folder.string(), number);
+      }
+    }
+  }
+  const Json run = Json::parse(read_file(folders.front() / "run.json"), nullptr, /*allow_exceptions=*/false);
+  n_cases = run.is_object() ? run.value("cases", uint64_t{0}) : 0;
+  for (uint64_t number = 0; number < n_cases; ++number) {
+    if (!cases.contains(number)) {
+      fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
+    }
+  }
+  SweepOutcome outcome;
+  outcome.n_cases = cases.size();
+  std::string records, index;
+  for (const auto& [number, lines] : cases) {
+    const auto n = static_cast<uint64_t>(std::ranges::count(lines, '\n'));
+    outcome.n_records += n;
+    index += Json{{"case", number}, {"records", n}}.dump() + "\n";
+    records += lines;
+  }
+  Json provenance = run;
+  provenance["shard"] = {0, 1};
+  provenance["records"] = outcome.n_records;
+  Json plan = first;
+  plan["shard"] = {0, 1};
+  check_output_folder(out, provenance["configuration"], /*force=*/false);
+  write_output_folder(out, {{"plan.json", plan.dump(2) + "\n"},
+                            {"run.json", provenance.dump(2) + "\n"},
+                            {"cases.jsonl", index},
+                            {"records.jsonl", records}});
+  return outcome;
+}
+
+}  // namespace sextant

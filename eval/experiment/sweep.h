@@ -1,0 +1,59 @@
+#pragma once
+
+// Runs the cases of a plan from packs into a folder that can be resumed at any case:
+//
+//   plan.json      the plan with every default spelled out, the shard, and the content of its packs
+//   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records. A
+//                  block that was cut off (kill -9, full disk) is dropped on resuming, and its case done
+//                  again
+//   records.jsonl  at the end: all records in order of case; cases.jsonl says how many belong to each
+//   run.json       provenance and, per source and level, the noise that was asked for and achieved
+//
+// The bytes of records.jsonl (times apart) do not depend on jobs, interruptions or shards: shard I of N takes
+// the cases whose number is I modulo N (so 0..N-1 and 1..N both name all of them), and merge_sweeps() puts
+// them back in order.
+
+#include <filesystem>
+#include <vector>
+
+#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/experiment/plan.h"
+
+namespace sextant {
+
+struct SweepConfig {
+  Plan plan;
+  std::filesystem::path out;
+  PackCache cache{default_cache_folder()};
+  bool use_packs = true;  ///< false: sources are decoded again for every case, for comparison only
+  uint64_t shard = 0;
+  uint64_t n_shards = 1;
+  int jobs = 1;
+  bool quiet = false;
+};
+
+struct SweepOutcome {
+  uint64_t n_cases = 0;   ///< of this shard
+  uint64_t n_before = 0;  ///< of them, done by an earlier run
+  uint64_t n_records = 0;
+  double wall_time_s = 0;  ///< of the cases done now, packs apart
+};
+
+/// Throws Error when the folder holds another plan, shard or data, is in use, or cannot be written (what is
+/// done stays); Interrupted on Ctrl-C (resumable).
+SweepOutcome sweep(const SweepConfig& config);
+
+struct SweepEstimate {
+  uint64_t n_cases = 0;
+  uint64_t n_pairs = 0;  ///< frame pairs over all cases
+  double seconds = 0;    ///< from one timed case per source and estimator
+};
+/// What sweep() would do, without doing it; packs are made.
+SweepEstimate estimate_sweep(const SweepConfig& config);
+
+/// Joins the finished shards of one plan. Throws Error when plans or data differ, or a case is missing or
+/// there twice.
+SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders,
+                          const std::filesystem::path& out);
+
+}  // namespace sextant
