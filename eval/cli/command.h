@@ -33,6 +33,7 @@ void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);
+void add_data_check_command(CLI::App& data);
 void add_data_make_command(CLI::App& data);
 void add_data_pack_command(CLI::App& data);
 void add_data_strip_command(CLI::App& data);

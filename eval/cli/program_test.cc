@@ -102,7 +102,7 @@ TEST_F(ProgramOnFixture, DataCheckPassesAndFails) {
   write_file(file("depth/000002.png"), good.substr(0, good.size() / 2));
   const Outcome outcome = sextant_program("data check " + fixture_.source());
   expect_bad_input(outcome, "000002.png");
-  EXPECT_THAT(outcome.out, HasSubstr("FAIL  depth"));
+  EXPECT_THAT(outcome.out, HasSubstr("FAIL     depth"));
 }
 
 TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {

@@ -10,6 +10,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/eval/experiment/diagnosis.h"
 #include "sextant/eval/experiment/interrupt.h"
 
 namespace sextant {
@@ -57,7 +58,9 @@ void measure(const Image<T>& image, Value value, ChannelFrame& out) {
   }
 }
 
-ChannelFrame read_channel(const Sequence& sequence, int frame, const ChannelKind& kind) {
+/// What one frame's channel holds; its samples go to `grid`.
+ChannelFrame read_channel(const Sequence& sequence, int frame, const ChannelKind& kind, int step,
+                          GridFrame& grid) {
   ChannelFrame out;
   try {
     Channels channels;
@@ -75,21 +78,19 @@ ChannelFrame read_channel(const Sequence& sequence, int frame, const ChannelKind
     if (channels.mask) {
       measure(
           data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
-      for (size_t i = 0; i < data.mask.size(); ++i) {
-        if (data.mask.data()[i] != 0) out.ids.insert(data.mask.data()[i]);
-      }
+      grid.mask = sample_grid(data.mask, step);
+      grid.extents = mask_outlines(data.mask);
+      for (const auto& [id, extent] : grid.extents) out.ids.insert(id);
     }
+    if (channels.depth) grid.depth_m = sample_grid(data.depth_m, step);
+    if (channels.flow) grid.flow = sample_grid(data.flow, step);
   } catch (const Error& error) {
     out.error = error.what();
   }
   return out;
 }
 
-float median_of(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median_of(const std::vector<float>& values) { return median({values.begin(), values.end()}); }
 
 void set_fail(SourceCheck& line, const std::string& message) {
   if (line.outcome != CheckOutcome::fail) line.message = message;
@@ -131,10 +132,10 @@ SourceCheck judge_channel(const ChannelKind& kind, const SequenceInfo& info,
   if (valid > 0) {
     line.min = min;
     line.max = max;
-    line.median = median_of(std::move(sample));
+    line.median = median_of(sample);
   }
   if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0) {
-    line.outcome = CheckOutcome::warn;
+    line.outcome = CheckOutcome::suspect;
     line.message = "no valid pixel in any frame";
   }
   return line;
@@ -150,7 +151,7 @@ SourceCheck check_poses(const Sequence& sequence) {
     *line.n_present += sequence.truth().camera.has(frame) ? 1 : 0;
   }
   if (*line.n_present < *line.n_expected) {
-    line.outcome = CheckOutcome::warn;
+    line.outcome = CheckOutcome::note;
     line.message = "frames without a true camera pose are not compared";
   }
   return line;
@@ -172,13 +173,15 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
   line.n_present = static_cast<int>(tracks.size());
   const auto unseen =
       std::count_if(tracks.begin(), tracks.end(), [&](int id) { return !mask_ids.contains(id); });
-  std::string message = fmt::format("{} true tracks, {} of them in no mask; {} interpolated poses",
-                                    tracks.size(), unseen, interpolated);
+  std::string message = fmt::format("{} true tracks", tracks.size());
+  if (sequence.info().channels.mask) message += fmt::format(", {} of them in no mask", unseen);
+  message += fmt::format("; {} interpolated poses", interpolated);
   if (tracks.empty()) message = "no true object tracks: objects are not compared";
+  if (tracks.empty()) line.outcome = CheckOutcome::note;
   if (!tracks.empty() && static_cast<size_t>(unseen) == tracks.size() && !mask_ids.empty()) {
     message += "; do mask ids and track ids agree?";
+    line.outcome = CheckOutcome::suspect;
   }
-  if (tracks.empty() || message.ends_with('?')) line.outcome = CheckOutcome::warn;
   line.message = message;
   return line;
 }
@@ -196,32 +199,58 @@ SourceCheck check_all_files(const Sequence& sequence) {
   return line;
 }
 
-}  // namespace
-
-std::string_view to_string(CheckOutcome outcome) {
-  constexpr std::array<std::string_view, 3> names = {"PASS", "WARN", "FAIL"};
-  return names.at(static_cast<size_t>(outcome));
+SourceCheck note(const std::string& name, const std::string& message) {
+  SourceCheck line;
+  line.name = name;
+  line.outcome = CheckOutcome::note;
+  line.message = message;
+  return line;
 }
+
+SourceCheck judge_convention(const Diagnosis& diagnosis) {
+  const Finding& finding = diagnosis.finding;
+  SourceCheck line = note(finding.check, finding.message);
+  line.convention = true;
+  line.outcome = diagnosis.outcome;
+  line.cause = diagnosis.cause;
+  if (!finding.checkable()) return line;
+  line.value = finding.value;
+  line.limit = finding.limit;
+  line.n = finding.n;
+  line.counted = finding.counted;
+  line.unit = finding.unit;
+  return line;
+}
+
+/// What to know beside the checks: the truth's own accuracy, and what the adapter warns of.
+void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
+  if (const auto floor = sequence.truth().camera_step_floor_m) {
+    lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m (RMS): no "
+                                                    "estimator can be measured to be better",
+                                                    *floor)));
+  }
+  for (const std::string& warning : sequence.info().warnings) lines.push_back(note("note", warning));
+}
+
+}  // namespace
 
 std::vector<SourceCheck> check_source(const Sequence& sequence, int jobs, bool quiet) {
   const SequenceInfo& info = sequence.info();
   const int n = info.last_frame - info.first_frame + 1;
   std::vector<SourceCheck> lines = {check_all_files(sequence)};
+  ConventionData data = make_convention_data(sequence);
   std::set<int> mask_ids;
   Progress progress("frames", n * static_cast<int>(channel_kinds.size()), quiet);
   for (const ChannelKind& kind : channel_kinds) {
     if (!(info.channels.*kind.flag)) {
-      SourceCheck line;
-      line.name = kind.name;
-      line.outcome = CheckOutcome::warn;
-      line.message = "the source has no such channel";
-      lines.push_back(line);
+      lines.push_back(note(kind.name, "the source has no such channel"));
       continue;
     }
     std::vector<ChannelFrame> frames(static_cast<size_t>(n));
     parallel_for(n, jobs, [&](int i) {
       check_interrupt();
-      frames[static_cast<size_t>(i)] = read_channel(sequence, info.first_frame + i, kind);
+      const auto at = static_cast<size_t>(i);
+      frames[at] = read_channel(sequence, info.first_frame + i, kind, data.step, data.frames[at]);
       progress.advance();
     });
     for (const ChannelFrame& frame : frames) mask_ids.insert(frame.ids.begin(), frame.ids.end());
@@ -229,13 +258,8 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, int jobs, bool q
   }
   lines.push_back(check_poses(sequence));
   lines.push_back(check_objects(sequence, mask_ids));
-  for (const std::string& warning : info.warnings) {
-    SourceCheck line;
-    line.name = "note";
-    line.outcome = CheckOutcome::warn;
-    line.message = warning;
-    lines.push_back(line);
-  }
+  for (const Diagnosis& diagnosis : diagnose(data, jobs)) lines.push_back(judge_convention(diagnosis));
+  add_notes(sequence, lines);
   return lines;
 }
 

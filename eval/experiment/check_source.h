@@ -1,30 +1,35 @@
 #pragma once
 
 // Looks at everything a source gives before a run relies on it: opens every file, decodes every frame, and
-// says per channel how many frames have it, its size, the share of valid pixels and the range of values.
+// says per channel how many frames have it, its size, the share of valid pixels and the range of values. Then
+// checks that the parts agree with one another (conventions.h), with the likely cause where they do not.
 
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
+#include "sextant/eval/experiment/conventions.h"
 
 namespace sextant {
 
-enum class CheckOutcome { pass, warn, fail };
-std::string_view to_string(CheckOutcome outcome);  ///< "PASS", "WARN", "FAIL"
-
 /// One line of the check. Numbers that do not apply are empty.
 struct SourceCheck {
-  std::string name;  ///< "files", "gray", "depth", "flow", "mask", "poses", "objects", "note"
+  std::string
+      name;  ///< "files", "gray", "depth", "flow", "mask", "poses", "objects", "static flow", ..., "note"
+  bool convention = false;  ///< one of conventions.h: has value, limit and n, or a message why not
   CheckOutcome outcome = CheckOutcome::pass;
   std::optional<int> n_present;  ///< frames (files, channels, poses) or tracks (objects)
   std::optional<int> n_expected;
   std::string size_px;                     ///< "1242x375"
   std::optional<double> valid_share;       ///< 0..1, over all pixels of all frames
   std::optional<double> min, median, max;  ///< of valid values; the median over every 16th of them
-  std::string unit;                        ///< of the range
+  std::optional<double> value, limit;      ///< of a convention: passes up to the limit
+  std::optional<int> n;                    ///< what the value was taken over
+  std::string counted;                     ///< what n counts: "points"
+  std::string unit;                        ///< of the range, or of value and limit
   std::string message;                     ///< what is wrong, or worth knowing
+  std::string cause;  ///< the likely cause, or "no known cause fits"; empty when it passes
 };
 
 /// Bad frames become FAIL lines; only what stops the check altogether throws.
