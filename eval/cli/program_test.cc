@@ -102,7 +102,7 @@ TEST_F(ProgramOnFixture, DataCheckPassesAndFails) {
   write_file(file("depth/000002.png"), good.substr(0, good.size() / 2));
   const Outcome outcome = sextant_program("data check " + fixture_.source());
   expect_bad_input(outcome, "000002.png");
-  EXPECT_THAT(outcome.out, HasSubstr("FAIL     depth"));
+  EXPECT_THAT(outcome.out, HasSubstr("FAIL  depth"));
 }
 
 TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {
@@ -151,8 +151,8 @@ TEST_F(ProgramOnFixture, RefusesWrongRequests) {
   expect_refused("must be > 0", "--set pipeline.max_object_distance_m=-1");
   expect_refused("estimator.sigma", "--options '{\"estimator\":{\"sigma\":1}}'");
   expect_refused("did you mean 'paper'", "--preset papr");
-  expect_refused("unknown flag '--noise'", "--noise none");
-  expect_refused("unknown flag '--seeds'", "--seeds 3");
+  expect_refused("did you mean 'depth'", "--noise '{\"dept\":{\"delta_d_px\":0.1}}'");
+  expect_refused("--seeds", "--seeds 0");
   expect_refused("--jobs", "--jobs 0");
   expect_refused("not valid JSON", "--options {x");
 }

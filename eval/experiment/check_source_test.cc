@@ -324,8 +324,12 @@ TEST(CheckSource, ExactSourcesPass) {
     const std::vector<SourceCheck> checks = check_source(copy_of(source), 2, true);
     expect_clean(checks);
     for (const SourceCheck& c : checks) {
-      if (c.name == "static flow" && c.value) EXPECT_LT(*c.value, 1e-4) << source;
-      if (c.name == "object flow") EXPECT_LT(c.value.value(), 1e-5) << source;
+      if (c.name == "static flow" && c.value) {
+        EXPECT_LT(*c.value, 1e-4) << source;
+      }
+      if (c.name == "object flow") {
+        EXPECT_LT(c.value.value(), 1e-5) << source;
+      }
     }
   }
 }
