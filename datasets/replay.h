@@ -17,28 +17,33 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_truth.h"
+#include "sextant/datasets/rendered_sequence.h"
 
 namespace sextant {
 
 struct ReplayVkitti1Options {
   double rate_hz = 10;
   double bf = 725.0 * 0.532725;
+  RenderCacheOptions render;
 
   template <typename V>
   void visit(V& v) {
     v("rate_hz", rate_hz, "Hz", "frame rate");
     v("bf", bf, "px m", "focal length times baseline, for models of depth noise and the right image");
+    v("render", render, "", "images kept for the next run");
   }
   void check() const;
 };
 
 struct ReplayKittiOptions : KittiTruthOptions {
   double rate_hz = 10;
+  RenderCacheOptions render;
 
   template <typename V>
   void visit(V& v) {
     KittiTruthOptions::visit(v);
     v("rate_hz", rate_hz, "Hz", "frame rate");
+    v("render", render, "", "images kept for the next run");
   }
   void check() const;
 };
