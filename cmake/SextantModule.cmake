@@ -43,7 +43,9 @@ function(sextant_module NAME)
     target_link_libraries(${NAME}_test PRIVATE ${target} GTest::gtest GTest::gmock GTest::gtest_main ${ARG_TEST_DEPENDS})
     set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
     include(GoogleTest)
-    gtest_discover_tests(${NAME}_test TEST_PREFIX ${NAME}/ NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    # Without a cache: a test must not pass on what an earlier build has rendered.
+    gtest_discover_tests(${NAME}_test TEST_PREFIX ${NAME}/ NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
+      PROPERTIES TIMEOUT 300 ENVIRONMENT "SEXTANT_CACHE=")
   endif()
 endfunction()
 

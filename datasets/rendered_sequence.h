@@ -21,7 +21,7 @@ struct RenderCacheOptions {
   void visit(V& v) {
     v("cache", cache, "folder",
       "where rendered images are kept for the next run (14 MB a frame with all channels); 'auto' is "
-      "$XDG_CACHE_HOME/sextant or ~/.cache/sextant; empty keeps nothing; delete it to make room");
+      "$SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty keeps nothing; delete it to make room");
     v("cache_max_mb", cache_max_mb, "MB", "nothing more is kept once the folder holds this much");
   }
   void check() const { check_option(cache_max_mb >= 0, "cache_max_mb", cache_max_mb, ">= 0"); }

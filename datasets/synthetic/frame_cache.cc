@@ -1,9 +1,9 @@
 #include "sextant/datasets/synthetic/frame_cache.h"
 
-#include <cstdlib>
 #include <cstring>
 
 #include "sextant/base/error.h"
+#include "sextant/base/cache_root.h"
 #include "sextant/base/files.h"
 
 namespace sextant::synthetic {
@@ -83,11 +83,8 @@ std::string content_key(const Scenario& scenario, const std::string& version) {
 
 fs::path cache_folder(const std::string& option) {
   if (option != "auto") return option;
-  const char* cache = std::getenv("XDG_CACHE_HOME");
-  if (cache != nullptr && *cache == '/') return fs::path(cache) / "sextant";
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && *home == '/') return fs::path(home) / ".cache" / "sextant";
-  return {};
+  const fs::path root = cache_root();
+  return root.empty() ? root : root / "frames";
 }
 
 FrameCache::FrameCache(const fs::path& folder, const std::string& key, uint64_t max_bytes)

@@ -18,7 +18,7 @@ namespace sextant::synthetic {
 /// SHA-256 of all that the images of a scenario depend on, and of `version`.
 std::string content_key(const Scenario& scenario, const std::string& version);
 
-/// "auto": $XDG_CACHE_HOME/sextant, else $HOME/.cache/sextant, else none; otherwise as given; empty = none.
+/// "auto": cache_root()/frames, none where there is no root; otherwise as given; empty = none.
 std::filesystem::path cache_folder(const std::string& option);
 
 class FrameCache {

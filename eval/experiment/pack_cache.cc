@@ -1,10 +1,10 @@
 #include "sextant/eval/experiment/pack_cache.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 #include <set>
 
+#include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
 #include "sextant/base/progress.h"
 
@@ -132,18 +132,8 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
 }  // namespace
 
 fs::path default_cache_folder() {
-  const auto variable = [](const char* name) -> std::string {
-    const char* value = std::getenv(name);
-    return value == nullptr ? "" : value;
-  };
-  if (const std::string own = variable("SEXTANT_CACHE"); !own.empty()) return fs::path(own) / "packs";
-  if (const std::string xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) {
-    return fs::path(xdg) / "sextant" / "packs";
-  }
-  if (const std::string home = variable("HOME"); !home.empty()) {
-    return fs::path(home) / ".cache" / "sextant" / "packs";
-  }
-  return fs::temp_directory_path() / "sextant" / "packs";
+  const fs::path root = cache_root();
+  return (root.empty() ? fs::temp_directory_path() / "sextant" : root) / "packs";
 }
 
 PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequence,

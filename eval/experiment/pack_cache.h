@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// $SEXTANT_CACHE, else $XDG_CACHE_HOME/sextant, else ~/.cache/sextant, each with /packs.
+/// cache_root()/packs; below the system's temporary folder where there is no root.
 std::filesystem::path default_cache_folder();
 
 class PackCache {
