@@ -17,32 +17,44 @@ constexpr int kSamples = 4;
 constexpr std::array<std::array<double, 2>, kSamples> kPlaces = {
     {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
 
-/// Display curve: a little contrast, highlights roll off.
-class ToneCurve {
- public:
-  ToneCurve() {
-    for (int i = 0; i < kSize; ++i) {
-      const float x = (static_cast<float>(i) + 0.5F) / kPerUnit;
-      const float curved = x / (x + 0.35F) * 1.28F;
-      bytes_[i] = static_cast<uint8_t>(std::min(255.0F * curved + 0.5F, 255.0F));
-    }
-  }
-  Rgb operator()(const Vector3f& colour) const {
-    return {byte(colour.x()), byte(colour.y()), byte(colour.z())};
-  }
+/// Display curve: a little contrast, highlights roll off. Red is the lowest byte.
+SEXTANT_WIDE void tone(const Colours& c, int n, uint32_t* __restrict packed) {
+  const auto byte = [](float value) {
+    const float x = wide::max(value, 0.0F);
+    return static_cast<uint32_t>(
+        static_cast<int32_t>(wide::min(x / (x + 0.35F) * (1.28F * 255.0F), 255.0F) + 0.5F));
+  };
+  for (int i = 0; i < n; ++i) packed[i] = byte(c.red[i]) | byte(c.green[i]) << 8 | byte(c.blue[i]) << 16;
+}
 
- private:
-  static constexpr int kSize = 8192;
-  static constexpr float kPerUnit = 4096;
-  uint8_t byte(float value) const {
-    return bytes_[std::clamp(static_cast<int>(value * kPerUnit), 0, kSize - 1)];
+Rgb unpacked(uint32_t packed) {
+  return {static_cast<uint8_t>(packed), static_cast<uint8_t>(packed >> 8),
+          static_cast<uint8_t>(packed >> 16)};
+}
+
+/// Marks pixels of a row whose surface or light is not that of all around; not the first and the last.
+SEXTANT_WIDE void mark_row(const std::array<const uint32_t*, 3>& seen,
+                           const std::array<const uint8_t*, 3>& sun, int width, uint8_t* __restrict marked) {
+  const uint32_t* up = seen[0];
+  const uint32_t* own = seen[1];
+  const uint32_t* down = seen[2];
+  for (int x = 1; x < width - 1; ++x) {
+    const uint32_t s = own[x];
+    const uint32_t others = (own[x - 1] ^ s) | (own[x + 1] ^ s) | (up[x] ^ s) | (down[x] ^ s) |
+                            (up[x - 1] ^ s) | (up[x + 1] ^ s) | (down[x - 1] ^ s) | (down[x + 1] ^ s);
+    marked[x] = others != 0 ? 1 : 0;
   }
-  std::array<uint8_t, kSize> bytes_{};
-};
+  for (int x = 1; x < width - 1; ++x) {
+    const uint8_t s = sun[1][x];
+    const auto others =
+        static_cast<uint8_t>((sun[1][x - 1] ^ s) | (sun[1][x + 1] ^ s) | (sun[0][x] ^ s) | (sun[2][x] ^ s));
+    marked[x] = static_cast<uint8_t>(marked[x] | others);
+  }
+}
 
 enum Sun : uint8_t { lit = 0, shadowed = 1, turned_away = 2, unknown = 3 };
 
-class Painter {
+class Painter final : private Shader::Sink {
  public:
   Painter(const Bodies& bodies, const ShadowCasters& casters, const View& view, const PinholeCamera& camera)
       : bodies_(bodies),
@@ -50,30 +62,32 @@ class Painter {
         camera_(camera),
         to_sun_(view.T_world_camera.rotation().conjugate() * to_sun()),
         sun_rays_(casters, view.T_camera_body, to_sun_),
-        shader_(bodies, view, camera),
         width_(view.seen.width()),
-        height_(view.seen.height()) {}
+        height_(view.seen.height()),
+        image_(width_, height_) {}
 
   Image<Rgb> paint() {
     find_shadows();
-    for (int i = 0; i < kSamples; ++i) samples_[i] = view_.surfaces.seen(kPlaces[i][0], kPlaces[i][1]);
-    Image<Rgb> image(width_, height_);
-    for (int y = 0; y < height_; ++y) {
-      for (int x = 0; x < width_; ++x) {
-        if (on_edge(x, y)) {
-          edges_.push_back({x, y});
-        } else {
-          image(x, y) = tone(shader_.colour(view_.seen(x, y), sun_(x, y) != lit, camera_.ray(x, y)));
-        }
-      }
-    }
-    paint_edges(image);
-    return image;
+    find_edges();
+    split_edges();
+    shade();
+    tone_edges();
+    return std::move(image_);
   }
 
  private:
   struct Pixel {
     int x, y;
+  };
+  /// A pixel on an edge, and what is seen at its samples.
+  struct Edge {
+    Pixel pixel;
+    std::array<uint32_t, kSamples> surfaces;
+  };
+  /// Samples of an edge that look the same: one of them, and its share of the pixel.
+  struct Part {
+    uint32_t surface, edge;
+    float x, y, sun, share;
   };
   /// A pixel's sample whose shadow is not known from its neighbours.
   struct Ray {
@@ -81,21 +95,14 @@ class Painter {
     int sample;
   };
 
-  static Rgb tone(const Vector3f& colour) {
-    static const ToneCurve curve;
-    return curve(colour);
-  }
   Vector3d sample_ray(const Pixel& p, int i) const {
     return camera_.ray(p.x + kPlaces[i][0], p.y + kPlaces[i][1]);
-  }
-  const Patch* patch(uint32_t surface) const {
-    return &bodies_.mesh(bodies_.body_of(surface)).patches[bodies_.triangle(surface).patch];
   }
   /// Two surfaces that look the same side by side.
   bool same_look(uint32_t a, uint32_t b) const {
     if (a == b) return true;
     if (a == Bodies::kSky || b == Bodies::kSky) return false;
-    return patch(a) == patch(b);
+    return &bodies_.patch(a) == &bodies_.patch(b);
   }
 
   // ---- shadows
@@ -169,43 +176,93 @@ class Painter {
 
   // ---- edges
 
-  bool on_edge(int x, int y) const {
+  /// Pixels where something changes, among them those on edges.
+  Image<uint8_t> changes() const {
+    Image<uint8_t> marked(width_, height_, 1);  // the first and the last of each row stay so
+    for (int y = 0; y < height_; ++y) {
+      const int above = std::max(y - 1, 0), below = std::min(y + 1, height_ - 1);
+      mark_row({view_.seen.row(above), view_.seen.row(y), view_.seen.row(below)},
+               {sun_.row(above), sun_.row(y), sun_.row(below)}, width_, marked.row(y));
+    }
+    return marked;
+  }
+
+  void find_edges() {
+    on_edge_ = changes();
+    const Spots spots(on_edge_);
+    std::array<std::vector<uint32_t>, kSamples> samples;
+    for (int i = 0; i < kSamples; ++i) {
+      samples[i] = view_.surfaces.seen_at(spots, kPlaces[i][0], kPlaces[i][1]);
+    }
+    for (int y = 0; y < height_; ++y) {
+      for (uint32_t spot = spots.first(y); spot < spots.first(y + 1); ++spot) {
+        Edge edge{{static_cast<int>(spots.x()[spot]), y}, {}};
+        for (int i = 0; i < kSamples; ++i) edge.surfaces[i] = samples[i][spot];
+        const bool is_edge = on_edge(edge);
+        on_edge_(edge.pixel.x, y) = is_edge ? 1 : 0;
+        if (is_edge) edges_.push_back(edge);
+      }
+    }
+  }
+
+  bool on_edge(const Edge& edge) const {
+    const auto [x, y] = edge.pixel;
     const uint32_t own = view_.seen(x, y);
     const bool own_lit = sun_(x, y) == lit;
-    const auto differs = [&](int i, int j) {
-      const uint32_t other = view_.seen(i, j);
-      if ((sun_(i, j) == lit) != own_lit) return true;
-      if (other == own) return false;
-      return !same_look(own, other) || folds(own, other, x, y);
+    const auto breaks = [&](uint32_t other) {
+      return other != own && (!same_look(own, other) || folds(own, other, x, y));
     };
-    for (const Image<uint32_t>& sample : samples_) {
-      const uint32_t other = sample(x, y);
-      if (other != own && (!same_look(own, other) || folds(own, other, x, y))) return true;
-    }
-    return (x > 0 && differs(x - 1, y)) || (x + 1 < width_ && differs(x + 1, y)) ||
-           (y > 0 && differs(x, y - 1)) || (y + 1 < height_ && differs(x, y + 1));
+    const auto differs = [&](int i, int j) {
+      return (sun_(i, j) == lit) != own_lit || breaks(view_.seen(i, j));
+    };
+    return std::ranges::any_of(edge.surfaces, breaks) || (x > 0 && differs(x - 1, y)) ||
+           (x + 1 < width_ && differs(x + 1, y)) || (y > 0 && differs(x, y - 1)) ||
+           (y + 1 < height_ && differs(x, y + 1));
   }
 
   /// One part of a curved patch before another, or at an angle to it.
   bool folds(uint32_t a, uint32_t b, int x, int y) const {
     const Vector3d ray = camera_.ray(x, y);
-    if (patch(a)->look.material == Material::foliage) {
+    if (bodies_.patch(a).look.material == Material::foliage) {
       const double za = view_.surfaces.depth_m(a, ray), zb = view_.surfaces.depth_m(b, ray);
       return std::abs(za - zb) > 0.04 * std::min(za, zb);
     }
     return std::abs(view_.surfaces.normal(a).dot(view_.surfaces.normal(b))) < 0.97;
   }
 
-  void paint_edges(Image<Rgb>& image) {
+  /// Textures are filtered already: every look in a pixel is shaded once.
+  void split_edges() {
+    const auto states = edge_states();
+    for (uint32_t e = 0; e < edges_.size(); ++e) {
+      const auto& [pixel, surfaces] = edges_[e];
+      std::array<bool, kSamples> done{};
+      for (int i = 0; i < kSamples; ++i) {
+        if (done[i]) continue;
+        const bool is_lit = states[e][i] == lit;
+        int n = 0;
+        for (int j = i; j < kSamples; ++j) {
+          if (surfaces[j] != surfaces[i] || (states[e][j] == lit) != is_lit) continue;
+          done[j] = true;
+          ++n;
+        }
+        parts_.push_back({surfaces[i], e, static_cast<float>(pixel.x + kPlaces[i][0]),
+                          static_cast<float>(pixel.y + kPlaces[i][1]), is_lit ? 1.0F : 0.0F,
+                          static_cast<float>(n) / kSamples});
+      }
+    }
+  }
+
+  /// Whether the sun shines on every sample of every edge.
+  std::vector<std::array<uint8_t, kSamples>> edge_states() const {
     std::vector<std::array<uint8_t, kSamples>> states(edges_.size());
     std::vector<Vector3f> points;
     std::vector<Ray> rays;
     for (size_t e = 0; e < edges_.size(); ++e) {
       for (int i = 0; i < kSamples; ++i) {
-        const uint32_t surface = samples_[i](edges_[e].x, edges_[e].y);
-        states[e][i] = surface == Bodies::kSky ? uint8_t{lit} : near_state(edges_[e], surface);
+        const uint32_t surface = edges_[e].surfaces[i];
+        states[e][i] = surface == Bodies::kSky ? uint8_t{lit} : near_state(edges_[e].pixel, surface);
         if (states[e][i] != unknown) continue;
-        const auto origin = shadow_origin(surface, sample_ray(edges_[e], i));
+        const auto origin = shadow_origin(surface, sample_ray(edges_[e].pixel, i));
         states[e][i] = shadowed;
         if (!origin) continue;
         points.push_back(*origin);
@@ -217,9 +274,7 @@ class Painter {
     for (size_t i = 0; i < rays.size(); ++i) {
       states[rays[i].edge][rays[i].sample] = answers[i] != 0 ? shadowed : lit;
     }
-    for (size_t e = 0; e < edges_.size(); ++e) {
-      image(edges_[e].x, edges_[e].y) = tone(mean_colour(edges_[e], states[e]));
-    }
+    return states;
   }
 
   /// The shadow of the neighbours that show the same triangle, when they agree.
@@ -234,32 +289,104 @@ class Painter {
     return state;
   }
 
-  /// Textures are filtered already: every look in the pixel is shaded once.
-  Vector3f mean_colour(const Pixel& p, const std::array<uint8_t, kSamples>& states) {
-    std::array<Vector3f, kSamples> colours;
-    Vector3f sum = Vector3f::Zero();
-    for (int i = 0; i < kSamples; ++i) {
-      const uint32_t surface = samples_[i](p.x, p.y);
-      int same = 0;
-      while (same < i && (samples_[same](p.x, p.y) != surface || (states[same] == lit) != (states[i] == lit)))
-        ++same;
-      colours[i] = same < i ? colours[same]
-                            : shader_.colour(surface, states[i] != lit, sample_ray(p, i)).cwiseMin(1.5F);
-      sum += colours[i];
+  // ---- colours
+
+  /// Calls function(surface, x, y, sun, target) for every pixel off the edges and every part of an edge.
+  template <typename Function>
+  void each_sample(const Function& function) const {
+    for (int y = 0; y < height_; ++y) {
+      const uint32_t* seen = view_.seen.row(y);
+      const uint8_t* edge = on_edge_.row(y);
+      const uint8_t* sun = sun_.row(y);
+      for (int x = 0; x < width_; ++x) {
+        if (edge[x] != 0) continue;
+        function(seen[x], static_cast<float>(x), static_cast<float>(y), sun[x] == lit ? 1.0F : 0.0F,
+                 static_cast<uint32_t>(y * width_ + x));
+      }
     }
-    return sum / static_cast<float>(kSamples);
+    for (uint32_t i = 0; i < parts_.size(); ++i) {
+      const Part& part = parts_[i];
+      function(part.surface, part.x, part.y, part.sun, kPart | i);
+    }
   }
+
+  /// Sorts the samples by surface, and shades one surface after the other.
+  void shade() {
+    const uint32_t sky = bodies_.n_surfaces();
+    const auto key = [&](uint32_t surface) { return std::min(surface, sky); };
+    std::vector<uint32_t> ends(sky + 2, 0);
+    each_sample([&](uint32_t surface, float, float, float, uint32_t) { ++ends[key(surface) + 1]; });
+    for (uint32_t i = 0; i <= sky; ++i) ends[i + 1] += ends[i];
+    const size_t n = ends[sky + 1];
+    std::vector<float> xs(n), ys(n), suns(n);
+    std::vector<uint32_t> targets(n);
+    each_sample([&](uint32_t surface, float x, float y, float sun, uint32_t target) {
+      const uint32_t at = ends[key(surface)]++;  // now the surface's start, in the end its end
+      xs[at] = x;
+      ys[at] = y;
+      suns[at] = sun;
+      targets[at] = target;
+    });
+    sums_.resize(edges_.size());
+    Shader shader(bodies_, view_, camera_, *this);
+    for (uint32_t surface = 0, from = 0; surface <= sky; from = ends[surface++]) {
+      const size_t count = ends[surface] - from;
+      if (count == 0) continue;
+      shader.shade(surface == sky ? Bodies::kSky : surface,
+                   {{&xs[from], count}, {&ys[from], count}, {&suns[from], count}, {&targets[from], count}});
+    }
+    shader.flush();
+  }
+
+  void take(std::span<const uint32_t> targets, const Colours& colours) override {
+    uint32_t packed[NoiseTile::kBatch];
+    const auto n = static_cast<int>(targets.size());
+    tone(colours, wide::whole(n), packed);
+    for (int i = 0; i < n; ++i) {
+      if ((targets[i] & kPart) == 0) {
+        image_.data()[targets[i]] = unpacked(packed[i]);
+        continue;
+      }
+      const Part& part = parts_[targets[i] ^ kPart];
+      std::array<float, 3>& sum = sums_[part.edge];
+      sum[0] += part.share * std::min(colours.red[i], kBrightest);
+      sum[1] += part.share * std::min(colours.green[i], kBrightest);
+      sum[2] += part.share * std::min(colours.blue[i], kBrightest);
+    }
+  }
+
+  void tone_edges() {
+    Colours colours;
+    uint32_t packed[NoiseTile::kBatch];
+    for (size_t from = 0; from < edges_.size(); from += NoiseTile::kBatch) {
+      const auto n = static_cast<int>(std::min<size_t>(NoiseTile::kBatch, edges_.size() - from));
+      for (int i = 0; i < n; ++i) {
+        colours.red[i] = sums_[from + i][0];
+        colours.green[i] = sums_[from + i][1];
+        colours.blue[i] = sums_[from + i][2];
+      }
+      tone(colours, wide::whole(n), packed);
+      for (int i = 0; i < n; ++i) {
+        image_(edges_[from + i].pixel.x, edges_[from + i].pixel.y) = unpacked(packed[i]);
+      }
+    }
+  }
+
+  static constexpr uint32_t kPart = 0x80000000U;  ///< in a target: a part of an edge, not a pixel
+  static constexpr float kBrightest = 1.5F;       ///< of a part: a highlight does not outshine the rest
 
   const Bodies& bodies_;
   const View& view_;
   const PinholeCamera& camera_;
   Vector3d to_sun_;  ///< camera coordinates
   SunRays sun_rays_;
-  Shader shader_;
   int width_, height_;
   Image<uint8_t> sun_;
-  std::array<Image<uint32_t>, kSamples> samples_;
-  std::vector<Pixel> edges_;
+  Image<uint8_t> on_edge_;
+  std::vector<Edge> edges_;
+  std::vector<Part> parts_;
+  std::vector<std::array<float, 3>> sums_;  ///< colours of the edges
+  Image<Rgb> image_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
+#include "sextant/datasets/synthetic/wide.h"
 
 namespace sextant::synthetic {
 
@@ -11,22 +12,103 @@ using Eigen::Vector3d;
 
 namespace {
 
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// Eight pixels at a time where the processor can; the same numbers either way.
-#define SEXTANT_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define SEXTANT_WIDE
-#endif
+/// First and last columns of rows of a triangle.
+constexpr int kRows = 64;
+struct Columns {
+  double from[kRows], to[kRows];
+  int32_t first[kRows], last[kRows];
+};
 
-/// One row of a triangle: the nearer of what is there and its own surface.
-SEXTANT_WIDE void fill(float* __restrict depth, uint32_t* __restrict surface, int n, float start, float step,
-                       uint32_t own) {
-  for (int i = 0; i < n; ++i) {
-    const float inverse = start + step * static_cast<float>(i);
-    const bool nearer = inverse > depth[i];
-    depth[i] = nearer ? inverse : depth[i];
-    surface[i] = nearer ? own : surface[i];
+/// For samples at (x + dx, y + dy), `n` rows from y0 on.
+SEXTANT_INLINED void find_columns(const Surfaces::Scan& scan, int width, int y0, int n, double dx, double dy,
+                                  Columns& c) {
+  for (int k = 0; k < n; ++k) {
+    c.from[k] = 0;
+    c.to[k] = width - 1;
   }
+  for (const Surfaces::Edge& edge : scan.edges) {
+    const double slope = edge.slope, offset = edge.offset;
+    if (edge.side > 0) {
+      for (int k = 0; k < n; ++k) {
+        const double x = slope * (y0 + k + dy) + offset - dx;
+        c.from[k] = x > c.from[k] ? x : c.from[k];
+      }
+    } else if (edge.side < 0) {
+      for (int k = 0; k < n; ++k) {
+        const double x = slope * (y0 + k + dy) + offset - dx;
+        c.to[k] = x < c.to[k] ? x : c.to[k];
+      }
+    } else {
+      for (int k = 0; k < n; ++k) c.to[k] = slope * (y0 + k + dy) + offset < 0 ? -1.0 : c.to[k];
+    }
+  }
+  for (int k = 0; k < n; ++k) {
+    // from is in [0, width] and to in [-1, width] after this: both fit, and rounding towards 0 rounds down.
+    const double from = c.from[k] < width ? c.from[k] : width;
+    const double to = c.to[k] > -1 ? c.to[k] + 1 : 0;
+    const auto down = static_cast<int32_t>(from);
+    c.first[k] = down + (down < from ? 1 : 0);
+    c.last[k] = static_cast<int32_t>(to) - 1;
+  }
+}
+
+/// Calls row(y, first, last) for the rows that samples at (x + dx, y + dy) find covered.
+template <typename Row>
+SEXTANT_INLINED void each_row(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
+                              const Row& row) {
+  constexpr double kMargin_px = 1e-4;  // the corners' projection is rounded otherwise than the edges
+  const int y0 = std::max(0, static_cast<int>(std::ceil(scan.top - dy - kMargin_px)));
+  const int y1 = std::min(height - 1, static_cast<int>(std::floor(scan.bottom - dy + kMargin_px)));
+  Columns c;
+  for (int y = y0; y <= y1; y += kRows) {
+    const int n = std::min(kRows, y1 - y + 1);
+    find_columns(scan, width, y, n, dx, dy, c);
+    for (int k = 0; k < n; ++k) {
+      if (c.first[k] <= c.last[k]) row(y + k, c.first[k], c.last[k]);
+    }
+  }
+}
+
+/// The nearer of what is there and the triangle.
+SEXTANT_WIDE void fill(const Surfaces::Scan& scan, int width, int height, float* nearest,
+                       uint32_t* surfaces) {
+  const std::array<double, 3> inverse = scan.inverse_depth;
+  const auto step = static_cast<float>(inverse[0]);
+  const uint32_t own = scan.surface;
+  each_row(scan, width, height, 0, 0, [&](int y, int first, int last) {
+    const auto start = static_cast<float>(inverse[0] * first + inverse[1] * y + inverse[2]);
+    float* __restrict depth = nearest + static_cast<ptrdiff_t>(y) * width + first;
+    uint32_t* __restrict surface = surfaces + static_cast<ptrdiff_t>(y) * width + first;
+    for (int i = 0; i <= last - first; ++i) {
+      const float here = start + step * static_cast<float>(i);
+      const bool nearer = here > depth[i];
+      depth[i] = nearer ? here : depth[i];
+      surface[i] = nearer ? own : surface[i];
+    }
+  });
+}
+
+/// The same at some columns of the rows only.
+SEXTANT_WIDE void fill_at(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
+                          const Spots& spots, float* nearest, uint32_t* surfaces) {
+  const std::array<double, 3> inverse = scan.inverse_depth;
+  const auto step = static_cast<float>(inverse[0]);
+  const uint32_t own = scan.surface;
+  each_row(scan, width, height, dx, dy, [&](int y, int first, int last) {
+    const int before = spots.before(first, y), n = spots.before(last + 1, y) - before;
+    if (n == 0) return;
+    const auto start = static_cast<float>(inverse[0] * dx + inverse[1] * (y + dy) + inverse[2]);
+    const size_t at = spots.first(y) + before;
+    const float* __restrict x = spots.x().data() + at;
+    float* __restrict depth = nearest + at;
+    uint32_t* __restrict surface = surfaces + at;
+    for (int i = 0; i < n; ++i) {
+      const float here = start + step * x[i];
+      const bool nearer = here > depth[i];
+      depth[i] = nearer ? here : depth[i];
+      surface[i] = nearer ? own : surface[i];
+    }
+  });
 }
 
 }  // namespace
@@ -38,6 +120,9 @@ Bodies::Bodies(std::vector<Mesh> meshes) : meshes_(std::move(meshes)) {
     first_surface_.push_back(next);
     next += static_cast<uint32_t>(meshes_[body].triangles.size());
     body_of_.resize(next, static_cast<uint16_t>(body));
+    for (const Triangle& triangle : meshes_[body].triangles) {
+      patches_.push_back(&meshes_[body].patches[triangle.patch]);
+    }
   }
   first_surface_.push_back(next);
 }
@@ -55,14 +140,11 @@ void Surfaces::add_body(const Bodies& bodies, size_t body, const SE3& T_camera_b
   const Mesh& mesh = bodies.mesh(body);
   const Eigen::Matrix3d R = T_camera_body.rotation().toRotationMatrix();
   const Vector3d& t = T_camera_body.translation();
-  std::vector<Vector3d> vertices;
-  vertices.reserve(mesh.vertices.size());
-  for (const Vector3d& vertex : mesh.vertices) vertices.emplace_back(R * vertex + t);
+  const auto moved = [&](uint32_t vertex) -> Vector3d { return R * mesh.vertices[vertex] + t; };
   uint32_t surface = bodies.first_surface(body);
   for (const Triangle& triangle : mesh.triangles) {
-    add_triangle(
-        {vertices[triangle.vertices[0]], vertices[triangle.vertices[1]], vertices[triangle.vertices[2]]},
-        R * triangle.normal, surface++);
+    const auto& [a, b, c] = triangle.vertices;
+    add_triangle({moved(a), moved(b), moved(c)}, R * triangle.normal, surface++);
   }
 }
 
@@ -71,32 +153,34 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
   constexpr double kNear_m = 0.05;
   const auto [nearest_m, farthest_m] = std::minmax({corners[0].z(), corners[1].z(), corners[2].z()});
   if (farthest_m < kNear_m) return;
-  int y0 = 0, y1 = height_ - 1;
+  Scan scan;
+  scan.top = -1;
+  scan.bottom = height_;
   if (nearest_m > kNear_m) {
     double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
     for (const Vector3d& corner : corners) {
-      const double x = camera_.fx * corner.x() / corner.z() + camera_.cx;
-      const double y = camera_.fy * corner.y() / corner.z() + camera_.cy;
+      const double per_z = 1 / corner.z();
+      const double x = camera_.fx * corner.x() * per_z + camera_.cx;
+      const double y = camera_.fy * corner.y() * per_z + camera_.cy;
       left = std::min(left, x);
       right = std::max(right, x);
       top = std::min(top, y);
       bottom = std::max(bottom, y);
     }
-    // Half a pixel more, for samples off the pixels' centres.
     if (right < -1 || left > width_ || bottom < -1 || top > height_) return;
-    y0 = std::max(0, static_cast<int>(std::floor(std::max(top, -1.0) - 0.5)));
-    y1 = std::min(height_ - 1, static_cast<int>(std::ceil(std::min(bottom, height_ + 1.0) + 0.5)));
+    scan.top = std::max(top, -1.0);
+    scan.bottom = std::min(bottom, height_ + 1.0);
   }
   const double distance = normal.dot(corners[0]);
   const double determinant = corners[0].dot(corners[1].cross(corners[2]));
   if (determinant == 0 || distance == 0) return;  // seen edge-on
   planes_[surface] = {normal, distance, std::max(nearest_m, kNear_m), farthest_m};
+  const double per_fx = 1 / camera_.fx, per_fy = 1 / camera_.fy;
   const auto in_pixels = [&](const Vector3d& n) {
-    return Vector3d(n.x() / camera_.fx, n.y() / camera_.fy,
-                    n.z() - n.x() * camera_.cx / camera_.fx - n.y() * camera_.cy / camera_.fy);
+    const double x = n.x() * per_fx, y = n.y() * per_fy;
+    return Vector3d(x, y, n.z() - x * camera_.cx - y * camera_.cy);
   };
   const double sign = determinant > 0 ? 1.0 : -1.0;
-  Scan scan;
   for (int i = 0; i < 3; ++i) {
     const Vector3d& a = corners[(i + 1) % 3];
     const Vector3d& b = corners[(i + 2) % 3];
@@ -105,42 +189,41 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
                         ? Edge{edge.y(), edge.z(), 0}
                         : Edge{-edge.y() / edge.x(), -edge.z() / edge.x(), edge.x() > 0 ? 1 : -1};
   }
-  scan.inverse_depth = in_pixels(normal / distance);
+  const Vector3d inverse_depth = in_pixels(normal / distance);
+  scan.inverse_depth = {inverse_depth.x(), inverse_depth.y(), inverse_depth.z()};
   scan.surface = surface;
-  scan.y0 = y0;
-  scan.y1 = y1;
   scans_.push_back(scan);
 }
 
-Image<uint32_t> Surfaces::seen(double dx, double dy) const {
+Image<uint32_t> Surfaces::seen() const {
   Image<uint32_t> surfaces(width_, height_, Bodies::kSky);
   Image<float> nearest(width_, height_, 0.0F);  // 1 / m
+  for (const Scan& scan : scans_) fill(scan, width_, height_, nearest.data(), surfaces.data());
+  return surfaces;
+}
+
+std::vector<uint32_t> Surfaces::seen_at(const Spots& spots, double dx, double dy) const {
+  std::vector<uint32_t> surfaces(spots.size(), Bodies::kSky);
+  std::vector<float> nearest(spots.size(), 0.0F);  // 1 / m
   for (const Scan& scan : scans_) {
-    for (int y = scan.y0; y <= scan.y1; ++y) {
-      double from = 0, to = width_ - 1;
-      bool outside = false;
-      for (const Edge& edge : scan.edges) {
-        const double at = edge.slope * (y + dy) + edge.offset;
-        if (edge.side > 0) {
-          from = std::max(from, at - dx);
-        } else if (edge.side < 0) {
-          to = std::min(to, at - dx);
-        } else {
-          outside |= at < 0;
-        }
-      }
-      if (outside || from > to) continue;
-      const int x0 = static_cast<int>(std::ceil(from)), x1 = static_cast<int>(to);
-      const int n = x1 - x0 + 1;
-      const auto start = static_cast<float>(scan.inverse_depth.x() * (x0 + dx) +
-                                            scan.inverse_depth.y() * (y + dy) + scan.inverse_depth.z());
-      const auto step = static_cast<float>(scan.inverse_depth.x());
-      float* depth = nearest.row(y) + x0;
-      uint32_t* surface = surfaces.row(y) + x0;
-      fill(depth, surface, n, start, step, scan.surface);
-    }
+    fill_at(scan, width_, height_, dx, dy, spots, nearest.data(), surfaces.data());
   }
   return surfaces;
+}
+
+Spots::Spots(const Image<uint8_t>& marked) : width_(marked.width()) {
+  SEXTANT_CHECK(width_ < 65535);
+  before_.reserve(static_cast<size_t>(width_ + 1) * marked.height());
+  for (int y = 0; y < marked.height(); ++y) {
+    const auto first = static_cast<uint32_t>(x_.size());
+    first_.push_back(first);
+    for (int x = 0; x < width_; ++x) {
+      before_.push_back(static_cast<uint16_t>(x_.size() - first));
+      if (marked(x, y) != 0) x_.push_back(static_cast<float>(x));
+    }
+    before_.push_back(static_cast<uint16_t>(x_.size() - first));
+  }
+  first_.push_back(static_cast<uint32_t>(x_.size()));
 }
 
 }  // namespace sextant::synthetic

@@ -26,21 +26,42 @@ class Bodies {
   static constexpr uint32_t kSky = 0xffffffffU;
 
   explicit Bodies(std::vector<Mesh> meshes);
+  Bodies(const Bodies&) = delete;  // patches_ point into meshes_
+  Bodies& operator=(const Bodies&) = delete;
 
   const Mesh& mesh(size_t body) const { return meshes_[body]; }
   size_t size() const { return meshes_.size(); }
   uint32_t first_surface(size_t body) const { return first_surface_[body]; }
   uint32_t n_surfaces() const { return first_surface_.back(); }
   uint32_t body_of(uint32_t surface) const { return body_of_[surface]; }
-  const Triangle& triangle(uint32_t surface) const {
-    const uint32_t body = body_of_[surface];
-    return meshes_[body].triangles[surface - first_surface_[body]];
-  }
+  const Patch& patch(uint32_t surface) const { return *patches_[surface]; }
 
  private:
   std::vector<Mesh> meshes_;
   std::vector<uint32_t> first_surface_;
   std::vector<uint16_t> body_of_;
+  std::vector<const Patch*> patches_;  ///< of every surface
+};
+
+/// Some of the pixels of an image, in order of rows and columns.
+class Spots {
+ public:
+  /// Those whose value is not 0.
+  explicit Spots(const Image<uint8_t>& marked);
+
+  size_t size() const { return x_.size(); }
+  /// Where those of row y begin, from 0 to height.
+  uint32_t first(int y) const { return first_[y]; }
+  /// How many there are in row y before column x, from 0 to width.
+  uint16_t before(int x, int y) const { return before_[static_cast<size_t>(y) * (width_ + 1) + x]; }
+  /// Columns of all.
+  const std::vector<float>& x() const { return x_; }
+
+ private:
+  int width_;
+  std::vector<float> x_;
+  std::vector<uint32_t> first_;
+  std::vector<uint16_t> before_;
 };
 
 /// The bodies in the coordinates of one camera. A body without a pose is not there.
@@ -55,13 +76,7 @@ class Surfaces {
     const double z = p.distance / p.normal.dot(ray);
     return z >= p.nearest_m ? std::min(z, p.farthest_m) : (z > 0 ? p.nearest_m : p.farthest_m);
   }
-  /// Of a surface that is in view: unit, of either sign, camera coordinates.
-  const Eigen::Vector3d& normal(uint32_t surface) const { return planes_[surface].normal; }
-
-  /// The surface seen at (x + dx, y + dy) for every pixel, kSky where there is none.
-  Image<uint32_t> seen(double dx, double dy) const;
-
- private:
+  /// The plane of a triangle, camera coordinates: normal . p = distance; the normal is of either sign.
   struct Plane {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double distance = 0;
@@ -75,10 +90,20 @@ class Surfaces {
   /// The edges, and the inverse depth a x + b y + c in pixels, of a triangle that may be seen.
   struct Scan {
     std::array<Edge, 3> edges;
-    Eigen::Vector3d inverse_depth;
+    std::array<double, 3> inverse_depth;
+    double top, bottom;  ///< y that it may touch
     uint32_t surface;
-    int y0, y1;  ///< rows that it may touch
   };
+  /// Of a surface that is in view.
+  const Plane& plane(uint32_t surface) const { return planes_[surface]; }
+  const Eigen::Vector3d& normal(uint32_t surface) const { return planes_[surface].normal; }
+
+  /// The surface seen at every pixel's centre, kSky where there is none.
+  Image<uint32_t> seen() const;
+  /// The surfaces seen at (x + dx, y + dy) for some pixels (x, y).
+  std::vector<uint32_t> seen_at(const Spots& spots, double dx, double dy) const;
+
+ private:
   void add_body(const Bodies& bodies, size_t body, const SE3& T_camera_body);
   void add_triangle(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& normal,
                     uint32_t surface);

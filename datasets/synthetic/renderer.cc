@@ -1,12 +1,15 @@
 #include "sextant/datasets/synthetic/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <mutex>
 
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/synthetic/painter.h"
+#include "sextant/datasets/synthetic/wide.h"
 
 namespace sextant::synthetic {
 namespace {
@@ -45,50 +48,113 @@ class Views {
   std::deque<std::shared_ptr<const View>> views_;
 };
 
-/// Where the points of every body are for another camera at another time.
+/// Rays of the columns and rows of an image: (x, y, 1).
+struct Rays {
+  std::vector<double> x, y;
+  Rays(const PinholeCamera& camera, int width, int height) {
+    for (int i = 0; i < width; ++i) x.push_back(camera.ray(i, 0).x());
+    for (int i = 0; i < height; ++i) y.push_back(camera.ray(0, i).y());
+  }
+};
+
+/// Surfaces::depth_m for a row of rays.
+SEXTANT_WIDE void row_depths(const Surfaces::Plane& plane, const double* __restrict ray_x, double ray_y,
+                             int n, float* __restrict depth_m) {
+  const double nx = plane.normal.x(), nz = plane.normal.z(), y = plane.normal.y() * ray_y;
+  const double distance = plane.distance, nearest_m = plane.nearest_m, farthest_m = plane.farthest_m;
+  for (int i = 0; i < n; ++i) {
+    const double z = distance / (nx * ray_x[i] + y + nz);
+    const double too_near = z > 0 ? nearest_m : farthest_m;
+    const double too_far = z < farthest_m ? z : farthest_m;
+    depth_m[i] = static_cast<float>(z >= nearest_m ? too_far : too_near);
+  }
+}
+
+/// Where the points of a row of an image are for another camera at another time: pixels, and depth. NaN:
+/// there is no such point (sky), or its body is not there then.
+struct Targets {
+  std::vector<double> x, y, z_m;
+  explicit Targets(int width) : x(width), y(width), z_m(width) {}
+};
+
+/// p -> R p + t, and the camera it is seen by.
+struct Motion {
+  double R[9], t[3];
+  double fx, fy, cx, cy;
+};
+
+SEXTANT_WIDE void move_row(const Motion& motion, const double* __restrict ray_x, double ray_y,
+                           const float* __restrict depth_m, int n, double* __restrict x, double* __restrict y,
+                           double* __restrict z_m) {
+  const Motion m = motion;
+  for (int i = 0; i < n; ++i) {
+    const auto z = static_cast<double>(depth_m[i]);
+    const double px = z * ray_x[i], py = z * ray_y;
+    const double moved_z = m.R[6] * px + m.R[7] * py + m.R[8] * z + m.t[2];
+    const double per_z = 1 / moved_z;
+    x[i] = m.fx * (m.R[0] * px + m.R[1] * py + m.R[2] * z + m.t[0]) * per_z + m.cx;
+    y[i] = m.fy * (m.R[3] * px + m.R[4] * py + m.R[5] * z + m.t[1]) * per_z + m.cy;
+    z_m[i] = moved_z;
+  }
+}
+
 class Reprojection {
  public:
-  Reprojection(const Scenario& scenario, const Bodies& bodies, const View& from, const View& to)
-      : camera_(scenario.camera.left), bodies_(bodies), from_(from), motions_(from.T_camera_body.size()) {
+  Reprojection(const PinholeCamera& camera, const Bodies& bodies, const View& from, const View& to)
+      : bodies_(bodies),
+        from_(from),
+        rays_(camera, from.seen.width(), from.seen.height()),
+        motions_(from.T_camera_body.size()) {
     for (size_t i = 0; i < motions_.size(); ++i) {
       if (!from.T_camera_body[i] || !to.T_camera_body[i]) continue;
       const SE3 T_to_from = *to.T_camera_body[i] * from.T_camera_body[i]->inverse();
-      motions_[i] = {true, T_to_from.rotation().toRotationMatrix(), T_to_from.translation()};
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T_to_from.rotation().toRotationMatrix();
+      const Vector3d& t = T_to_from.translation();
+      Motion& m =
+          motions_[i].emplace(Motion{{}, {t.x(), t.y(), t.z()}, camera.fx, camera.fy, camera.cx, camera.cy});
+      std::copy_n(R.data(), 9, m.R);
     }
   }
 
-  struct Target {
-    bool known = false;  ///< the body is there
-    Vector3d point;      ///< camera coordinates
-    double x = 0, y = 0;
-    bool ahead() const { return point.z() >= kNearestFlow_m; }
-  };
-  Target operator()(int x, int y, uint32_t surface) const {
-    Target target;
-    if (surface == Bodies::kSky) return target;
-    const Motion& motion = motions_[bodies_.body_of(surface)];
-    if (!motion.known) return target;
-    const Vector3d ray = camera_.ray(x, y);
-    const auto stored_m = static_cast<double>(static_cast<float>(from_.surfaces.depth_m(surface, ray)));
-    target.known = true;
-    target.point = motion.R * (stored_m * ray) + motion.t;
-    const double per_z = 1 / target.point.z();
-    target.x = camera_.fx * target.point.x() * per_z + camera_.cx;
-    target.y = camera_.fy * target.point.y() * per_z + camera_.cy;
-    return target;
+  /// From the depths of the row, as they are stored.
+  void row(int y, const float* depth_m, Targets& targets) const {
+    const uint32_t* seen = from_.seen.row(y);
+    const int width = from_.seen.width();
+    for (int first = 0, end = 0; first < width; first = end) {
+      const uint32_t body = body_of(seen[first]);
+      end = first + 1;
+      while (end < width && (seen[end] == seen[end - 1] || body_of(seen[end]) == body)) ++end;
+      if (body == kNone || !motions_[body]) {
+        std::fill(&targets.z_m[first], targets.z_m.data() + end, std::numeric_limits<double>::quiet_NaN());
+        continue;
+      }
+      move_row(*motions_[body], &rays_.x[first], rays_.y[y], depth_m + first, end - first, &targets.x[first],
+               &targets.y[first], &targets.z_m[first]);
+    }
   }
 
  private:
-  struct Motion {
-    bool known = false;
-    Eigen::Matrix3d R;
-    Vector3d t;
-  };
-  PinholeCamera camera_;
+  static constexpr uint32_t kNone = 0xffffffffU;
+  uint32_t body_of(uint32_t surface) const {
+    return surface == Bodies::kSky ? kNone : bodies_.body_of(surface);
+  }
+
   const Bodies& bodies_;
   const View& from_;
-  std::vector<Motion> motions_;
+  Rays rays_;
+  std::vector<std::optional<Motion>> motions_;
 };
+
+/// Flow of a row, none where the targets are behind or not there.
+SEXTANT_WIDE void row_flow(const double* __restrict x, const double* __restrict y,
+                           const double* __restrict z_m, int row, int n, Flow* __restrict flow) {
+  for (int i = 0; i < n; ++i) {
+    const bool ahead = z_m[i] >= kNearestFlow_m;
+    const auto u = static_cast<float>(x[i] - i), v = static_cast<float>(y[i] - row);
+    flow[i].u = ahead ? u : std::numeric_limits<float>::quiet_NaN();
+    flow[i].v = ahead ? v : std::numeric_limits<float>::quiet_NaN();
+  }
+}
 
 }  // namespace
 
@@ -109,68 +175,82 @@ struct Renderer::Parts {
   }
   Image<float> depth(const View& v) const;
   Image<uint16_t> mask(const View& v) const;
-  Image<Flow> flow(const View& from, const View& to) const;
-  Image<Occlusion> occlusion(const View& from, const View& to) const;
-
-  template <typename T, typename Function>
-  Image<T> each_pixel(const Function& function) const {
-    Image<T> image(scenario.width, scenario.height);
-    for (int y = 0; y < scenario.height; ++y) {
-      for (int x = 0; x < scenario.width; ++x) image(x, y) = function(x, y);
-    }
-    return image;
-  }
+  Image<Flow> flow(const View& from, const Image<float>& depth_m, const View& to) const;
+  Image<Occlusion> occlusion(const View& from, const Image<float>& depth_m, const View& to) const;
+  Occlusion visibility(uint32_t surface, double x, double y, double z_m, const View& to) const;
 };
 
 Image<float> Renderer::Parts::depth(const View& v) const {
-  return each_pixel<float>([&](int x, int y) {
-    const uint32_t surface = v.seen(x, y);
-    if (surface == Bodies::kSky) return NAN;
-    return static_cast<float>(v.surfaces.depth_m(surface, scenario.camera.left.ray(x, y)));
-  });
+  const int width = scenario.width;
+  const Rays rays(scenario.camera.left, width, scenario.height);
+  Image<float> depth_m(width, scenario.height, NAN);
+  for (int y = 0; y < scenario.height; ++y) {
+    const uint32_t* seen = v.seen.row(y);
+    for (int first = 0, end = 0; first < width; first = end) {
+      end = first + 1;
+      while (end < width && seen[end] == seen[first]) ++end;
+      if (seen[first] == Bodies::kSky) continue;
+      row_depths(v.surfaces.plane(seen[first]), &rays.x[first], rays.y[y], end - first,
+                 depth_m.row(y) + first);
+    }
+  }
+  return depth_m;
 }
 
 Image<uint16_t> Renderer::Parts::mask(const View& v) const {
-  return each_pixel<uint16_t>([&](int x, int y) -> uint16_t {
-    const uint32_t body = v.seen(x, y) == Bodies::kSky ? 0 : bodies.body_of(v.seen(x, y));
-    return body == 0 ? 0 : static_cast<uint16_t>(scenario.actors[body - 1].id);
-  });
+  Image<uint16_t> mask(scenario.width, scenario.height, 0);
+  for (size_t i = 0; i < mask.size(); ++i) {
+    const uint32_t surface = v.seen.data()[i];
+    if (surface < bodies.first_surface(1) || surface == Bodies::kSky) continue;
+    mask.data()[i] = static_cast<uint16_t>(scenario.actors[bodies.body_of(surface) - 1].id);
+  }
+  return mask;
 }
 
-Image<Flow> Renderer::Parts::flow(const View& from, const View& to) const {
-  const Reprojection reproject(scenario, bodies, from, to);
-  return each_pixel<Flow>([&](int x, int y) {
-    const auto target = reproject(x, y, from.seen(x, y));
-    if (!target.known || !target.ahead()) return Flow{};
-    return Flow{static_cast<float>(target.x - x), static_cast<float>(target.y - y)};
-  });
+Image<Flow> Renderer::Parts::flow(const View& from, const Image<float>& depth_m, const View& to) const {
+  const Reprojection reproject(scenario.camera.left, bodies, from, to);
+  Image<Flow> flow(scenario.width, scenario.height);
+  Targets targets(scenario.width);
+  for (int y = 0; y < scenario.height; ++y) {
+    reproject.row(y, depth_m.row(y), targets);
+    row_flow(targets.x.data(), targets.y.data(), targets.z_m.data(), y, scenario.width, flow.row(y));
+  }
+  return flow;
 }
 
-Image<Occlusion> Renderer::Parts::occlusion(const View& from, const View& to) const {
-  const Reprojection reproject(scenario, bodies, from, to);
-  return each_pixel<Occlusion>([&](int x, int y) {
-    const uint32_t surface = from.seen(x, y);
-    const auto target = reproject(x, y, surface);
-    if (!target.known) return Occlusion::unknown;
-    if (!target.ahead() || target.x < -0.5 || target.y < -0.5 || target.x >= scenario.width - 0.5 ||
-        target.y >= scenario.height - 0.5) {
-      return Occlusion::outside;
+Image<Occlusion> Renderer::Parts::occlusion(const View& from, const Image<float>& depth_m,
+                                            const View& to) const {
+  const Reprojection reproject(scenario.camera.left, bodies, from, to);
+  Image<Occlusion> occlusion(scenario.width, scenario.height);
+  Targets targets(scenario.width);
+  for (int y = 0; y < scenario.height; ++y) {
+    reproject.row(y, depth_m.row(y), targets);
+    for (int x = 0; x < scenario.width; ++x) {
+      occlusion(x, y) = visibility(from.seen(x, y), targets.x[x], targets.y[x], targets.z_m[x], to);
     }
-    const Vector3d ray = target.point / target.point.z();
-    const double tolerance_m = std::max(0.03, 0.005 * target.point.z());
-    const int x0 = static_cast<int>(std::floor(target.x)), y0 = static_cast<int>(std::floor(target.y));
-    for (int j = std::max(y0, 0); j <= std::min(y0 + 1, scenario.height - 1); ++j) {
-      for (int i = std::max(x0, 0); i <= std::min(x0 + 1, scenario.width - 1); ++i) {
-        const uint32_t other = to.seen(i, j);
-        if (other == surface) return Occlusion::visible;
-        if (other == Bodies::kSky || bodies.body_of(other) != bodies.body_of(surface)) continue;
-        if (std::abs(to.surfaces.depth_m(other, ray) - target.point.z()) < tolerance_m) {
-          return Occlusion::visible;
-        }
-      }
-    }
-    return Occlusion::hidden;
-  });
+  }
+  return occlusion;
+}
+
+Occlusion Renderer::Parts::visibility(uint32_t surface, double x, double y, double z_m,
+                                      const View& to) const {
+  if (std::isnan(z_m)) return Occlusion::unknown;
+  if (z_m < kNearestFlow_m || x < -0.5 || y < -0.5 || x >= scenario.width - 0.5 ||
+      y >= scenario.height - 0.5) {
+    return Occlusion::outside;
+  }
+  const int left = static_cast<int>(x + 1) - 1, top = static_cast<int>(y + 1) - 1;  // rounded down
+  const int x0 = std::max(left, 0), x1 = std::min(left + 1, scenario.width - 1);
+  const int y0 = std::max(top, 0), y1 = std::min(top + 1, scenario.height - 1);
+  const std::array<uint32_t, 4> others = {to.seen(x0, y0), to.seen(x1, y0), to.seen(x0, y1), to.seen(x1, y1)};
+  if (std::ranges::find(others, surface) != others.end()) return Occlusion::visible;
+  const Vector3d ray = scenario.camera.left.ray(x, y);
+  const double tolerance_m = std::max(0.03, 0.005 * z_m);
+  for (const uint32_t other : others) {
+    if (other == Bodies::kSky || bodies.body_of(other) != bodies.body_of(surface)) continue;
+    if (std::abs(to.surfaces.depth_m(other, ray) - z_m) < tolerance_m) return Occlusion::visible;
+  }
+  return Occlusion::hidden;
 }
 
 Renderer::Renderer(Scenario scenario) {
@@ -196,16 +276,18 @@ Frame Renderer::render(int frame, const Channels& channels) const {
   if (colours) out.rgb = parts_->rgb(*view);
   if (channels.gray) out.gray = rgb_to_gray(out.rgb);
   if (!channels.rgb) out.rgb = {};
-  if (channels.depth) out.depth_m = parts_->depth(*view);
   if (channels.mask) out.mask = parts_->mask(*view);
+  if (!channels.depth && !channels.flow && !channels.backward_flow && !channels.occlusion) return out;
+  Image<float> depth_m = parts_->depth(*view);
   if ((channels.flow || channels.occlusion) && frame + 1 < scenario().n_frames()) {
     const std::shared_ptr<const View> next = parts_->view(frame + 1);
-    if (channels.flow) out.flow = parts_->flow(*view, *next);
-    if (channels.occlusion) out.occlusion = parts_->occlusion(*view, *next);
+    if (channels.flow) out.flow = parts_->flow(*view, depth_m, *next);
+    if (channels.occlusion) out.occlusion = parts_->occlusion(*view, depth_m, *next);
   }
   if (channels.backward_flow && frame > 0) {
-    out.backward_flow = parts_->flow(*view, *parts_->view(frame - 1));
+    out.backward_flow = parts_->flow(*view, depth_m, *parts_->view(frame - 1));
   }
+  if (channels.depth) out.depth_m = std::move(depth_m);
   return out;
 }
 

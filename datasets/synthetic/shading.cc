@@ -6,85 +6,166 @@
 #include "sextant/datasets/synthetic/sun.h"
 
 namespace sextant::synthetic {
+namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Shader::Shader(const Bodies& bodies, const View& view, const PinholeCamera& camera)
+SEXTANT_INLINED float at(const Shader::Linear& f, float x, float y) { return f.c + (f.x * x + f.y * y); }
+
+SEXTANT_WIDE void project(const Shader::Facet& facet, const Shader::Rays& rays, const float* __restrict x,
+                          const float* __restrict y, const float* __restrict sun, int first, int n,
+                          Footprints& f, Shader::Light& light) {
+  const Shader::Facet s = facet;
+  const Shader::Rays r = rays;
+  for (int k = 0; k < n; ++k) {
+    const int i = first + k;
+    const float inverse = at(s.inverse_depth, x[k], y[k]);
+    const float z = 1.0F / inverse;
+    const float ahead = wide::max(wide::min(z, s.farthest_m), s.nearest_m);
+    const float depth_m = inverse > 0 ? ahead : s.farthest_m;
+    const float u_r = at(s.u, x[k], y[k]), v_r = at(s.v, x[k], y[k]);
+    f.u[i] = depth_m * u_r + s.u_camera;
+    f.v[i] = depth_m * v_r + s.v_camera;
+    // p = z(x, y) r(x, y) with z = d / (n.r): its derivatives by the pixel, along the texture's axes.
+    const float slant = wide::max(s.distance_m * inverse, 1e-4F);
+    const float tilt_x = s.n_x / slant, tilt_y = s.n_y / slant;
+    f.u_x[i] = depth_m * (s.u.x + u_r * tilt_x);
+    f.v_x[i] = depth_m * (s.v.x + v_r * tilt_x);
+    f.u_y[i] = depth_m * (s.u.y + u_r * tilt_y);
+    f.v_y[i] = depth_m * (s.v.y + v_r * tilt_y);
+    const float ray_x = at(r.x, x[k], y[k]), ray_y = at(r.y, x[k], y[k]);
+    const float length = std::sqrt(ray_x * ray_x + ray_y * ray_y + 1.0F);
+    const float facing = slant / length;
+    light.range_m[i] = depth_m * length;
+    light.facing[i] = facing;
+    light.mirror_y[i] = at(r.world_y, x[k], y[k]) / length + 2 * facing * s.normal_y;
+    light.red[i] = s.sky_light[0] + sun[k] * s.sun_light[0];
+    light.green[i] = s.sky_light[1] + sun[k] * s.sun_light[1];
+    light.blue[i] = s.sky_light[2] + sun[k] * s.sun_light[2];
+  }
+}
+
+SEXTANT_WIDE void directions(const Shader::Rays& rays, const float* __restrict x, const float* __restrict y,
+                             int first, int n, Footprints& f) {
+  const Shader::Rays r = rays;
+  for (int k = 0; k < n; ++k) {
+    f.u[first + k] = at(r.world_x, x[k], y[k]);
+    f.v[first + k] = at(r.world_y, x[k], y[k]);
+    f.u_x[first + k] = at(r.world_z, x[k], y[k]);
+  }
+}
+
+/// Light on the surface, a mirror image of the sky (glass, paint; stronger at grazing angles), and haze.
+SEXTANT_WIDE void illuminate(const Shader::Light& light, float mirroring, int n, Colours& c) {
+  for (int i = 0; i < n; ++i) {
+    const float grazing = (1 - light.facing[i]) * (1 - light.facing[i]);
+    const float up = wide::clamp(0.5F - 1.5F * light.mirror_y[i], 0.0F, 1.0F);
+    const float mirror = mirroring * (0.04F + 0.35F * grazing * grazing) * up;
+    // 1 - exp(-range / 700 m), by the inverse of the exponential's series.
+    const float t = light.range_m[i] * (1 / 700.0F);
+    const float haze = 1.0F - 1.0F / (1.0F + t * (1.0F + t * (0.5F + t * 0.1667F)));
+    c.red[i] = wide::mix(c.red[i] * light.red[i] + mirror * 0.80F, 0.78F, haze);
+    c.green[i] = wide::mix(c.green[i] * light.green[i] + mirror * 0.85F, 0.83F, haze);
+    c.blue[i] = wide::mix(c.blue[i] * light.blue[i] + mirror * 0.92F, 0.90F, haze);
+  }
+}
+
+bool same(const Look* a, const Look* b) {
+  if (a == b) return true;
+  if (a == nullptr || b == nullptr) return false;
+  return a->material == b->material && a->seed == b->seed && a->extent == b->extent && a->colour == b->colour;
+}
+
+}  // namespace
+
+Shader::Shader(const Bodies& bodies, const View& view, const PinholeCamera& camera, Sink& sink)
     : bodies_(bodies),
       view_(view),
+      camera_(camera),
       R_world_camera_(view.T_world_camera.rotation().toRotationMatrix()),
       to_sun_(to_sun()),
-      per_fx_(static_cast<float>(1 / camera.fx)),
-      per_fy_(static_cast<float>(1 / camera.fy)),
-      facet_of_(bodies.n_surfaces(), 0) {
-  for (const auto& T : view.T_camera_body) T_body_camera_.push_back(T.value_or(SE3()).inverse());
+      sink_(sink) {
+  for (const auto& T : view.T_camera_body) {
+    const SE3 T_camera_body = T.value_or(SE3());
+    R_camera_body_.push_back(T_camera_body.rotation().toRotationMatrix());
+    camera_in_body_.push_back(T_camera_body.inverse().translation());
+  }
+  rays_ = {linear(Vector3d::UnitX()), linear(Vector3d::UnitY()), linear(R_world_camera_.row(0).transpose()),
+           linear(R_world_camera_.row(1).transpose()), linear(R_world_camera_.row(2).transpose())};
 }
 
-const Shader::Facet& Shader::facet(uint32_t surface, const Vector3d& ray) {
-  uint32_t& index = facet_of_[surface];
-  if (index != 0) return facets_[index - 1];
+Shader::Linear Shader::linear(const Vector3d& of_ray) const {
+  const double x = of_ray.x() / camera_.fx, y = of_ray.y() / camera_.fy;
+  return {static_cast<float>(x), static_cast<float>(y),
+          static_cast<float>(of_ray.z() - x * camera_.cx - y * camera_.cy)};
+}
+
+Shader::Facet Shader::facet(uint32_t surface, float x, float y) const {
   const uint32_t body = bodies_.body_of(surface);
-  const Patch& patch = bodies_.mesh(body).patches[bodies_.triangle(surface).patch];
-  const SE3& T_body_camera = T_body_camera_[body];
-  const Eigen::Quaterniond R_camera_body = T_body_camera.rotation().conjugate();
-  Vector3d normal = view_.surfaces.normal(surface);
-  if (normal.dot(ray) > 0) normal = -normal;
+  const Patch& patch = bodies_.patch(surface);
+  const auto& plane = view_.surfaces.plane(surface);
+  const bool turned = plane.normal.dot(camera_.ray(x, y)) > 0;
+  const Vector3d normal = turned ? Vector3d(-plane.normal) : plane.normal;
+  const Vector3d u_axis = R_camera_body_[body] * patch.u_axis, v_axis = R_camera_body_[body] * patch.v_axis;
   Facet f;
-  f.look = &patch.look;
-  f.u_axis = (R_camera_body * patch.u_axis).cast<float>();
-  f.v_axis = (R_camera_body * patch.v_axis).cast<float>();
-  f.normal = normal.cast<float>();
-  f.u = static_cast<float>(patch.u_axis.dot(T_body_camera.translation() - patch.origin));
-  f.v = static_cast<float>(patch.v_axis.dot(T_body_camera.translation() - patch.origin));
+  f.inverse_depth = linear(plane.normal / plane.distance);
+  f.distance_m = static_cast<float>(std::abs(plane.distance));
+  f.nearest_m = static_cast<float>(plane.nearest_m);
+  f.farthest_m = static_cast<float>(plane.farthest_m);
+  f.u = linear(u_axis);
+  f.v = linear(v_axis);
+  f.u_camera = static_cast<float>(patch.u_axis.dot(camera_in_body_[body] - patch.origin));
+  f.v_camera = static_cast<float>(patch.v_axis.dot(camera_in_body_[body] - patch.origin));
+  f.n_x = static_cast<float>(normal.x() / camera_.fx);
+  f.n_y = static_cast<float>(normal.y() / camera_.fy);
   const Vector3d normal_world = R_world_camera_ * normal;
+  f.normal_y = static_cast<float>(normal_world.y());
   const auto sun = static_cast<float>(std::max(0.0, normal_world.dot(to_sun_)));
   const auto open = static_cast<float>(0.5 - 0.5 * normal_world.y());  // how much of the sky it faces
-  f.sky_light = Vector3f(0.36F, 0.40F, 0.47F) * (0.55F + 0.75F * open);
-  f.sun_light = Vector3f(1.02F, 0.96F, 0.86F) * sun;
-  facets_.push_back(f);
-  index = static_cast<uint32_t>(facets_.size());
-  return facets_.back();
+  const Vector3f sky_light = Vector3f(0.36F, 0.40F, 0.47F) * (0.55F + 0.75F * open);
+  const Vector3f sun_light = Vector3f(1.02F, 0.96F, 0.86F) * sun;
+  for (int i = 0; i < 3; ++i) {
+    f.sky_light[i] = sky_light[i];
+    f.sun_light[i] = sun_light[i];
+  }
+  return f;
 }
 
-Vector3f Shader::colour(uint32_t surface, bool shadowed, const Vector3d& ray) {
-  if (surface == Bodies::kSky) return sky_colour(R_world_camera_ * ray);
-  const Facet& f = facet(surface, ray);
-  const Vector3f r = ray.cast<float>();
-  const auto depth_m = static_cast<float>(view_.surfaces.depth_m(surface, ray));
-  const float u_r = f.u_axis.dot(r), v_r = f.v_axis.dot(r);
-
-  // p = z(x, y) r(x, y) with z = d / (n.r): its derivatives by the pixel, along the texture's axes.
-  const float slant = std::min(f.normal.dot(r), -1e-4F);
-  const float x_m = depth_m * per_fx_, y_m = depth_m * per_fy_;
-  const float tilt_x = f.normal.x() / slant, tilt_y = f.normal.y() / slant;
-  Footprint footprint;
-  footprint.u = depth_m * u_r + f.u;
-  footprint.v = depth_m * v_r + f.v;
-  footprint.u_x = x_m * (f.u_axis.x() - u_r * tilt_x);
-  footprint.v_x = x_m * (f.v_axis.x() - v_r * tilt_x);
-  footprint.u_y = y_m * (f.u_axis.y() - u_r * tilt_y);
-  footprint.v_y = y_m * (f.v_axis.y() - v_r * tilt_y);
-  const Vector3f albedo = surface_colour(*f.look, footprint);
-
-  Vector3f light = f.sky_light;
-  if (!shadowed) light += f.sun_light;
-  Vector3f colour = albedo.cwiseProduct(light);
-  const float length = std::sqrt(r.squaredNorm());
-  if (f.look->material == Material::glass || f.look->material == Material::paint) {
-    // A mirror image of the sky, stronger at grazing angles.
-    const float facing = -slant / length;
-    const float grazing = (1 - facing) * (1 - facing);
-    const float mirror = 0.04F + 0.35F * grazing * grazing;
-    const Vector3d reflected = R_world_camera_ * Vector3d(ray / static_cast<double>(length) +
-                                                          (2 * facing * f.normal).cast<double>());
-    const auto up = static_cast<float>(std::clamp(0.5 - 1.5 * reflected.y(), 0.0, 1.0));
-    colour += mirror * up * Vector3f(0.8F, 0.85F, 0.92F);
+void Shader::shade(uint32_t surface, const Samples& samples) {
+  const bool sky = surface == Bodies::kSky;
+  const Look* look = sky ? nullptr : &bodies_.patch(surface).look;
+  if (!same(look, look_)) flush();
+  look_ = look;
+  Facet facet;
+  if (!sky) facet = this->facet(surface, samples.x[0], samples.y[0]);
+  for (size_t from = 0; from < samples.x.size();) {
+    if (n_ == NoiseTile::kBatch) flush();
+    const size_t n = std::min(samples.x.size() - from, static_cast<size_t>(NoiseTile::kBatch - n_));
+    if (sky) {
+      directions(rays_, &samples.x[from], &samples.y[from], n_, static_cast<int>(n), footprints_);
+    } else {
+      project(facet, rays_, &samples.x[from], &samples.y[from], &samples.sun[from], n_, static_cast<int>(n),
+              footprints_, light_);
+    }
+    std::copy_n(&samples.target[from], n, targets_ + n_);
+    n_ += static_cast<int>(n);
+    from += n;
   }
-  // 1 - exp(-range / 700 m), by the inverse of the exponential's series.
-  const float t = depth_m * length / 700.0F;
-  const float haze = 1.0F - 1.0F / (1.0F + t * (1.0F + t * (0.5F + t * 0.1667F)));
-  return colour + haze * (Vector3f(0.78F, 0.83F, 0.90F) - colour);
+}
+
+void Shader::flush() {
+  if (n_ == 0) return;
+  if (look_ == nullptr) {
+    sky_colours(footprints_, n_, colours_);
+  } else {
+    footprints_.measure(n_);
+    surface_colours(*look_, footprints_, n_, colours_);
+    const bool mirrors = look_->material == Material::glass || look_->material == Material::paint;
+    illuminate(light_, mirrors ? 1.0F : 0.0F, wide::whole(n_), colours_);
+  }
+  sink_.take({targets_, static_cast<size_t>(n_)}, colours_);
+  n_ = 0;
 }
 
 }  // namespace sextant::synthetic

@@ -1,37 +1,87 @@
 #pragma once
 
-// Colour of what is seen along a ray: texture, sun, sky light and haze.
+// Colour of what is seen along rays: texture, sun, sky light and haze. Samples of one look are shaded
+// together.
+
+#include <span>
+#include <vector>
 
 #include "sextant/datasets/synthetic/texture.h"
 #include "sextant/datasets/synthetic/view.h"
 
 namespace sextant::synthetic {
 
+/// Samples of one surface (or kSky): places in the image (pixels), 1 where the sun shines, else 0, and
+/// numbers that say what each sample is for. All of one length.
+struct Samples {
+  std::span<const float> x, y, sun;
+  std::span<const uint32_t> target;
+};
+
 class Shader {
  public:
-  Shader(const Bodies& bodies, const View& view, const PinholeCamera& camera);
+  /// Gets the colours (linear, 0..about 1) of targets.
+  class Sink {
+   public:
+    virtual void take(std::span<const uint32_t> targets, const Colours& colours) = 0;
 
-  /// Colour (linear, 0..about 1) of a surface (or kSky) seen along `ray`, which has z = 1.
-  Eigen::Vector3f colour(uint32_t surface, bool shadowed, const Eigen::Vector3d& ray);
+   protected:
+    ~Sink() = default;
+  };
+
+  Shader(const Bodies& bodies, const View& view, const PinholeCamera& camera, Sink& sink);
+
+  /// Shades the samples, now or with others of the same look later: after flush() all are done.
+  void shade(uint32_t surface, const Samples& samples);
+  void flush();
+
+  /// A linear function of the place in the image: x, y in pixels.
+  struct Linear {
+    float x = 0, y = 0, c = 0;
+  };
+  /// What does not change over a triangle. The normal is turned to the camera.
+  struct Facet {
+    Linear inverse_depth;  ///< 1 / m
+    float distance_m = 0;  ///< of its plane
+    float nearest_m = 0, farthest_m = 0;
+    Linear u, v;                       ///< of the ray, along the texture's axes
+    float u_camera = 0, v_camera = 0;  ///< texture coordinates at the camera, m
+    float n_x = 0, n_y = 0;            ///< of the normal, camera, per focal length in pixels
+    float normal_y = 0;                ///< world
+    float sky_light[3] = {}, sun_light[3] = {};
+  };
+  /// World directions of rays, and with (x, y, 1) in focal lengths their lengths.
+  struct Rays {
+    Linear x, y, world_x, world_y, world_z;
+  };
+  /// What is known of a sample besides its texture.
+  struct Light {
+    Lane range_m;   ///< along the ray
+    Lane facing;    ///< cosine of ray and normal
+    Lane mirror_y;  ///< of the mirrored ray, world
+    Lane red, green, blue;
+  };
 
  private:
-  /// What does not change over a triangle, in camera coordinates.
-  struct Facet {
-    const Look* look = nullptr;
-    Eigen::Vector3f u_axis, v_axis, normal;  ///< the normal is turned to the camera
-    float u = 0, v = 0;                      ///< texture coordinates at the camera
-    Eigen::Vector3f sky_light, sun_light;
-  };
-  const Facet& facet(uint32_t surface, const Eigen::Vector3d& ray);
+  Facet facet(uint32_t surface, float x, float y) const;
+  Linear linear(const Eigen::Vector3d& of_ray) const;
 
   const Bodies& bodies_;
   const View& view_;
+  PinholeCamera camera_;
   Eigen::Matrix3d R_world_camera_;
   Eigen::Vector3d to_sun_;
-  float per_fx_, per_fy_;
-  std::vector<SE3> T_body_camera_;
-  std::vector<uint32_t> facet_of_;  ///< index + 1 into facets_
-  std::vector<Facet> facets_;
+  std::vector<Eigen::Matrix3d> R_camera_body_;
+  std::vector<Eigen::Vector3d> camera_in_body_;
+  Rays rays_;
+  Sink& sink_;
+
+  const Look* look_ = nullptr;  ///< of what waits; none: the sky
+  int n_ = 0;                   ///< samples that wait
+  Footprints footprints_;
+  Light light_;
+  Colours colours_;
+  uint32_t targets_[NoiseTile::kBatch] = {};
 };
 
 }  // namespace sextant::synthetic

@@ -1,242 +1,352 @@
 #include "sextant/datasets/synthetic/texture.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "sextant/base/error.h"
 
 namespace sextant::synthetic {
 namespace {
 
-using Eigen::Vector3f;
+using wide::clamp;
+using wide::floor_int;
+using wide::max;
+using wide::min;
+using wide::mix;
 
-/// A point of a texture with the lengths (m) over which it is averaged: along u and along v for patterns;
-/// noise takes `n` round samples of `width_m` along the longer side of the footprint.
-struct Sample {
-  float u = 0;
-  float v = 0;
-  float width_u_m = 0;
-  float width_v_m = 0;
-  float width_m = 0;
-  float major_u_m = 0;
-  float major_v_m = 0;
-  int n = 1;
-};
+constexpr int kBatch = NoiseTile::kBatch;
+constexpr int kMaxSamples = 3;
 
-/// std::floor for numbers that fit; without SSE4.1 the library's is a call.
-int32_t floor_int(float x) {
-  const auto towards_zero = static_cast<int32_t>(x);
-  return towards_zero - static_cast<int32_t>(x < static_cast<float>(towards_zero));
+/// Random bits of a cell of a pattern.
+SEXTANT_INLINED uint32_t cell_bits(int32_t x, int32_t y, uint32_t seed) {
+  uint32_t h = static_cast<uint32_t>(x) * 0x9e3779b1U ^ static_cast<uint32_t>(y) * 0x85ebca77U ^ seed;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6dU;
+  return h ^ (h >> 14);
 }
-
-/// Random values in [-1, 1), one for every cell of a square that repeats.
-class Lattice {
- public:
-  Lattice() noexcept {
-    for (uint32_t i = 0; i < values_.size(); ++i) {
-      values_[i] = static_cast<float>(hash3(i % kSide, i / kSide, 1)) * 0x1p-31F - 1.0F;
-    }
-  }
-  float operator()(uint32_t x, uint32_t y) const { return values_[(y % kSide) * kSide + x % kSide]; }
-
- private:
-  static constexpr uint32_t kSide = 256;
-  std::array<float, kSide * kSide> values_{};
-};
-
-const Lattice kLattice;
-
-float lattice(int32_t x, int32_t y, uint32_t seed) {
-  return kLattice(static_cast<uint32_t>(x) + seed * 97U,
-                  static_cast<uint32_t>(y) + (seed * 0x9e3779b1U >> 24));
-}
-
-/// Smooth noise in [-1, 1] with one random value per unit cell.
-float value_noise(float x, float y, uint32_t seed) {
-  const int32_t ix = floor_int(x), iy = floor_int(y);
-  float a = x - static_cast<float>(ix), b = y - static_cast<float>(iy);
-  a = a * a * (3 - 2 * a);
-  b = b * b * (3 - 2 * b);
-  const float top = lattice(ix, iy, seed) * (1 - a) + lattice(ix + 1, iy, seed) * a;
-  const float bottom = lattice(ix, iy + 1, seed) * (1 - a) + lattice(ix + 1, iy + 1, seed) * a;
-  return top * (1 - b) + bottom * b;
-}
-
-/// Noise with cells from 1.2 cm to 4 m, those below the filter width left out.
-float grain(const Sample& s, uint32_t seed) {
-  static const NoiseTile fine(1, 16, 1), coarse(2, 32, 2);
-  constexpr float kFine_m = 0.012F, kCoarse_m = 0.13F;
-  const float shift_u = static_cast<float>(seed & 255U), shift_v = static_cast<float>(seed >> 8 & 255U);
-  const float sum = fine.mean(s.u / kFine_m + shift_u, s.v / kFine_m + shift_v, s.width_m / kFine_m, s.n,
-                              s.major_u_m / kFine_m, s.major_v_m / kFine_m);
-  // Turned, so that the tiles' edges do not line up.
-  const float u = (0.8F * s.u - 0.6F * s.v) / kCoarse_m, v = (0.6F * s.u + 0.8F * s.v) / kCoarse_m;
-  return sum + coarse.mean(u + shift_v, v + shift_u, s.width_m / kCoarse_m, 1, 0, 0);
+/// In [0, 1).
+SEXTANT_INLINED float unit(uint32_t bits16) {
+  return static_cast<float>(static_cast<int32_t>(bits16)) * 0x1p-16F;
 }
 
 /// Share of [x - w/2, x + w/2] that lies in [low, high].
-float cover(float x, float width_m, float low, float high) {
-  const float w = std::max(width_m, 1e-6F);
-  return static_cast<float>(
-      std::clamp((std::min(x + w / 2, high) - std::max(x - w / 2, low)) / w, 0.0F, 1.0F));
+SEXTANT_INLINED float cover(float x, float width_m, float low, float high) {
+  const float w = max(width_m, 1e-6F);
+  return clamp((min(x + 0.5F * w, high) - max(x - 0.5F * w, low)) / w, 0.0F, 1.0F);
 }
 
 /// The same for [low, high] repeated with a period, 0 <= low <= high <= period.
-float cover_periodic(float x, float width_m, float period_m, float low, float high) {
-  const float w = std::max(width_m, 1e-6F);
+SEXTANT_INLINED float cover_periodic(float x, float width_m, float period_m, float low, float high) {
+  const float w = max(width_m, 1e-6F);
   const float per_m = 1.0F / period_m;
   const auto integral = [&](float t) {
-    const int32_t n = floor_int(t * per_m);
-    return n * (high - low) + std::clamp(t - n * period_m - low, 0.0F, high - low);
+    const auto n = static_cast<float>(floor_int(t * per_m));
+    return n * (high - low) + clamp(t - n * period_m - low, 0.0F, high - low);
   };
-  return static_cast<float>((integral(x + w / 2) - integral(x - w / 2)) / w);
+  return (integral(x + 0.5F * w) - integral(x - 0.5F * w)) / w;
 }
 
-Vector3f mix(const Vector3f& a, const Vector3f& b, float t) { return a + t * (b - a); }
+/// Places of the `which`th noise sample of each footprint, in texels, and its weight.
+struct NoiseSamples {
+  Lane x, y, width, weight;
+};
 
-Vector3f asphalt(const Look& look, const Sample& s) {
-  const float noise = grain(s, look.seed);
-  // Repaired strips and cracks: where a coarse noise crosses zero.
-  const float crack = value_noise(s.u / 1.7F, s.v / 1.7F, look.seed + 90);
-  const float crack_width = 0.02F + s.width_m / 1.7F;
-  const float dark = std::max(0.0F, 1.0F - std::abs(crack) / crack_width) * 0.02F / crack_width;
-  return look.colour * std::max(0.2F, 1.0F + 0.16F * noise - 0.5F * dark);
+SEXTANT_WIDE void fine_samples(const Footprints& f, int n, int which, float shift_u, float shift_v,
+                               NoiseSamples& s) {
+  constexpr float kPer_m = 1.0F / 0.012F;
+  for (int i = 0; i < n; ++i) {
+    const float each = 1.0F / f.count[i];
+    const float along = (static_cast<float>(which) + 0.5F) * each - 0.5F;
+    s.x[i] = (f.u[i] + along * f.along_u[i]) * kPer_m + shift_u;
+    s.y[i] = (f.v[i] + along * f.along_v[i]) * kPer_m + shift_v;
+    s.width[i] = f.width[i] * kPer_m;
+    s.weight[i] = static_cast<float>(which) < f.count[i] ? each : 0.0F;
+  }
+}
+
+SEXTANT_WIDE void coarse_samples(const Footprints& f, int n, float shift_u, float shift_v, NoiseSamples& s) {
+  constexpr float kPer_m = 1.0F / 0.26F;
+  for (int i = 0; i < n; ++i) {
+    // Turned, so that the tiles' edges do not line up.
+    s.x[i] = (0.8F * f.u[i] - 0.6F * f.v[i]) * kPer_m + shift_v;
+    s.y[i] = (0.6F * f.u[i] + 0.8F * f.v[i]) * kPer_m + shift_u;
+    s.width[i] = f.width[i] * kPer_m;
+    s.weight[i] = 1.0F;
+  }
+}
+
+/// Noise with cells from 1.2 cm to 4 m, those below the filter width left out.
+void grain(const Footprints& f, int n, uint32_t seed, Lane& noise) {
+  static const NoiseTile tile(1, 16, 1);
+  const float shift_u = static_cast<float>(seed & 255U), shift_v = static_cast<float>(seed >> 8 & 255U);
+  const int whole = wide::whole(n);
+  const float most = *std::max_element(f.count.at, f.count.at + n);
+  std::fill_n(noise.at, whole, 0.0F);
+  NoiseSamples s;
+  for (int which = 0; static_cast<float>(which) < most; ++which) {
+    fine_samples(f, whole, which, shift_u, shift_v, s);
+    tile.add_means(s.x.at, s.y.at, s.width.at, s.weight.at, n, noise.at);
+  }
+  coarse_samples(f, whole, shift_u, shift_v, s);
+  tile.add_means(s.x.at, s.y.at, s.width.at, s.weight.at, n, noise.at);
+}
+
+SEXTANT_WIDE void tint(const Eigen::Vector3f& colour, const Lane& shade, int n, Colours& c) {
+  const float red = colour.x(), green = colour.y(), blue = colour.z();
+  for (int i = 0; i < n; ++i) {
+    c.red[i] = red * shade[i];
+    c.green[i] = green * shade[i];
+    c.blue[i] = blue * shade[i];
+  }
+}
+
+/// The colour, lighter and darker by noise.
+SEXTANT_WIDE void plain(float mean, float contrast, float darkest, int n, Lane& noise_to_shade) {
+  for (int i = 0; i < n; ++i) noise_to_shade[i] = max(darkest, mean + contrast * noise_to_shade[i]);
+}
+
+/// Smooth noise in [-1, 1) with one random value per cell of 1.7 m: where it crosses zero there are cracks.
+SEXTANT_WIDE void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
+  constexpr float kPer_m = 1.0F / 1.7F;
+  for (int i = 0; i < n; ++i) {
+    const float x = f.u[i] * kPer_m, y = f.v[i] * kPer_m;
+    const int32_t ix = floor_int(x), iy = floor_int(y);
+    float a = x - static_cast<float>(ix), b = y - static_cast<float>(iy);
+    a = a * a * (3 - 2 * a);
+    b = b * b * (3 - 2 * b);
+    const auto value = [&](int32_t dx, int32_t dy) {
+      return unit(cell_bits(ix + dx, iy + dy, seed) & 0xffffU) * 2 - 1;
+    };
+    const float crack = mix(mix(value(0, 0), value(1, 0), a), mix(value(0, 1), value(1, 1), a), b);
+    const float crack_width = 0.02F + f.width[i] * kPer_m;
+    const float dark = max(0.0F, 1.0F - wide::abs(crack) / crack_width) * 0.02F / crack_width;
+    noise_to_shade[i] = max(0.2F, 1.0F + 0.16F * noise_to_shade[i] - 0.5F * dark);
+  }
+}
+
+/// White paint of the road: a dashed middle line and solid lines at its sides.
+SEXTANT_WIDE void road_lines(const Footprints& f, float side, int n, Lane& white) {
+  for (int i = 0; i < n; ++i) {
+    const float u = f.u[i], width = f.width_u[i];
+    white[i] = cover(u, width, -0.07F, 0.07F) * cover_periodic(f.v[i], f.width_v[i], 6.0F, 0.0F, 3.0F) +
+               cover(u, width, -side - 0.07F, -side + 0.07F) + cover(u, width, side - 0.07F, side + 0.07F);
+  }
+}
+
+SEXTANT_WIDE void crossing_bars(const Footprints& f, int n, Lane& white) {
+  for (int i = 0; i < n; ++i) white[i] = cover_periodic(f.u[i], f.width_u[i], 1.0F, 0.25F, 0.75F);
 }
 
 /// White paint over the road's surface; it wears off in places.
-Vector3f marked(const Look& look, const Sample& s, float white) {
-  const Vector3f ground = asphalt(look, s);
-  if (white <= 0) return ground;
-  const float wear = 0.8F + 0.15F * grain(s, look.seed + 130);
-  return mix(ground, {0.85F, 0.85F, 0.82F}, std::clamp(white * wear, 0.0F, 1.0F));
-}
-
-Vector3f road(const Look& look, const Sample& s) {
-  float white = cover(s.u, s.width_u_m, -0.07F, 0.07F) * cover_periodic(s.v, s.width_v_m, 6.0F, 0.0F, 3.0F);
-  for (const float side : {-look.extent, look.extent}) {
-    white += cover(s.u, s.width_u_m, side - 0.07F, side + 0.07F);
+SEXTANT_WIDE void put_white(const Lane& white, const Lane& noise, int n, Colours& c) {
+  for (int i = 0; i < n; ++i) {
+    const float share = clamp(white[i] * (0.8F + 0.15F * noise[i]), 0.0F, 1.0F);
+    c.red[i] = mix(c.red[i], 0.85F, share);
+    c.green[i] = mix(c.green[i], 0.85F, share);
+    c.blue[i] = mix(c.blue[i], 0.82F, share);
   }
-  return marked(look, s, white);
 }
 
-Vector3f paving(const Look& look, const Sample& s) {
-  const float joint = std::max(cover_periodic(s.u, s.width_u_m, 0.6F, 0.0F, 0.025F),
-                               cover_periodic(s.v, s.width_v_m, 0.6F, 0.0F, 0.025F));
-  const auto slab_u = floor_int(s.u / 0.6F);
-  const auto slab_v = floor_int(s.v / 0.6F);
-  const auto sharp =
-      static_cast<float>(std::clamp(0.6F / std::max(s.width_u_m, s.width_v_m) - 1.0F, 0.0F, 1.0F));
-  const float slab = sharp * lattice(slab_u, slab_v, look.seed);
-  const float noise = grain(s, look.seed + 20);
-  return look.colour * std::max(0.15F, 1.0F + 0.10F * slab + 0.15F * noise - 0.45F * joint);
+/// Slabs, lighter and darker ones, and the joints between them.
+SEXTANT_WIDE void paving(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
+  for (int i = 0; i < n; ++i) {
+    const float joint = max(cover_periodic(f.u[i], f.width_u[i], 0.6F, 0.0F, 0.025F),
+                            cover_periodic(f.v[i], f.width_v[i], 0.6F, 0.0F, 0.025F));
+    const float sharp = clamp(0.6F / max(f.width_u[i], f.width_v[i]) - 1.0F, 0.0F, 1.0F);
+    const int32_t slab_u = floor_int(f.u[i] * (1 / 0.6F)), slab_v = floor_int(f.v[i] * (1 / 0.6F));
+    const float slab = sharp * (unit(cell_bits(slab_u, slab_v, seed) & 0xffffU) * 2 - 1);
+    noise_to_shade[i] = max(0.15F, 1.0F + 0.10F * slab + 0.15F * noise_to_shade[i] - 0.45F * joint);
+  }
 }
 
-Vector3f windows(const Look& look, const Sample& s, const Vector3f& wall) {
+/// Courses of stone.
+SEXTANT_WIDE void masonry(const Footprints& f, const Lane& noise, int n, Lane& shade) {
+  for (int i = 0; i < n; ++i) {
+    const float joint = max(cover_periodic(f.v[i], f.width_v[i], 0.31F, 0.0F, 0.03F),
+                            0.6F * cover_periodic(f.u[i], f.width_u[i], 0.9F, 0.0F, 0.03F));
+    shade[i] = max(0.2F, 1.0F + 0.15F * noise[i] - 0.30F * joint);
+  }
+}
+
+/// What covers the wall, shares of [0, 1]; the light of panes.
+struct Windows {
+  Lane sill, frame, pane, red, green, blue;
+};
+
+SEXTANT_WIDE void window_shares(const Footprints& f, int n, Windows& w) {
   constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
-  const auto bay = floor_int(s.u / kBay_m);
-  const auto storey = floor_int(s.v / kStorey_m);
-  const float opening = cover_periodic(s.u, s.width_u_m, kBay_m, 0.65F, 2.05F) *
-                        cover_periodic(s.v, s.width_v_m, kStorey_m, 0.85F, 2.55F);
-  const float pane = (cover_periodic(s.u, s.width_u_m, kBay_m, 0.73F, 1.31F) +
-                      cover_periodic(s.u, s.width_u_m, kBay_m, 1.39F, 1.97F)) *
-                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.93F, 2.47F);
-  const float sill = cover_periodic(s.u, s.width_u_m, kBay_m, 0.5F, 2.2F) *
-                     cover_periodic(s.v, s.width_v_m, kStorey_m, 0.70F, 0.85F);
-  if (opening + sill <= 0) return wall;
-  // Every window has its own darkness and curtain.
-  const auto sharp =
-      static_cast<float>(std::clamp(kBay_m / std::max(s.width_u_m, s.width_v_m) - 1.0F, 0.0F, 1.0F));
-  const float lit = 0.5F + 0.5F * sharp * lattice(bay, storey, look.seed + 5);
-  const float blind =
-      2.47F - 1.2F * random01(static_cast<uint32_t>(bay), static_cast<uint32_t>(storey), look.seed);
-  const float curtain = sharp * cover(s.v - storey * kStorey_m, s.width_v_m, blind, 2.47F) * 0.55F;
-  const float reflection = pane <= 0 ? 0.0F : 0.10F * grain(s, look.seed + 60);
-  const Vector3f glass =
-      Vector3f(0.14F, 0.18F, 0.23F) * (0.7F + lit) + Vector3f::Constant(curtain + reflection);
-  Vector3f colour = mix(wall, {0.72F, 0.70F, 0.66F}, std::min(1.0F, sill));
-  colour = mix(colour, {0.82F, 0.81F, 0.78F}, opening);
-  return mix(colour, glass.cwiseMax(0.03F), std::min(1.0F, pane));
-}
-
-Vector3f facade(const Look& look, const Sample& s) {
-  const float stain = grain(s, look.seed + 10);
-  // Courses of stone.
-  const float joint = std::max(cover_periodic(s.v, s.width_v_m, 0.31F, 0.0F, 0.03F),
-                               0.6F * cover_periodic(s.u, s.width_u_m, 0.9F, 0.0F, 0.03F));
-  const Vector3f wall = look.colour * std::max(0.2F, 1.0F + 0.15F * stain - 0.30F * joint);
-  const float ground_floor = cover(s.v, s.width_v_m, 0.0F, 0.8F);
-  return mix(windows(look, s, wall), wall * 0.6F, ground_floor);
-}
-
-Vector3f paint(const Look& look, const Sample& s) {
-  const float dirt = grain(s, look.seed + 10);
-  const float seam =
-      cover_periodic(s.u + 0.35F, s.width_u_m, 1.05F, 0.0F, 0.02F) + cover(s.v, s.width_v_m, 0.66F, 0.68F);
-  return look.colour * std::max(0.1F, 1.0F + 0.07F * dirt - 0.5F * std::min(1.0F, seam));
-}
-
-Vector3f colour_at(const Look& look, const Sample& s) {
-  switch (look.material) {
-    case Material::asphalt:
-      return asphalt(look, s);
-    case Material::road:
-      return road(look, s);
-    case Material::stripes:
-      return marked(look, s, cover_periodic(s.u, s.width_u_m, 1.0F, 0.25F, 0.75F));
-    case Material::paving:
-      return paving(look, s);
-    case Material::facade:
-      return facade(look, s);
-    case Material::paint:
-      return paint(look, s);
-    case Material::grass:
-      return look.colour * std::max(0.15F, 1.0F + 0.20F * grain(s, look.seed));
-    case Material::foliage:
-      return look.colour * std::max(0.1F, 0.85F + 0.50F * grain(s, look.seed));
-    case Material::bark:
-      return look.colour * std::max(0.2F, 1.0F + 0.22F * grain(s, look.seed));
-    case Material::glass:
-      return look.colour * std::max(0.2F, 1.0F + 0.18F * grain(s, look.seed));
-    case Material::plaster:
-    case Material::metal:
-    case Material::tyre:
-      break;
+  for (int i = 0; i < n; ++i) {
+    const float u = f.u[i], v = f.v[i], width_u = f.width_u[i], width_v = f.width_v[i];
+    w.frame[i] = cover_periodic(u, width_u, kBay_m, 0.65F, 2.05F) *
+                 cover_periodic(v, width_v, kStorey_m, 0.85F, 2.55F);
+    w.pane[i] = min(1.0F, (cover_periodic(u, width_u, kBay_m, 0.73F, 1.31F) +
+                           cover_periodic(u, width_u, kBay_m, 1.39F, 1.97F)) *
+                              cover_periodic(v, width_v, kStorey_m, 0.93F, 2.47F));
+    w.sill[i] = min(1.0F, cover_periodic(u, width_u, kBay_m, 0.5F, 2.2F) *
+                              cover_periodic(v, width_v, kStorey_m, 0.70F, 0.85F));
   }
-  return look.colour * std::max(0.2F, 1.0F + 0.13F * grain(s, look.seed));
+}
+
+/// Every window has its own darkness and curtain.
+SEXTANT_WIDE void window_light(const Footprints& f, const Lane& noise, uint32_t seed, int n, Windows& w) {
+  constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
+  for (int i = 0; i < n; ++i) {
+    const int32_t bay = floor_int(f.u[i] * (1 / kBay_m)), storey = floor_int(f.v[i] * (1 / kStorey_m));
+    const float sharp = clamp(kBay_m / max(f.width_u[i], f.width_v[i]) - 1.0F, 0.0F, 1.0F);
+    const uint32_t bits = cell_bits(bay, storey, seed);
+    const float lit = 1.2F + 0.5F * sharp * (unit(bits & 0xffffU) * 2 - 1);
+    const float blind = 2.47F - 1.2F * unit(bits >> 16);
+    const float height = f.v[i] - static_cast<float>(storey) * kStorey_m;
+    const float bright = sharp * cover(height, f.width_v[i], blind, 2.47F) * 0.55F + 0.10F * noise[i];
+    w.red[i] = max(0.03F, 0.14F * lit + bright);
+    w.green[i] = max(0.03F, 0.18F * lit + bright);
+    w.blue[i] = max(0.03F, 0.23F * lit + bright);
+  }
+}
+
+SEXTANT_WIDE void put_windows(const Footprints& f, const Windows& w, const Lane& shade,
+                              const Eigen::Vector3f& colour, int n, Colours& c) {
+  const float red = colour.x(), green = colour.y(), blue = colour.z();
+  for (int i = 0; i < n; ++i) {
+    const float ground_floor = cover(f.v[i], f.width_v[i], 0.0F, 0.8F);
+    const auto over = [&](float wall, float sill, float frame, float glass) {
+      const float front = mix(mix(mix(wall, sill, w.sill[i]), frame, w.frame[i]), glass, w.pane[i]);
+      return mix(front, wall * 0.6F, ground_floor);
+    };
+    c.red[i] = over(red * shade[i], 0.72F, 0.82F, w.red[i]);
+    c.green[i] = over(green * shade[i], 0.70F, 0.81F, w.green[i]);
+    c.blue[i] = over(blue * shade[i], 0.66F, 0.78F, w.blue[i]);
+  }
+}
+
+void facade(const Look& look, const Footprints& f, int n, const Lane& noise, Colours& c) {
+  Lane shade;
+  Windows w;
+  masonry(f, noise, n, shade);
+  window_shares(f, n, w);
+  window_light(f, noise, look.seed, n, w);
+  put_windows(f, w, shade, look.colour, n, c);
+}
+
+SEXTANT_WIDE void seams(const Footprints& f, int n, Lane& noise_to_shade) {
+  for (int i = 0; i < n; ++i) {
+    const float seam = cover_periodic(f.u[i] + 0.35F, f.width_u[i], 1.05F, 0.0F, 0.02F) +
+                       cover(f.v[i], f.width_v[i], 0.66F, 0.68F);
+    noise_to_shade[i] = max(0.1F, 1.0F + 0.07F * noise_to_shade[i] - 0.5F * min(1.0F, seam));
+  }
+}
+
+SEXTANT_WIDE void measure_all(Footprints& f, int n) {
+  for (int i = 0; i < n; ++i) {
+    const float along_x = std::sqrt(f.u_x[i] * f.u_x[i] + f.v_x[i] * f.v_x[i]);
+    const float along_y = std::sqrt(f.u_y[i] * f.u_y[i] + f.v_y[i] * f.v_y[i]);
+    const bool x_longer = along_x > along_y;
+    const float major_m = x_longer ? along_x : along_y;
+    const float minor_m = max(x_longer ? along_y : along_x, 1e-6F);
+    const float ratio = min(major_m / minor_m * 0.7F, kMaxSamples - 1.0F);
+    const auto count = static_cast<float>(static_cast<int32_t>(ratio) + 1);
+    f.count[i] = count;
+    f.along_u[i] = x_longer ? f.u_x[i] : f.u_y[i];
+    f.along_v[i] = x_longer ? f.v_x[i] : f.v_y[i];
+    f.width_u[i] = max(wide::abs(f.u_x[i]), wide::abs(f.u_y[i]));
+    f.width_v[i] = max(wide::abs(f.v_x[i]), wide::abs(f.v_y[i]));
+    f.width[i] = max(major_m / count, minor_m);
+  }
+}
+
+/// Clouds on a plane high above.
+SEXTANT_WIDE void cloud_places(Footprints& f, int n, Lane& up) {
+  for (int i = 0; i < n; ++i) {
+    const float x = f.u[i], y = f.v[i], z = f.u_x[i];
+    const float per_length = 1.0F / std::sqrt(x * x + y * y + z * z);
+    const float rise = -y * per_length;
+    const float height = 1.0F / max(rise, 0.02F);
+    up[i] = clamp(rise, 0.0F, 1.0F);
+    f.u[i] = x * per_length * height;
+    f.v[i] = z * per_length * height;
+    f.width[i] = 0.10F + 0.004F * height * height;
+    f.count[i] = 1;
+    f.along_u[i] = 0;
+    f.along_v[i] = 0;
+  }
+}
+
+SEXTANT_WIDE void clouds(const Lane& up, const Lane& noise, int n, Colours& c) {
+  for (int i = 0; i < n; ++i) {
+    const float blue = std::sqrt(up[i]);
+    const float cloud = clamp(0.25F + 0.45F * noise[i], 0.0F, 0.8F);
+    c.red[i] = mix(mix(0.80F, 0.30F, blue), 0.95F, cloud);
+    c.green[i] = mix(mix(0.86F, 0.50F, blue), 0.95F, cloud);
+    c.blue[i] = mix(mix(0.93F, 0.80F, blue), 0.96F, cloud);
+  }
+}
+
+/// What the materials without a pattern are: mean, contrast, darkest shade.
+struct Plain {
+  float mean, contrast, darkest;
+};
+
+Plain plain_of(Material material) {
+  switch (material) {
+    case Material::grass:
+      return {1.0F, 0.20F, 0.15F};
+    case Material::foliage:
+      return {0.85F, 0.50F, 0.1F};
+    case Material::bark:
+      return {1.0F, 0.22F, 0.2F};
+    case Material::glass:
+      return {1.0F, 0.18F, 0.2F};
+    default:
+      return {1.0F, 0.13F, 0.2F};
+  }
 }
 
 }  // namespace
 
-Vector3f surface_colour(const Look& look, const Footprint& f) {
-  constexpr int kMaxSamples = 3;
-  const float along_x = std::sqrt(f.u_x * f.u_x + f.v_x * f.v_x);
-  const float along_y = std::sqrt(f.u_y * f.u_y + f.v_y * f.v_y);
-  const bool x_longer = along_x > along_y;
-  const float major_m = x_longer ? along_x : along_y;
-  const float minor_m = std::max(x_longer ? along_y : along_x, 1e-6F);
-  Sample s;
-  s.u = f.u;
-  s.v = f.v;
-  s.n = std::clamp(static_cast<int>(major_m / minor_m * 0.7F) + 1, 1, kMaxSamples);
-  s.major_u_m = x_longer ? f.u_x : f.u_y;
-  s.major_v_m = x_longer ? f.v_x : f.v_y;
-  s.width_u_m = std::max(std::abs(f.u_x), std::abs(f.u_y));
-  s.width_v_m = std::max(std::abs(f.v_x), std::abs(f.v_y));
-  s.width_m = std::max(major_m / static_cast<float>(s.n), minor_m);
-  return colour_at(look, s);
+void Footprints::measure(int n) { measure_all(*this, wide::whole(n)); }
+
+void surface_colours(const Look& look, const Footprints& f, int n, Colours& c) {
+  SEXTANT_CHECK(n > 0 && n <= kBatch);
+  const int whole = wide::whole(n);
+  Lane noise, shade;
+  grain(f, n, look.seed, noise);
+  shade = noise;
+  switch (look.material) {
+    case Material::asphalt:
+    case Material::road:
+    case Material::stripes:
+      asphalt(f, look.seed, whole, shade);
+      break;
+    case Material::paving:
+      paving(f, look.seed, whole, shade);
+      break;
+    case Material::facade:
+      facade(look, f, whole, noise, c);
+      return;
+    case Material::paint:
+      seams(f, whole, shade);
+      break;
+    default: {
+      const Plain p = plain_of(look.material);
+      plain(p.mean, p.contrast, p.darkest, whole, shade);
+    }
+  }
+  tint(look.colour, shade, whole, c);
+  if (look.material != Material::road && look.material != Material::stripes) return;
+  Lane white;
+  if (look.material == Material::road) {
+    road_lines(f, look.extent, whole, white);
+  } else {
+    crossing_bars(f, whole, white);
+  }
+  put_white(white, noise, whole, c);
 }
 
-Vector3f sky_colour(const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d d = direction.normalized();
-  const auto up = static_cast<float>(std::clamp(-d.y(), 0.0, 1.0));
-  const Vector3f clear = mix({0.80F, 0.86F, 0.93F}, {0.30F, 0.50F, 0.80F}, std::sqrt(up));
-  // Clouds on a plane high above, fading to the horizon.
-  const auto height = static_cast<float>(1.0 / std::max(-d.y(), 0.02));
-  Sample s;
-  s.u = static_cast<float>(d.x()) * height;
-  s.v = static_cast<float>(d.z()) * height;
-  s.width_m = 0.10F + 0.004F * height * height;
-  const float cloud = std::clamp(0.25F + 0.45F * grain(s, 4711), 0.0F, 0.8F);
-  return mix(clear, {0.95F, 0.95F, 0.96F}, cloud);
+void sky_colours(Footprints& directions, int n, Colours& c) {
+  const int whole = wide::whole(n);
+  Lane up, noise;
+  cloud_places(directions, whole, up);
+  grain(directions, n, 4711, noise);
+  clouds(up, noise, whole, c);
 }
 
 }  // namespace sextant::synthetic

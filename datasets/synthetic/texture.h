@@ -9,19 +9,34 @@
 
 namespace sextant::synthetic {
 
-/// The piece of a surface under one pixel: the place (u, v), m, and how it changes (m) from a pixel to the
-/// next one to the right (x) and below (y).
-struct Footprint {
-  float u = 0;
-  float v = 0;
-  float u_x = 0, v_x = 0;
-  float u_y = 0, v_y = 0;
+/// Values of samples that are shaded together.
+struct Lane {
+  alignas(32) float at[NoiseTile::kBatch] = {};
+  float& operator[](int i) { return at[i]; }
+  float operator[](int i) const { return at[i]; }
 };
 
-/// Colour (0..1) of the surface, unlit.
-Eigen::Vector3f surface_colour(const Look& look, const Footprint& footprint);
+/// The pieces of a surface under pixels: the place (u, v), m, and how it changes (m) from a pixel to the next
+/// one to the right (x) and below (y); the lengths (m) over which it is averaged.
+struct Footprints {
+  Lane u, v, u_x, v_x, u_y, v_y;
+  // Of these, by measure():
+  Lane width_u, width_v;  ///< along u and along v, for patterns
+  Lane width;             ///< of `count` round samples along the longer side, for noise
+  Lane along_u, along_v;  ///< the longer side
+  Lane count;             ///< 1, 2 or 3
+  void measure(int n);
+};
 
-/// Colour (0..1) of the sky in a world direction.
-Eigen::Vector3f sky_colour(const Eigen::Vector3d& direction);
+/// Colours (0..1).
+struct Colours {
+  Lane red, green, blue;
+};
+
+/// The surface, unlit, at `n` places, at most NoiseTile::kBatch.
+void surface_colours(const Look& look, const Footprints& footprints, int n, Colours& colours);
+
+/// The sky in the world directions (u, v, u_x), of any length.
+void sky_colours(Footprints& directions, int n, Colours& colours);
 
 }  // namespace sextant::synthetic

@@ -20,6 +20,6 @@ View::View(const Scenario& scenario, const Bodies& bodies, int frame_number, dou
                      SE3(Eigen::Quaterniond::Identity(), {right_m, 0, 0})),
       T_camera_body(poses(scenario, frame, T_world_camera.inverse())),
       surfaces(bodies, T_camera_body, scenario.camera.left, scenario.width, scenario.height),
-      seen(surfaces.seen(0, 0)) {}
+      seen(surfaces.seen()) {}
 
 }  // namespace sextant::synthetic
