@@ -31,6 +31,7 @@ int program(int argc, const char* const* argv);
 void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
+void add_report_command(CLI::App& app);
 void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);
 void add_data_check_command(CLI::App& data);

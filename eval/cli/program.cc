@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-constexpr std::array<void (*)(CLI::App&), 7> command_table = {
+constexpr std::array<void (*)(CLI::App&), 8> command_table = {
     add_data_command,    add_run_command,   add_sweep_command,   add_merge_command,
     add_overlay_command, add_cache_command, add_options_command,
 };

@@ -52,7 +52,7 @@ class PlanReader {
   }
 
   size_t position_of(const std::string& word, size_t from = 0) const {
-    const size_t at = text_.find('"' + word + '"', from);
+    const size_t at = text_.find(fmt::format("\"{}\"", word), from);
     return at == std::string_view::npos ? from : at;
   }
 

@@ -1,0 +1,59 @@
+#include "sextant/eval/report/noise_levels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+Record record_of(const std::string& body, double level, uint64_t seed, double Et_m,
+                 Status status = Status::ok) {
+  Record r;
+  r.dataset = "d";
+  r.sequence = "s";
+  r.estimator = "e";
+  r.noise = "depth";
+  r.level = level;
+  r.seed = seed;
+  r.body = body;
+  r.status = status;
+  r.values[body == "ego" ? "step_gt_m" : "distance_gt_m"] = 1;
+  if (status == Status::ok) r.errors = {{"Et_m", Et_m}, {"ER_deg", 2 * Et_m}};
+  return r;
+}
+
+TEST(NoiseLevels, MeansAndIntervalsByHand) {
+  std::vector<Record> records;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    for (const double x : {1.0, 3.0}) records.push_back(record_of("ego", 0.2, seed, x));
+  }
+  records.push_back(record_of("ego", 0.1, 0, 5));
+  records.push_back(record_of("object:10", 0.1, 0, 1));
+  records.push_back(record_of("object:2", 0.1, 0, 1));
+  records.push_back(record_of("object:2", 0.1, 0, 0, Status::lost));
+  Record parked = record_of("object:3", 0.1, 0, 1);
+  parked.values["dynamic_gt"] = 0;
+  records.push_back(parked);
+
+  const std::vector<NoiseLevelRow> rows = noise_levels(records);
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[0].level, 0.1);
+  EXPECT_FALSE(rows[0].Et_m->interval);  // one seed: nothing is known of the spread
+  EXPECT_EQ(rows[1].body, "ego");
+  EXPECT_EQ(rows[1].n_seeds, 12);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->median, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->rmse, std::sqrt(5.0));
+  EXPECT_DOUBLE_EQ(rows[1].ER_deg->mean, 4);
+  // Every seed has the same mean, so its mean is certain; were pairs the clusters, it would not be.
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->interval->low, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->interval->high, 2);
+  EXPECT_EQ(rows[2].body, "object:2");  // before object:10
+  EXPECT_EQ(rows[2].n_truth, 2);
+  EXPECT_EQ(rows[2].n_estimated, 1);
+  EXPECT_EQ(noise_level_table(rows).rows.size(), 4U);
+}
+
+}  // namespace
+}  // namespace sextant
