@@ -13,10 +13,16 @@
 namespace sextant {
 namespace {
 
-constexpr std::array<void (*)(CLI::App&), 8> command_table = {
-    add_data_command,    add_run_command,   add_sweep_command,   add_merge_command,
-    add_overlay_command, add_cache_command, add_options_command,
-};
+constexpr auto command_table = std::to_array<void (*)(CLI::App&)>({
+    add_data_command,
+    add_run_command,
+    add_sweep_command,
+    add_merge_command,
+    add_report_command,
+    add_overlay_command,
+    add_cache_command,
+    add_options_command,
+});
 
 int report(const std::string& message, int code) {
   std::string line = message.substr(0, message.find_last_not_of(" \n") + 1);
