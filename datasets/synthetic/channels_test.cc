@@ -11,15 +11,6 @@
 namespace sextant {
 namespace {
 
-constexpr Channels kAll{.gray = true,
-                        .rgb = true,
-                        .rgb_right = true,
-                        .depth = true,
-                        .flow = true,
-                        .backward_flow = true,
-                        .mask = true,
-                        .occlusion = true};
-
 /// Rendered anew: nothing from the cache.
 std::unique_ptr<Sequence> open(const std::string& source) {
   SourceSpec spec = SourceSpec::parse(source);
@@ -53,7 +44,9 @@ std::optional<Flow> flow_at(const Frame& frame, const Image<Flow>& flow, double 
 
 TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
   const int k = info_.first_frame + 2;
-  const Frame here = sequence_->read(k, kAll), next = sequence_->read(k + 1, kAll);
+  const auto pair = open(fmt::format("synthetic:{}@{}-{}", GetParam(), k, k + 1));
+  const Frame here = pair->read(k, {.depth = true, .flow = true, .mask = true, .occlusion = true});
+  const Frame next = pair->read(k + 1, {.depth = true, .backward_flow = true, .mask = true});
   int n_visible = 0, n_back = 0, n_hidden = 0, n_covered = 0;
   for (int y = 0; y < info_.height; ++y) {
     for (int x = 0; x < info_.width; ++x) {
@@ -69,8 +62,8 @@ TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
       const int i = std::clamp(static_cast<int>(std::lround(to_x)), 0, info_.width - 1);
       const int j = std::clamp(static_cast<int>(std::lround(to_y)), 0, info_.height - 1);
       const int id = here.mask(x, y);
-      const auto motion = id == 0 ? sequence_->truth().background_motion(k, k + 1)
-                                  : sequence_->truth().object_motion(id, k, k + 1);
+      const auto motion =
+          id == 0 ? pair->truth().background_motion(k, k + 1) : pair->truth().object_motion(id, k, k + 1);
       if (!motion) continue;
       const double depth_m = (*motion * info_.camera.left.backproject(x, y, here.depth_m(x, y))).z();
       if (state == Occlusion::hidden) {
@@ -96,7 +89,7 @@ TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
 }
 
 TEST_P(RenderedChannels, RightImageIsTheLeftOneShiftedByDisparity) {
-  const Frame frame = sequence_->read(info_.first_frame + 1, kAll);
+  const Frame frame = sequence_->read(info_.first_frame + 1, {.rgb = true, .rgb_right = true, .depth = true});
   ASSERT_EQ(frame.rgb_right.width(), info_.width);
   std::vector<double> shifted, unshifted;
   for (int y = 0; y < info_.height; y += 2) {
@@ -123,8 +116,9 @@ TEST_P(RenderedChannels, RightImageIsTheLeftOneShiftedByDisparity) {
 }
 
 TEST_P(RenderedChannels, FirstAndLastFramesLackTheirNeighbours) {
-  const Frame first = sequence_->read(info_.first_frame, kAll),
-              last = sequence_->read(info_.last_frame, kAll);
+  constexpr Channels kNeighbours{.flow = true, .backward_flow = true, .occlusion = true};
+  const Frame first = sequence_->read(info_.first_frame, kNeighbours),
+              last = sequence_->read(info_.last_frame, kNeighbours);
   EXPECT_TRUE(first.backward_flow.empty());
   EXPECT_FALSE(first.flow.empty());
   EXPECT_FALSE(first.occlusion.empty());

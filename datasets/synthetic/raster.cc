@@ -131,6 +131,7 @@ Surfaces::Surfaces(const Bodies& bodies, std::span<const std::optional<SE3>> T_c
                    const PinholeCamera& camera, int width, int height)
     : camera_(camera), width_(width), height_(height), planes_(bodies.n_surfaces()) {
   SEXTANT_CHECK(T_camera_body.size() == bodies.size());
+  scans_.reserve(bodies.n_surfaces());
   for (size_t body = 0; body < bodies.size(); ++body) {
     if (T_camera_body[body]) add_body(bodies, body, *T_camera_body[body]);
   }

@@ -6,7 +6,8 @@
 #include <bit>
 #include <cstdint>
 
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && !defined(SEXTANT_NARROW) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
 #define SEXTANT_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define SEXTANT_WIDE
