@@ -1,4 +1,4 @@
-// The closed form against the literal cost in Ceres, on the points of real frames.
+// Real frames, stereo pairs and true motions, end to end.
 
 #include <gtest/gtest.h>
 
@@ -79,6 +79,35 @@ TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
   fmt::print("mean E_t {:.4f} m, mean E_R {:.4f} deg\n", sum_m / n, sum_deg / n);
   EXPECT_LE(sum_m / n, 0.12);
   EXPECT_LE(sum_deg / n, 0.12);
+}
+
+// The true motions of real sequences, rendered without noise, are found again.
+TEST(RealFrames, ReplaysGiveTheTrueMotions) {
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data == nullptr) {
+    GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text and kitti_tracking";
+  }
+  RunConfig config;
+  for (const char* source :
+       {"replay-vkitti1:{}/vkitti_1.3.1_text#0018@124-128",
+        "replay-vkitti1:{}/vkitti_1.3.1_text#0001@410-414", "replay-kitti:{}/kitti_tracking#0003@8-12",
+        "replay-kitti:{}/kitti_tracking#0020@0-4"}) {
+    config.sources.push_back(SourceSpec::parse(fmt::format(fmt::runtime(source), data)));
+  }
+  config.jobs = 2;
+  config.quiet = true;
+  for (const char* estimator : {"motion_only", "joint_flow"}) {
+    config.estimator = estimator;
+    int n_objects = 0;
+    for (const Record& record : run(config).records) {
+      if (record.status != Status::ok) continue;
+      const double limit = record.is_ego() ? 1e-6 : 1e-5;  // m and deg
+      EXPECT_LT(record.errors.at("Et_m"), limit) << record.sequence << ' ' << record.frame << record.body;
+      EXPECT_LT(record.errors.at("ER_deg"), limit) << record.sequence << ' ' << record.frame << record.body;
+      n_objects += record.is_ego() ? 0 : 1;
+    }
+    EXPECT_GE(n_objects, 20) << estimator;
+  }
 }
 
 }  // namespace
