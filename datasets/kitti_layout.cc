@@ -11,6 +11,7 @@
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mots.h"
+#include "sextant/datasets/codec/object_pose_text.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/kitti_oxts_track.h"
 
@@ -55,7 +56,10 @@ class Writer {
     const std::string labels = encode_kitti_labels(make_labels());
     write_frames(request);
     if (!oxts.empty()) write_text("oxts", oxts);
-    if (!sequence_.truth().objects.empty()) write_text("label_02", labels);
+    if (!sequence_.truth().objects.empty()) {
+      write_text("object_pose", encode_object_poses(object_poses_));
+      write_text("label_02", labels);
+    }
     write_text("calib", encode_kitti_calibration(make_calibration(info_.camera)));
     return fmt::format("kitti:{}#{}", request.out.string(), name_);
   }
@@ -63,7 +67,8 @@ class Writer {
  private:
   static constexpr std::array<const char*, 5> kFolders = {"image_02", "image_03", "depth_02", "flow_02",
                                                           "instances"};
-  static constexpr std::array<const char*, 4> kTexts = {"calib", "oxts", "label_02", "instances_txt"};
+  static constexpr std::array<const char*, 5> kTexts = {"calib", "oxts", "label_02", "object_pose",
+                                                        "instances_txt"};
 
   int number(int frame) const { return frame - info_.first_frame; }
   fs::path text_path(const char* what) const { return training_ / what / (name_ + ".txt"); }
@@ -143,6 +148,7 @@ class Writer {
     label.height_m = object.size_m->y();
     label.length_m = object.size_m->z();
     label.position_m = object.T_camera_object.translation();
+    object_poses_.emplace(std::pair(label.frame, label.track_id), object.T_camera_object);
     const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
     label.rotation_y_rad = wrapped(std::atan2(ahead.x(), ahead.z()) - std::numbers::pi / 2);
     label.alpha_rad = wrapped(label.rotation_y_rad - std::atan2(label.position_m.x(), label.position_m.z()));
@@ -209,7 +215,8 @@ class Writer {
   const KittiLayoutOptions& options_;
   fs::path training_;
   std::string name_;
-  std::map<int, int> class_of_;  ///< MOTS class by object id
+  std::map<int, int> class_of_;                      ///< MOTS class by object id
+  std::map<std::pair<int, int>, SE3> object_poses_;  ///< by frame and track as written
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/mots.h"
+#include "sextant/datasets/codec/object_pose_text.h"
 #include "sextant/datasets/object_truths.h"
 
 namespace sextant {
@@ -75,12 +76,20 @@ Trajectory camera_poses(const std::vector<SE3>& imu, const Eigen::Matrix4d& A) {
   return camera;
 }
 
-ObjectTruth object_of(const KittiLabel& label, const Eigen::Vector3d& offset_m) {
+using ObjectPoses = std::map<std::pair<int, int>, SE3>;  // by frame and track
+
+SE3 pose_of(const KittiLabel& label, const ObjectPoses& poses) {
+  const auto given = poses.find({label.frame, label.track_id});
+  if (given != poses.end()) return given->second;
+  const double yaw = label.rotation_y_rad + std::numbers::pi / 2;
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), label.position_m};
+}
+
+ObjectTruth object_of(const KittiLabel& label, const ObjectPoses& poses, const Eigen::Vector3d& offset_m) {
   ObjectTruth object;
   object.id = label.track_id + 1;
-  const double yaw = label.rotation_y_rad + std::numbers::pi / 2;
-  object.T_camera_object =
-      SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), label.position_m + offset_m);
+  const SE3 T_camera0_object = pose_of(label, poses);
+  object.T_camera_object = SE3(T_camera0_object.rotation(), T_camera0_object.translation() + offset_m);
   object.left = label.left;
   object.top = label.top;
   object.right = label.right;
@@ -90,10 +99,11 @@ ObjectTruth object_of(const KittiLabel& label, const Eigen::Vector3d& offset_m) 
   return object;
 }
 
-ObjectTruths objects_of(const std::vector<KittiLabel>& labels, const Eigen::Vector3d& offset_m) {
+ObjectTruths objects_of(const std::vector<KittiLabel>& labels, const ObjectPoses& poses,
+                        const Eigen::Vector3d& offset_m) {
   ObjectTruths objects;
   for (const KittiLabel& label : labels) {
-    if (!label.dont_care()) objects[label.frame].push_back(object_of(label, offset_m));
+    if (!label.dont_care()) objects[label.frame].push_back(object_of(label, poses, offset_m));
   }
   for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
   mark_interpolated(objects);
@@ -191,9 +201,27 @@ class Reader {
       out_.last_labelled_frame = std::max(out_.last_labelled_frame.value_or(0), label.frame);
     }
     const Eigen::Vector3d offset_m = rectified() ? calibration_.offset_m(2) : Eigen::Vector3d::Zero();
-    out_.truth.objects = objects_of(labels, offset_m);
-    out_.provenance.push_back(fmt::format("object truth: label_02, id = track id + 1, positions in {}",
-                                          rectified() ? "camera 2" : "rectified camera 0"));
+    const ObjectPoses poses = read_object_poses(labels);
+    out_.truth.objects = objects_of(labels, poses, offset_m);
+    out_.provenance.push_back(
+        fmt::format("object truth: label_02, id = track id + 1, positions in {}{}",
+                    rectified() ? "camera 2" : "rectified camera 0",
+                    poses.empty() ? "" : fmt::format("; {} poses of object_pose", poses.size())));
+  }
+
+  // Poses that stand in for those of the labels; none where there is no such file.
+  ObjectPoses read_object_poses(const std::vector<KittiLabel>& labels) {
+    const fs::path path = training_ / "object_pose" / file_;
+    if (!fs::exists(path)) return {};
+    ObjectPoses poses = decode_object_poses(inputs_.read(path), path.string());
+    std::set<std::pair<int, int>> labelled;
+    for (const KittiLabel& label : labels) labelled.emplace(label.frame, label.track_id);
+    for (const auto& [key, pose] : poses) {
+      if (labelled.contains(key)) continue;
+      fail("{}: track {} has a pose in frame {}, but no row in {}: take both from the same sequence",
+           path.string(), key.second, key.first, (training_ / "label_02" / file_).string());
+    }
+    return poses;
   }
 
   fs::path training_;

@@ -19,7 +19,8 @@
 //
 // velocity = velocity_corrected replaces the length of those steps by mean(d / v) v.
 //
-// Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)).
+// Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)),
+// or that of training/object_pose/%04d.txt where it is given there (codec/object_pose_text.h): our extension.
 
 #include <filesystem>
 #include <optional>

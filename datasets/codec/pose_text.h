@@ -16,7 +16,8 @@ namespace sextant {
 /// a last row other than 0 0 0 1, a rotation that is off orthonormal by more than 1e-3, a frame given twice.
 std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name);
 
-/// The 4x4 matrix in fields `first` .. `first + 15` of a row, checked as above.
+/// The 4x4 matrix in fields `first` .. `first + 15` of a row, checked as above; its first three rows where
+/// the fields end there.
 SE3 read_pose_fields(const TextRows& rows, size_t first);
 
 /// 17 significant digits: reads back as the same poses.

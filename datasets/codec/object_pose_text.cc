@@ -1,0 +1,51 @@
+#include "sextant/datasets/codec/object_pose_text.h"
+
+#include <iterator>
+
+#include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/text_rows.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t kKeys = 2;
+constexpr const char* kHeader =
+    "# T_camera_object per frame and track: an extension of KITTI tracking, whose label_02 has no roll and "
+    "pitch.\n"
+    "# frame track_id r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z (m; rectified camera 0; origin: middle of "
+    "the\n"
+    "# box's bottom face; axes: x right, y down, z ahead)\n";
+
+}  // namespace
+
+std::map<std::pair<int, int>, SE3> decode_object_poses(std::string_view text, const std::string& name) {
+  std::map<std::pair<int, int>, SE3> poses;
+  for (TextRows rows(text, name, ' ', '#'); rows.next();) {
+    const size_t n = rows.fields().size();
+    if (n != kKeys + 12 && n != kKeys + 16) {
+      rows.fail_here("expected frame, track id and the 12 or 16 values of T_camera_object, got {} values", n);
+    }
+    const int frame = rows.integer(0, "the frame number");
+    const int track = rows.integer(1, "the track id");
+    if (frame < 0 || track < 0) {
+      rows.fail_here("expected a frame number and a track id >= 0, got {} {}", frame, track);
+    }
+    if (!poses.emplace(std::pair(frame, track), read_pose_fields(rows, kKeys)).second) {
+      rows.fail_here("track {} has a pose in frame {} already: every track may appear once", track, frame);
+    }
+  }
+  return poses;
+}
+
+std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses) {
+  std::string out = kHeader;
+  for (const auto& [key, pose] : poses) {
+    const Eigen::Matrix4d m = pose.matrix();
+    fmt::format_to(std::back_inserter(out), "{} {}", key.first, key.second);
+    for (int i = 0; i < 12; ++i) fmt::format_to(std::back_inserter(out), " {:.17g}", m(i / 4, i % 4));
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace sextant
