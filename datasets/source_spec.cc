@@ -27,7 +27,9 @@ SourceSpec SourceSpec::parse(const std::string& text) {
   spec.text = text;
   std::string rest = text;
 
-  // A folder may have '@' or '#' in its name: only what follows the last slash is looked at for '@'.
+  // A folder may have '@' or '#' in its name: only what follows the last slash is looked at for '@', and a
+  // source that ends in a slash is all path.
+  const bool all_path = rest.ends_with('/');
   const size_t at = rest.rfind('@');
   if (at != std::string::npos && rest.find('/', at) == std::string::npos) {
     const std::string range = rest.substr(at + 1);
@@ -38,7 +40,7 @@ SourceSpec SourceSpec::parse(const std::string& text) {
     if (*spec.first > *spec.last) bad(text, fmt::format("frame range '{}' is empty", range));
     rest.resize(at);
   }
-  const size_t hash = rest.rfind('#');
+  const size_t hash = all_path ? std::string::npos : rest.rfind('#');
   if (hash != std::string::npos) {
     spec.sequence = rest.substr(hash + 1);
     if (spec.sequence.empty()) bad(text, "no sequence after '#'");

@@ -28,6 +28,7 @@ TEST(SourceSpec, SequenceWithASlashAndPathWithSigns) {
   EXPECT_EQ(spec.sequence, "0018/clone");
   EXPECT_EQ(spec.last, 134);
   EXPECT_EQ(SourceSpec::parse("vdo:/data@home/demo").path, "/data@home/demo");
+  EXPECT_EQ(SourceSpec::parse("vdo:demo@home#2/").path, "demo@home#2/");
 }
 
 TEST(SourceSpecErrors, ShowTheExpectedForm) {

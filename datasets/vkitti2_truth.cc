@@ -52,8 +52,8 @@ class Reader {
       if (row.camera == camera_) out_.truth.camera.set(row.frame, row.T_camera_world.inverse());
     }
     if (!all.empty() && !cameras.contains(camera_)) {
-      fail("{}: no rows of camera {}; there: {}", path("extrinsic.txt").string(), camera_,
-           fmt::join(cameras, ", "));
+      fail("{}: no rows of camera {}; there: {}: take the option camera = {}", path("extrinsic.txt").string(),
+           camera_, fmt::join(cameras, ", "), *cameras.begin());
     }
     for (const auto& [frame, poses] : by_frame) check_baseline(frame, poses);
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
@@ -98,6 +99,10 @@ int program(int argc, const char* const* argv) {
     return report(error.what(), exit_bad_input);
   } catch (const Interrupted& error) {
     return report(error.what(), exit_interrupted);
+  } catch (const std::filesystem::filesystem_error& error) {  // a folder of the user's: loops, no permission
+    return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
+                              error.path1().string(), error.code().message()),
+                  exit_bad_input);
   } catch (const std::exception& error) {
     return report(fmt::format("internal: {}", error.what()), exit_internal);
   }

@@ -33,11 +33,14 @@ class Descriptor {
 }  // namespace
 
 std::string read_file(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // O_NONBLOCK: a pipe without a writer would be waited for.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) fail("{}: cannot open: {}", path.string(), std::strerror(errno));
   struct stat info {};
   if (::fstat(file.get(), &info) != 0) fail("{}: cannot stat: {}", path.string(), std::strerror(errno));
   if (S_ISDIR(info.st_mode)) fail("{}: is a folder, expected a file", path.string());
+  if (!S_ISREG(info.st_mode))
+    fail("{}: is a pipe or device, expected a file: write it to one", path.string());
   std::string bytes(static_cast<size_t>(info.st_size), '\0');
   size_t done = 0;
   while (done < bytes.size()) {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -101,6 +102,12 @@ TEST_F(Files, InputLogRemembersEveryFileOnce) {
   const InputLog::Entry& b = entries.at((folder_ / "b").string());
   EXPECT_EQ(b.bytes, 3U);
   EXPECT_EQ(b.sha256, sha256("abc"));
+}
+
+TEST_F(Files, APipeIsNotWaitedFor) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(error_of([&] { read_file(pipe); }), HasSubstr("pipe: is a pipe or device, expected a file"));
 }
 
 TEST_F(Files, InputLogForgetsWhatCouldNotBeRead) {
