@@ -13,11 +13,12 @@ ObjectTruth read_object(const TextRows& rows) {
   object.id = rows.integer(1, "the object id");
   if (object.id < 1)
     rows.fail_here("expected an object id of 1 or more (0 is the background), got {}", object.id);
+  if (object.id > 65535) rows.fail_here("expected an object id of at most 65535, got {}", object.id);
   object.left = rows.finite(2, "the box");
   object.top = rows.finite(3, "the box");
   object.right = rows.finite(4, "the box");
   object.bottom = rows.finite(5, "the box");
-  const Eigen::Vector3d position(rows.finite(6, "x"), rows.finite(7, "y"), rows.finite(8, "z"));
+  const Eigen::Vector3d position(rows.metres(6, "x"), rows.metres(7, "y"), rows.metres(8, "z"));
   const double yaw = rows.finite(9, "ry") + std::numbers::pi / 2;
   const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
   object.T_camera_object = SE3(rotation, position);
@@ -30,7 +31,7 @@ ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) 
   ObjectTruths objects;
   for (TextRows rows(text, name); rows.next();) {
     rows.expect(10, "frame id left top right bottom x y z ry (10 values)");
-    const int frame = rows.integer(0, "the frame number");
+    const int frame = rows.frame(0);
     const ObjectTruth object = read_object(rows);
     if (std::ranges::find(objects[frame], object.id, &ObjectTruth::id) != objects[frame].end()) {
       rows.fail_here("object {} appears twice in frame {}", object.id, frame);

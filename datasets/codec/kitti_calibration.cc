@@ -64,7 +64,7 @@ void read_entry(const TextRows& rows, const std::string& key, Entry& entry) {
   entry.line = rows.line();
   entry.spelling = key;
   for (int i = 0; i < n; ++i) {
-    entry.value(i / entry.columns, i % entry.columns) = rows.finite(static_cast<size_t>(i) + 1, key);
+    entry.value(i / entry.columns, i % entry.columns) = rows.metres(static_cast<size_t>(i) + 1, key);
   }
   if (entry.differs_by_dialect()) {
     check_rotation(rows, entry);

@@ -12,14 +12,15 @@ namespace {
 constexpr size_t kColumns = 17;
 
 void read_pose(const TextRows& rows, KittiLabel& label) {
-  label.height_m = rows.finite(10, "the height");
-  label.width_m = rows.finite(11, "the width");
-  label.length_m = rows.finite(12, "the length");
-  label.position_m = {rows.finite(13, "x"), rows.finite(14, "y"), rows.finite(15, "z")};
+  label.height_m = rows.metres(10, "the height");
+  label.width_m = rows.metres(11, "the width");
+  label.length_m = rows.metres(12, "the length");
+  label.position_m = {rows.metres(13, "x"), rows.metres(14, "y"), rows.metres(15, "z")};
   label.rotation_y_rad = rows.finite(16, "rotation_y");
   if (label.dont_care()) return;
   if (label.track_id < 0)
     rows.fail_here("expected a track id >= 0 for a {}, got {}", label.type, label.track_id);
+  rows.track(1);
   if (!(label.height_m > 0 && label.width_m > 0 && label.length_m > 0)) {
     rows.fail_here("expected height, width and length > 0 for a {}, got {} {} {}", label.type, label.height_m,
                    label.width_m, label.length_m);
@@ -35,8 +36,7 @@ KittiLabel read_label(const TextRows& rows) {
         rows.fields().size());
   }
   KittiLabel label;
-  label.frame = rows.integer(0, "the frame number");
-  if (label.frame < 0) rows.fail_here("expected a frame number >= 0, got {}", label.frame);
+  label.frame = rows.frame(0);
   label.track_id = rows.integer(1, "the track id");
   label.type = rows.field(2);
   label.truncated = rows.finite(3, "truncated");

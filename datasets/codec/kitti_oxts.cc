@@ -29,7 +29,7 @@ KittiOxts read_sample(const TextRows& rows) {
   if (!(std::abs(s.longitude_deg) <= 180)) {
     rows.fail_here("expected a longitude between -180 and 180 degrees, got {}", s.longitude_deg);
   }
-  s.altitude_m = rows.finite(2, "the altitude");
+  s.altitude_m = rows.metres(2, "the altitude");
   s.roll_rad = rows.finite(3, "roll");
   s.pitch_rad = rows.finite(4, "pitch");
   s.yaw_rad = rows.finite(5, "yaw");

@@ -25,11 +25,8 @@ std::map<std::pair<int, int>, SE3> decode_object_poses(std::string_view text, co
     if (n != kKeys + 12 && n != kKeys + 16) {
       rows.fail_here("expected frame, track id and the 12 or 16 values of T_camera_object, got {} values", n);
     }
-    const int frame = rows.integer(0, "the frame number");
-    const int track = rows.integer(1, "the track id");
-    if (frame < 0 || track < 0) {
-      rows.fail_here("expected a frame number and a track id >= 0, got {} {}", frame, track);
-    }
+    const int frame = rows.frame(0);
+    const int track = rows.track(1);
     if (!poses.emplace(std::pair(frame, track), read_pose_fields(rows, kKeys)).second) {
       rows.fail_here("track {} has a pose in frame {} already: every track may appear once", track, frame);
     }

@@ -10,7 +10,7 @@ constexpr double kOrthonormal = 1e-3;
 Eigen::Matrix4d read_matrix(const TextRows& rows, size_t first) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   const int n = rows.fields().size() == first + 12 ? 12 : 16;
-  for (int i = 0; i < n; ++i) m(i / 4, i % 4) = rows.finite(static_cast<size_t>(i) + first, "a pose value");
+  for (int i = 0; i < n; ++i) m(i / 4, i % 4) = rows.metres(static_cast<size_t>(i) + first, "a pose value");
   return m;
 }
 

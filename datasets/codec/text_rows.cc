@@ -88,6 +88,30 @@ double TextRows::finite(size_t i, std::string_view what) const {
   return value;
 }
 
+double TextRows::metres(size_t i, std::string_view what) const {
+  constexpr double kLargest_m = 1e7;
+  const double value = finite(i, what);
+  if (std::abs(value) > kLargest_m)
+    fail_here("expected metres between -1e7 and 1e7 for {}, got '{}'", what, field(i));
+  return value;
+}
+
+int TextRows::frame(size_t i) const {
+  constexpr int kLargest = 9'999'999;
+  const int value = integer(i, "the frame number");
+  if (value < 0) fail_here("expected a frame number >= 0, got {}", value);
+  if (value > kLargest) fail_here("expected a frame number of at most {}, got {}", kLargest, value);
+  return value;
+}
+
+int TextRows::track(size_t i) const {
+  constexpr int kLargest = 65534;
+  const int value = integer(i, "the track id");
+  if (value < 0) fail_here("expected a track id >= 0, got {}", value);
+  if (value > kLargest) fail_here("expected a track id of at most {}, got {}", kLargest, value);
+  return value;
+}
+
 int TextRows::integer(size_t i, std::string_view what) const {
   const std::optional<double> value = to_double(field(i));
   if (!value || *value != std::trunc(*value) || std::abs(*value) > std::numeric_limits<int>::max()) {

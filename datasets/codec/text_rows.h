@@ -36,7 +36,11 @@ class TextRows {
 
   double number(size_t i, std::string_view what) const;  ///< may be NaN or infinite
   double finite(size_t i, std::string_view what) const;
+  double metres(size_t i,
+                std::string_view what) const;  ///< finite, at most 1e7 from 0: anything else is no pose
   int integer(size_t i, std::string_view what) const;  ///< also written as "3.0" or "3e0"
+  int frame(size_t i) const;                           ///< a frame number: 0 to 9,999,999
+  int track(size_t i) const;  ///< a track id: 0 to 65534, so that masks can hold it + 1
 
   /// Throws Error "NAME:LINE: " + message.
   template <typename... Args>

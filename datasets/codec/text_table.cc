@@ -44,6 +44,15 @@ double TextTable::finite() {
   return rows_.finite(columns_[i], names_[i]);
 }
 
+double TextTable::metres() {
+  const size_t i = step();
+  return rows_.metres(columns_[i], names_[i]);
+}
+
+int TextTable::frame() { return rows_.frame(columns_[step()]); }
+
+int TextTable::track() { return rows_.track(columns_[step()]); }
+
 int TextTable::integer() {
   const size_t i = step();
   return rows_.integer(columns_[i], names_[i]);

@@ -29,7 +29,10 @@ class TextTable {
   // The fields of the row in the order of `names`, one a call.
   double finite();
   int integer();
+  double metres();     ///< as TextRows::metres
   int not_negative();  ///< integer >= 0
+  int frame();         ///< as TextRows::frame
+  int track();         ///< as TextRows::track
   bool flag();         ///< 0, 1, True, False
   std::string word();
 

@@ -1,7 +1,7 @@
 #include <random>
 
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 
@@ -109,6 +109,23 @@ TEST(YamlCameraErrors, NameFileAndKeys) {
   expect_error([] { decode_yaml_camera("Camera.fx: 700\n", "c.yaml"); },
                "c.yaml: expected an OpenCV YAML file");
   expect_error([] { decode_yaml_camera("%YAML:1.0\n---\n\t{ ] broken\n", "c.yaml"); }, "c.yaml: ");
+}
+
+TEST(TextRows, NumbersThatNoSequenceHas) {
+  const auto first_of = [](std::string_view text) {
+    TextRows rows(text, "x.txt");
+    rows.next();
+    return rows;
+  };
+  EXPECT_EQ(first_of("-1e7").metres(0, "x"), -1e7);
+  expect_error([&] { first_of("1e300").metres(0, "x"); },
+               "x.txt:1: expected metres between -1e7 and 1e7 for x, got '1e300'");
+  expect_error([&] { first_of("nan").metres(0, "x"); }, "x.txt:1: expected a finite number for x");
+  EXPECT_EQ(first_of("9999999").frame(0), 9999999);
+  expect_error([&] { first_of("2147483647").frame(0); }, "expected a frame number of at most 9999999");
+  expect_error([&] { first_of("-1").frame(0); }, "expected a frame number >= 0, got -1");
+  EXPECT_EQ(first_of("65534").track(0), 65534);
+  expect_error([&] { first_of("2147483647").track(0); }, "expected a track id of at most 65534");
 }
 
 }  // namespace

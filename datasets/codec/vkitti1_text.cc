@@ -21,14 +21,19 @@ const char* const kObjectsHeader =
 // In the order of the columns above.
 Vkitti1Object read_object(TextTable& row) {
   Vkitti1Object object;
-  object.frame = row.not_negative();
-  object.tid = row.not_negative();
+  object.frame = row.frame();
+  object.tid = row.track();
   object.label = row.word();
   object.truncated = row.integer();
   object.occluded = row.integer();
-  for (double* value : {&object.alpha, &object.l, &object.t, &object.r, &object.b, &object.w3d, &object.h3d,
-                        &object.l3d, &object.x3d, &object.y3d, &object.z3d, &object.ry, &object.rx,
-                        &object.rz, &object.truncr, &object.occupr}) {
+  for (double* value : {&object.alpha, &object.l, &object.t, &object.r, &object.b}) *value = row.finite();
+  for (double* value : {&object.w3d, &object.h3d, &object.l3d, &object.x3d, &object.y3d, &object.z3d}) {
+    *value = row.metres();
+  }
+  if (!(object.w3d > 0 && object.h3d > 0 && object.l3d > 0)) {
+    row.rows().fail_here("expected w3d, h3d and l3d > 0, got {} {} {}", object.w3d, object.h3d, object.l3d);
+  }
+  for (double* value : {&object.ry, &object.rx, &object.rz, &object.truncr, &object.occupr}) {
     *value = row.finite();
   }
   object.orig_label = row.word();
@@ -67,7 +72,7 @@ std::map<int, SE3> decode_vkitti1_extrinsics(std::string_view text, const std::s
   }
   std::map<int, SE3> poses;
   while (table.next()) {
-    const int frame = table.not_negative();
+    const int frame = table.frame();
     if (!poses.emplace(frame, read_pose_fields(rows, 1)).second) {
       rows.fail_here("frame {} has a pose already: every frame may appear once", frame);
     }

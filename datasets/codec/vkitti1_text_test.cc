@@ -49,7 +49,7 @@ TEST(Vkitti1Text, BadExtrinsics) {
         "x.txt:2: expected a finite number for a pose value");
   error(header + "0 2 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n", "x.txt:2: expected a rotation in the pose");
   error(header + "0 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 2\n", "x.txt:2: expected 0 0 0 1");
-  error(header + fmt::format("-1{}", good.substr(1)), "x.txt:2: expected 0 or more for frame, got -1");
+  error(header + fmt::format("-1{}", good.substr(1)), "x.txt:2: expected a frame number >= 0, got -1");
   error(header + good + good, "x.txt:3: frame 0 has a pose already");
 }
 
@@ -110,7 +110,7 @@ TEST(Vkitti1Text, BadObjects) {
   };
   error(with("13.1", "inf"), "x.txt:2: expected a finite number for z3d");
   error(with("0 M", "2 M"), "x.txt:2: expected 0, 1, True or False for moving, got '2'");
-  error(kHeader + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected 0 or more for tid, got -1");
+  error(kHeader + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected a track id >= 0, got -1");
 }
 
 TEST(Vkitti1Text, Colors) {

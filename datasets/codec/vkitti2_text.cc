@@ -54,7 +54,7 @@ std::vector<Vkitti2Extrinsic> decode_vkitti2_extrinsics(std::string_view text, c
   }
   std::vector<Vkitti2Extrinsic> out;
   for (Seen seen; table.next();) {
-    const int frame = table.not_negative();
+    const int frame = table.frame();
     const int camera = table.not_negative();
     seen.add(rows, frame, camera);
     out.push_back({frame, camera, read_pose_fields(rows, 2)});
@@ -68,7 +68,7 @@ std::vector<Vkitti2Intrinsic> decode_vkitti2_intrinsics(std::string_view text, c
   std::vector<Vkitti2Intrinsic> out;
   for (Seen seen; table.next();) {
     Vkitti2Intrinsic row;
-    row.frame = table.not_negative();
+    row.frame = table.frame();
     row.camera = table.not_negative();
     seen.add(rows, row.frame, row.camera);
     for (double* value : {&row.k.fx, &row.k.fy, &row.k.cx, &row.k.cy}) *value = table.finite();
@@ -86,13 +86,21 @@ std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::
   std::vector<Vkitti2Pose> out;
   for (Seen seen; table.next();) {
     Vkitti2Pose row;
-    for (int* value : {&row.frame, &row.camera, &row.track}) *value = table.not_negative();
+    row.frame = table.frame();
+    row.camera = table.not_negative();
+    row.track = table.track();
     seen.add(rows, row.frame, row.camera, row.track);
-    for (double* value : {&row.alpha, &row.width, &row.height, &row.length, &row.world_x, &row.world_y,
-                          &row.world_z, &row.world_ry, &row.world_rx, &row.world_rz, &row.camera_x,
-                          &row.camera_y, &row.camera_z, &row.camera_ry, &row.camera_rx, &row.camera_rz}) {
-      *value = table.finite();
+    row.alpha = table.finite();
+    for (double* value : {&row.width, &row.height, &row.length, &row.world_x, &row.world_y, &row.world_z}) {
+      *value = table.metres();
     }
+    if (!(row.width > 0 && row.height > 0 && row.length > 0)) {
+      rows.fail_here("expected width, height and length > 0, got {} {} {}", row.width, row.height,
+                     row.length);
+    }
+    for (double* value : {&row.world_ry, &row.world_rx, &row.world_rz}) *value = table.finite();
+    for (double* value : {&row.camera_x, &row.camera_y, &row.camera_z}) *value = table.metres();
+    for (double* value : {&row.camera_ry, &row.camera_rx, &row.camera_rz}) *value = table.finite();
     out.push_back(row);
   }
   return out;
@@ -104,7 +112,9 @@ std::vector<Vkitti2Box> decode_vkitti2_boxes(std::string_view text, const std::s
   std::vector<Vkitti2Box> out;
   for (Seen seen; table.next();) {
     Vkitti2Box row;
-    for (int* value : {&row.frame, &row.camera, &row.track}) *value = table.not_negative();
+    row.frame = table.frame();
+    row.camera = table.not_negative();
+    row.track = table.track();
     seen.add(rows, row.frame, row.camera, row.track);
     for (double* value : {&row.left, &row.right, &row.top, &row.bottom}) *value = table.finite();
     row.number_pixels = table.not_negative();
@@ -122,7 +132,7 @@ std::vector<Vkitti2Info> decode_vkitti2_infos(std::string_view text, const std::
   std::vector<Vkitti2Info> out;
   for (std::set<int> seen; table.next();) {
     Vkitti2Info row;
-    row.track = table.not_negative();
+    row.track = table.track();
     if (!seen.insert(row.track).second) rows.fail_here("track {} appears twice", row.track);
     row.label = table.word();
     row.model = table.word();
