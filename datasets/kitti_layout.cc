@@ -45,7 +45,8 @@ class Writer {
       : sequence_(sequence),
         info_(sequence.info()),
         options_(options),
-        training_(request.out / "training"),
+        final_(request.out / "training"),
+        training_((request.stage.empty() ? request.out : request.stage) / "training"),
         name_(request.sequence.empty() ? fmt::format("{:04}", default_number(info_.sequence))
                                        : request.sequence) {}
 
@@ -82,8 +83,8 @@ class Writer {
       if (fs::exists(path))
         fail("{}: is there already: remove it, or choose another sequence name", path.string());
     };
-    for (const char* folder : kFolders) must_be_new(training_ / folder / name_);
-    for (const char* text : kTexts) must_be_new(text_path(text));
+    for (const char* folder : kFolders) must_be_new(final_ / folder / name_);
+    for (const char* text : kTexts) must_be_new(final_ / text / (name_ + ".txt"));
     if (info_.rate_hz != kRateHz) {
       fail("{}: {} Hz, and the KITTI layout has no place for a rate: expected 10 Hz", source_name(),
            info_.rate_hz);
@@ -171,6 +172,7 @@ class Writer {
     std::vector<std::string> mots(static_cast<size_t>(n));
     Progress progress("frames written", n, request.quiet);
     parallel_for(n, request.jobs, [&](int i) {
+      if (request.between_frames) request.between_frames();
       mots[static_cast<size_t>(i)] = write_frame(sequence_.read(info_.first_frame + i, wanted));
       progress.advance();
     });
@@ -213,7 +215,8 @@ class Writer {
   const Sequence& sequence_;
   const SequenceInfo& info_;
   const KittiLayoutOptions& options_;
-  fs::path training_;
+  fs::path final_;     ///< training/ where it will be
+  fs::path training_;  ///< training/ where files are written
   std::string name_;
   std::map<int, int> class_of_;                      ///< MOTS class by object id
   std::map<std::pair<int, int>, SE3> object_poses_;  ///< by frame and track as written

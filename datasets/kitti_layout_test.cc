@@ -174,7 +174,7 @@ TEST(KittiLayoutErrors, ObjectPosesBelongToLabels) {
   error("1 0" + pose + "\n", ":10: track 0 has a pose in frame 1 already");
   error("1 8 1 0 0\n",
         ":10: expected frame, track id and the 12 or 16 values of T_camera_object, got 5 values");
-  error("-1 8" + pose + "\n", ":10: expected a frame number and a track id >= 0, got -1 8");
+  error("-1 8" + pose + "\n", ":10: expected a frame number >= 0, got -1");
   error("1 8 1 0 0 5  0 2 0 1  0 0 1 9\n", ":10: expected a rotation in the pose");
   error("1 8 1 0 0 nan  0 1 0 1  0 0 1 9\n", ":10: expected a finite number");
   write_file(path, "# 16 values\r\n0 0" + pose + " 0 0 0 1\r\n");
@@ -353,6 +353,26 @@ TEST(KittiLayoutErrors, NameTheFrameAndObject) {
         s.truth().camera = without;
       },
       "frame 1 has no true camera pose");
+}
+
+// Whatever ends a writer in the middle: a full disk, Ctrl-C.
+TEST(KittiLayoutErrors, NothingIsLeftOfHalfASequence) {
+  for (const char* layout : {"kitti", "vkitti2"}) {
+    TempFolder temp;
+    const PatternSequence sequence(4);
+    int calls = 0;
+    LayoutRequest request{.out = temp.path() / "a" / "b", .quiet = true};
+    request.between_frames = [&] {
+      if (++calls == 3) throw std::runtime_error("enough");
+    };
+    EXPECT_THROW(find_layout(layout).write(sequence, request), std::runtime_error);
+    EXPECT_EQ(calls, 3);
+    EXPECT_FALSE(fs::exists(temp.path() / "a")) << layout;
+    request.between_frames = nullptr;
+    open(find_layout(layout).write(sequence, request))->check_files();
+    const auto is_stage = [](const auto& entry) { return entry.path().filename().string().starts_with('.'); };
+    EXPECT_TRUE(std::ranges::none_of(fs::directory_iterator(request.out), is_stage)) << layout;
+  }
 }
 
 TEST(KittiLayoutErrors, NothingIsOverwritten) {

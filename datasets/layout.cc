@@ -1,22 +1,84 @@
 #include "sextant/datasets/layout.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 
+#include "sextant/base/error.h"
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/vkitti_layout.h"
 
 namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
+
+/// A hidden folder in `out`, which goes, with the folders made for it, when the files did not get into place.
+class Stage {
+ public:
+  explicit Stage(const fs::path& out) : out_(fs::absolute(out.empty() ? "." : out).lexically_normal()) {
+    for (fs::path folder = out_; !fs::exists(folder); folder = folder.parent_path()) made_.push_back(folder);
+    fs::create_directories(out_);
+    std::string name = (out_ / ".sextant_incomplete_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot write: {}", out_.string(), std::strerror(errno));
+    folder_ = name;
+  }
+  ~Stage() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    for (const fs::path& folder : made_) fs::remove(folder, ignored);  // only those that are empty
+  }
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  const fs::path& folder() const { return folder_; }
+
+  /// Text last: without it no reader takes the images for a sequence with truth.
+  void publish() const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+      if (entry.is_regular_file()) files.push_back(entry.path());
+    }
+    std::ranges::sort(files);
+    std::ranges::stable_partition(files, [](const fs::path& file) { return file.extension() != ".txt"; });
+    for (const fs::path& file : files) {
+      const fs::path to = out_ / file.lexically_relative(folder_);
+      fs::create_directories(to.parent_path());
+      fs::rename(file, to);
+    }
+  }
+
+ private:
+  fs::path out_;
+  fs::path folder_;
+  std::vector<fs::path> made_;  // innermost first
+};
+
+Write staged(const Write& write) {
+  return [write](const Sequence& sequence, const LayoutRequest& request) {
+    const Stage stage(request.out);
+    LayoutRequest inside = request;
+    inside.stage = stage.folder();
+    std::string source = write(sequence, inside);
+    stage.publish();
+    return source;
+  };
+}
+
+}  // namespace
 
 std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
       {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
-       write_kitti_layout, [] { return describe_options(KittiLayoutOptions{}); }},
-      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", write_vkitti1_layout,
+       staged(write_kitti_layout), [] { return describe_options(KittiLayoutOptions{}); }},
+      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", staged(write_vkitti1_layout),
        [] { return describe_options(VkittiLayoutOptions{}); }},
       {"vkitti2",
        "Virtual KITTI 2.0.3: any camera, right image, backward flow; images as JPEG, which is lossy",
-       write_vkitti2_layout, [] { return describe_options(VkittiLayoutOptions{}); }},
+       staged(write_vkitti2_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
   };
   return table;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-// Writing a sequence in the layout of a published data set, so that the adapter of that data set reads it back
-// as it would read a download. How to add a layout: one file with a function like these, one line in
+// Writing a sequence in the layout of a published data set, so that the adapter of that data set reads it
+// back as it would read a download. How to add a layout: one file with a function like these, one line in
 // layout.cc.
 
 #include <filesystem>
@@ -16,16 +16,19 @@ namespace sextant {
 struct LayoutRequest {
   std::filesystem::path out;  ///< the data set's root; made when it is not there
   std::string sequence;       ///< the layout's name of the sequence ("0018/clone"); empty: default_number()
-  Json options = Json::object();  ///< the layout's own options (strict)
-  int jobs = 1;                   ///< threads; the files do not depend on it
-  bool quiet = false;             ///< no progress line
+  Json options = Json::object();         ///< the layout's own options (strict)
+  std::filesystem::path stage;           ///< where the files are put until all are there; empty: out
+  std::function<void()> between_frames;  ///< called often, may throw to give up; may be empty
+  int jobs = 1;                          ///< threads; the files do not depend on it
+  bool quiet = false;                    ///< no progress line
 };
 
 struct Layout {
   std::string name;
   std::string description;  ///< one line for help
   /// Writes all frames and the truth; returns the SOURCE that reads them. Throws Error when the sequence is
-  /// there already, or holds what the format cannot express.
+  /// there already, or holds what the format cannot express. Files appear in `out` when all are complete;
+  /// with an error nothing is left.
   std::function<std::string(const Sequence&, const LayoutRequest&)> write;
   std::function<std::vector<OptionHelp>()> options;
 };

@@ -112,7 +112,9 @@ class Writer {
  private:
   std::string stem() const { return name_.group + "_" + name_.variation; }
   fs::path folder(const char* kind) const {
-    return vkitti1_folder(request_.out, kind).value_or(request_.out / fmt::format("vkitti_1.3.1_{}", kind));
+    const fs::path there =
+        vkitti1_folder(request_.out, kind).value_or(request_.out / fmt::format("vkitti_1.3.1_{}", kind));
+    return request_.stage.empty() ? there : request_.stage / there.lexically_relative(request_.out);
   }
   void put(const char* kind, const std::string& file, const std::string& bytes) const {
     write_file(folder(kind) / file, bytes);

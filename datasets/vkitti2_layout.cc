@@ -72,8 +72,8 @@ class Writer {
         name_.variation.find('/') != std::string::npos) {
       fail("sequence '{}': expected a scene and a variation, such as Scene18/clone", name);
     }
-    folder_ = request.out / name_.group / name_.variation;
-    if (fs::exists(folder_)) {
+    folder_ = (request.stage.empty() ? request.out : request.stage) / name_.group / name_.variation;
+    if (fs::exists(request.out / name_.group / name_.variation)) {
       fail("{}: {} is there already: remove it, or choose another folder or sequence", request.out.string(),
            name_.text());
     }

@@ -158,6 +158,7 @@ std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const L
   std::vector<MaskExtents> extents(static_cast<size_t>(n));
   Progress progress("frames", n, request.quiet);
   parallel_for(n, request.jobs, [&](int i) {
+    if (request.between_frames) request.between_frames();
     const Frame frame = vkitti_frame(sequence, info.first_frame + i, channels);
     extents[static_cast<size_t>(i)] = mask_extents(frame.mask);
     write(frame);

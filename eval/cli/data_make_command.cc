@@ -5,6 +5,7 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/interrupt.h"
 
 namespace sextant {
 namespace {
@@ -43,6 +44,7 @@ void make(const MakeFlags& flags) {
   request.options = group(options, "layout");
   request.jobs = flags.jobs;
   request.quiet = flags.quiet;
+  request.between_frames = check_interrupt;
   const std::string written = layout.write(*sequence, request);
   if (flags.json) {
     fmt::print("{}\n", Json{{"source", written}, {"layout", layout.name}}.dump(2));
