@@ -114,7 +114,13 @@ Json to_json(const SourceCheck& c) {
 }
 
 void check(const std::string& source, const CommonFlags& flags) {
-  const std::unique_ptr<Sequence> sequence = open_source(find_source(source, flags.data_root));
+  SourceSpec spec = find_source(source, flags.data_root);
+  const Json options = options_tree(flags.options, flags.sets);
+  for (const auto& item : options.items()) {
+    if (item.key() != "source") fail("unknown option key '{}': known: source", item.key());
+  }
+  spec.add_options(options.value("source", Json::object()));
+  const std::unique_ptr<Sequence> sequence = open_source(spec);
   const std::vector<SourceCheck> checks = check_source(*sequence, flags.jobs, flags.quiet);
   const auto n_with = [&](CheckOutcome outcome) {
     return std::ranges::count(checks, outcome, &SourceCheck::outcome);
@@ -147,6 +153,7 @@ void add_data_check_command(CLI::App& data) {
       ->required()
       ->type_name("SOURCE");
   add_data_flag(*command, *flags);
+  add_option_flags(*command, *flags);
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress and no table: only the exit code and errors");
   command->add_flag("--json", flags->json, "Print as JSON");
