@@ -7,6 +7,7 @@
 // The parametrised test in registry_test.cc then runs over it.
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -47,6 +48,9 @@ struct SequenceInfo {
   int first_frame = 0;  ///< inclusive, after @first-last
   int last_frame = 0;
   Channels channels;                    ///< what read() can give; truth in text alone: none
+  Channels exact;                       ///< those of them that are the truth of the data set itself
+  std::string depth_kind;               ///< as in channels/channel_source.h ("cm"); empty: not from files
+  std::map<int, double> times_s;        ///< time stamps of frames, where the data set has them
   std::vector<std::string> warnings;    ///< for the user, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
 };

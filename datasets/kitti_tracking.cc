@@ -118,6 +118,7 @@ class KittiTracking final : public Sequence {
     if (masks != "none") masks_ = make_mask_source(masks, from, label_boxes(truth_.objects));
     depth_from_images_ = depth == "sgbm";
     info_.channels.depth = depth_ != nullptr;
+    if (depth_) info_.depth_kind = depth_->kind();
     info_.channels.flow = flow_ != nullptr;
     info_.channels.mask = masks_ != nullptr;
     info_.provenance.push_back(depth_ ? depth_->provenance() : "depth: none");

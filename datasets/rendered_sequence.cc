@@ -37,6 +37,7 @@ class RenderedSequence final : public Sequence {
                       .backward_flow = true,
                       .mask = true,
                       .occlusion = true};
+    info_.exact = info_.channels;
     info_.provenance.emplace_back(std::string("images: rendered, ") + version);
     info_.provenance.emplace_back("depth: rendered, exact");
     info_.provenance.emplace_back("flow: rendered, exact");

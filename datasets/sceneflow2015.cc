@@ -177,6 +177,8 @@ class SceneFlow2015 final : public Sequence {
                       .depth = true,
                       .flow = true,
                       .mask = masks_ != nullptr};
+    info_.exact = {.depth = !depth_, .flow = !flow_};
+    info_.depth_kind = depth_ ? depth_->kind() : "disparity256";
     info_.provenance = {depth_ ? depth_->provenance() : "depth: truth",
                         flow_ ? flow_->provenance() : "flow: truth",
                         masks_ ? masks_->provenance() : "masks: none"};

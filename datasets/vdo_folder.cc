@@ -60,7 +60,7 @@ class VdoFolder final : public Sequence {
     info_.height = header.height;
     info_.channels = {.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
     choose_camera(options);
-    compare_times();
+    read_times();
     read_truth();
     open_channels(options);
   }
@@ -191,12 +191,16 @@ class VdoFolder final : public Sequence {
          kDemoHeight, info_.width, info_.height);
   }
 
-  void compare_times() {
+  // Line k is the time of frame k.
+  void read_times() {
     const fs::path path = dir_ / "times.txt";
     if (!fs::exists(path)) return;
     std::vector<double> times;
     const std::string text = inputs().read(path);
     for (TextRows rows(text, path.string()); rows.next();) times.push_back(rows.finite(0, "a time"));
+    for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
+      if (static_cast<size_t>(frame) < times.size()) info_.times_s[frame] = times[static_cast<size_t>(frame)];
+    }
     if (times.size() < 2) return;
     const double step_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
     if (std::abs(step_s * info_.rate_hz - 1) > 0.01) {
@@ -252,6 +256,7 @@ class VdoFolder final : public Sequence {
     if (options.depth != "auto") depth_ = make_depth_source(options.depth, from);
     if (options.flow != "auto") flow_ = make_flow_source(options.flow, from);
     if (options.masks != "auto") masks_ = make_mask_source(options.masks, from, label_boxes(truth_.objects));
+    info_.depth_kind = depth_ ? depth_->kind() : "disparity256";
     info_.provenance = {
         depth_ ? depth_->provenance() : fmt::format("depth: disparity png, bf = {:.7g}", info_.camera.bf),
         flow_ ? flow_->provenance() : "flow: precomputed .flo",

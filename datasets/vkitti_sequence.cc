@@ -118,6 +118,7 @@ void VkittiSequence::open_flow(const VkittiFolders& folders, const std::string& 
     info_.provenance.push_back("backward " + backward_flow_->provenance());
   }
   info_.channels.flow = flow_ != nullptr;
+  info_.exact.flow = choice == "auto" && folders.flow;
   if (flow_) info_.provenance.push_back(flow_->provenance());
 }
 
@@ -133,6 +134,8 @@ void VkittiSequence::open_depth(const VkittiFolders& folders, const std::string&
     depth_ = make_depth_source("sgbm", channel_inputs_);
   }
   info_.channels.depth = depth_ != nullptr;
+  info_.exact.depth = choice == "auto" && folders.depth;
+  if (depth_) info_.depth_kind = depth_->kind();
   if (depth_) info_.provenance.push_back(depth_->provenance());
 }
 

@@ -61,6 +61,8 @@ class ChannelSource {
   virtual Image<T> read(int frame) const = 0;
   /// Throws Error when the file that read(frame) needs is not there.
   virtual void check_file(int /*frame*/) const {}
+  /// Of depth: the choice without its path ("cm", "sgbm").
+  virtual std::string kind() const { return ""; }
   /// "flow: dis", for provenance.
   virtual std::string provenance() const = 0;
 };

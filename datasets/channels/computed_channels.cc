@@ -41,6 +41,7 @@ class SgbmSource final : public DepthSource {
         sgbm_disparity(rgb_to_gray(inputs_.left(frame)), rgb_to_gray(inputs_.right(frame)));
     return depth_from_disparity(disparity, inputs_.camera.bf);
   }
+  std::string kind() const override { return "sgbm"; }
   std::string provenance() const override {
     return fmt::format("depth: sgbm, bf = {:.7g}", inputs_.camera.bf);
   }

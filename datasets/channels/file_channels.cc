@@ -45,6 +45,7 @@ class FolderSource final : public ChannelSource<T> {
   void check_file(int frame) const override {
     if (!may_be_missing(frame)) files_.at(frame, kind_.channel);
   }
+  std::string kind() const override { return kind_.name; }
   std::string provenance() const override { return provenance_; }
 
  private:

@@ -113,7 +113,7 @@ Json to_json(const SourceCheck& c) {
   return json;
 }
 
-void check(const std::string& source, const CommonFlags& flags) {
+void check(const std::string& source, const CommonFlags& flags, bool quick) {
   SourceSpec spec = find_source(source, flags.data_root);
   const Json options = options_tree(flags.options, flags.sets);
   for (const auto& item : options.items()) {
@@ -121,7 +121,8 @@ void check(const std::string& source, const CommonFlags& flags) {
   }
   spec.add_options(options.value("source", Json::object()));
   const std::unique_ptr<Sequence> sequence = open_source(spec);
-  const std::vector<SourceCheck> checks = check_source(*sequence, flags.jobs, flags.quiet);
+  const std::vector<SourceCheck> checks =
+      check_source(*sequence, {.jobs = flags.jobs, .quiet = flags.quiet, .quick = quick});
   const auto n_with = [&](CheckOutcome outcome) {
     return std::ranges::count(checks, outcome, &SourceCheck::outcome);
   };
@@ -147,6 +148,7 @@ void check(const std::string& source, const CommonFlags& flags) {
 void add_data_check_command(CLI::App& data) {
   const auto flags = std::make_shared<CommonFlags>();
   const auto source = std::make_shared<std::string>();
+  const auto quick = std::make_shared<bool>(false);
   CLI::App* command =
       data.add_subcommand("check", "Decode everything a source has; check that its parts fit together");
   command->add_option("source", *source, "adapter:path[#sequence][@first-last]")
@@ -156,13 +158,14 @@ void add_data_check_command(CLI::App& data) {
   add_option_flags(*command, *flags);
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress and no table: only the exit code and errors");
+  command->add_flag("--quick", *quick, "Decode only the 24 frames that the convention checks look at");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer(
       "PASS, SUSPECT or FAIL per line with the likely cause, note for what cannot be checked; exit code 2 "
       "when\n"
       "one fails. docs/data-check.md explains every line.\n"
       "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
-  command->callback([flags, source] { check(*source, *flags); });
+  command->callback([flags, source, quick] { check(*source, *flags, *quick); });
 }
 
 }  // namespace sextant

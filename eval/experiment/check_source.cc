@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/eval/experiment/dense_truth.h"
 #include "sextant/eval/experiment/diagnosis.h"
 #include "sextant/eval/experiment/interrupt.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
@@ -28,7 +30,6 @@ struct ChannelFrame {
   double min = std::numeric_limits<double>::infinity();
   double max = -std::numeric_limits<double>::infinity();
   std::vector<float> sample;
-  std::set<int> ids;  ///< masks only
   std::string error;
 };
 
@@ -42,6 +43,12 @@ constexpr std::array<ChannelKind, 4> channel_kinds = {{{"gray", "level", &Channe
                                                        {"depth", "m", &Channels::depth},
                                                        {"flow", "px", &Channels::flow},
                                                        {"mask", "id", &Channels::mask}}};
+
+Channels channels_looked_at(const SequenceInfo& info) {
+  Channels channels;
+  for (const ChannelKind& kind : channel_kinds) channels.*kind.flag = info.channels.*kind.flag;
+  return channels;
+}
 
 template <typename T, typename Value>
 void measure(const Image<T>& image, Value value, ChannelFrame& out) {
@@ -58,69 +65,129 @@ void measure(const Image<T>& image, Value value, ChannelFrame& out) {
   }
 }
 
-/// What one frame's channel holds; its samples go to `grid`.
-ChannelFrame read_channel(const Sequence& sequence, int frame, const ChannelKind& kind, int step,
-                          GridFrame& grid) {
+using FrameContent = std::array<ChannelFrame, channel_kinds.size()>;
+
+/// What is in one channel of a frame.
+ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
   ChannelFrame out;
-  try {
-    Channels channels;
-    channels.*kind.flag = true;
-    const Frame data = sequence.read(frame, channels);
-    if (channels.gray)
-      measure(
-          data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
-    if (channels.depth)
-      measure(
-          data.depth_m, [](float d) { return static_cast<double>(d); }, out);
-    if (channels.flow)
-      measure(
-          data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
-    if (channels.mask) {
-      measure(
-          data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
-      grid.mask = sample_grid(data.mask, step);
-      grid.extents = mask_outlines(data.mask);
-      for (const auto& [id, extent] : grid.extents) out.ids.insert(id);
-    }
-    if (channels.depth) grid.depth_m = sample_grid(data.depth_m, step);
-    if (channels.flow) grid.flow = sample_grid(data.flow, step);
-  } catch (const Error& error) {
-    out.error = error.what();
-  }
+  if (kind.flag == &Channels::gray)
+    measure(
+        data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
+  if (kind.flag == &Channels::depth)
+    measure(
+        data.depth_m, [](float d) { return static_cast<double>(d); }, out);
+  if (kind.flag == &Channels::flow)
+    measure(
+        data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
+  if (kind.flag == &Channels::mask)
+    measure(
+        data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
   return out;
 }
 
-double median_of(const std::vector<float>& values) { return median({values.begin(), values.end()}); }
+/// Reads the channels of a frame; what the convention checks need of it goes to `grid`. A channel that cannot
+/// be read does not keep the others from being read.
+FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, GridFrame& grid) {
+  const Channels all = channels_looked_at(sequence.info());
+  FrameContent content;
+  Frame data;
+  try {
+    data = sequence.read(frame, all);
+    for (size_t i = 0; i < channel_kinds.size(); ++i) {
+      if (all.*channel_kinds[i].flag) content[i] = look_at(data, channel_kinds[i]);
+    }
+  } catch (const Error&) {
+    data = {};
+    for (size_t i = 0; i < channel_kinds.size(); ++i) {
+      if (!(all.*channel_kinds[i].flag)) continue;
+      Channels one;
+      one.*channel_kinds[i].flag = true;
+      try {
+        Frame part = sequence.read(frame, one);
+        content[i] = look_at(part, channel_kinds[i]);
+        if (one.depth) data.depth_m = std::move(part.depth_m);
+        if (one.flow) data.flow = std::move(part.flow);
+        if (one.mask) data.mask = std::move(part.mask);
+      } catch (const Error& error) {
+        content[i].error = error.what();
+      }
+    }
+  }
+  grid.extents = mask_outlines(data.mask);
+  if (!sampled) return content;
+  grid.depth_m = sample_grid(data.depth_m, step);
+  grid.flow = sample_grid(data.flow, step);
+  grid.mask = sample_grid(data.mask, step);
+  return content;
+}
+
+/// The frames that the convention checks look at, as numbers from 0 to n - 1: check_source.h.
+std::vector<bool> sampled_frames(int n) {
+  constexpr int most = 24, run = 4, n_runs = most / run;
+  std::vector<bool> sampled(static_cast<size_t>(n), n <= most);
+  if (n <= most) return sampled;
+  for (int r = 0; r < n_runs; ++r) {
+    std::fill_n(sampled.begin() + r * (n - run) / (n_runs - 1), run, true);
+  }
+  return sampled;
+}
+
+double median_of(const std::vector<float>& values) {
+  return median(std::vector<double>(values.begin(), values.end()));
+}
 
 void set_fail(SourceCheck& line, const std::string& message) {
   if (line.outcome != CheckOutcome::fail) line.message = message;
   line.outcome = CheckOutcome::fail;
 }
 
-SourceCheck judge_channel(const ChannelKind& kind, const SequenceInfo& info,
-                          const std::vector<ChannelFrame>& frames) {
+/// The objects that a mask could show.
+bool any_true_boxes(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < info.first_frame || frame > info.last_frame) continue;
+    if (std::ranges::any_of(objects, [](const ObjectTruth& o) { return o.left.has_value(); })) return true;
+  }
+  return false;
+}
+
+void judge_empty_channel(const Sequence& sequence, const ChannelKind& kind, SourceCheck& line) {
+  line.outcome = CheckOutcome::suspect;
+  line.message = "no valid pixel in any frame";
+  if (kind.flag != &Channels::mask) return;
+  line.message = "no object in any frame";
+  if (any_true_boxes(sequence)) {
+    line.message += ", although the truth has some";
+  } else {
+    line.outcome = CheckOutcome::note;
+  }
+}
+
+/// `frames` by frame number: those decoded.
+SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
+                          const std::map<int, const ChannelFrame*>& frames) {
+  const SequenceInfo& info = sequence.info();
   SourceCheck line;
   line.name = kind.name;
   line.unit = kind.unit;
-  const bool successor_needed = std::string_view(kind.name) == "flow";
-  const auto n = static_cast<int>(frames.size());
-  line.n_expected = successor_needed ? n - 1 : n;
-  line.n_present = 0;
+  line.n_present = line.n_expected = 0;
   size_t pixels = 0, valid = 0;
   double min = std::numeric_limits<double>::infinity(), max = -min;
   std::vector<float> sample;
-  for (int i = 0; i < n; ++i) {
-    const ChannelFrame& frame = frames[static_cast<size_t>(i)];
+  for (const auto& [number, content] : frames) {
+    const ChannelFrame& frame = *content;
+    const bool expected = kind.flag != &Channels::flow || number < info.last_frame;
+    *line.n_expected += expected ? 1 : 0;
     if (!frame.error.empty()) set_fail(line, frame.error);
     if (!frame.present) {
-      if (i < *line.n_expected) set_fail(line, fmt::format("frame {}: has none", info.first_frame + i));
+      if (expected) set_fail(line, fmt::format("frame {}: has none", number));
       continue;
     }
-    if (i < *line.n_expected) ++*line.n_present;
+    if (expected) ++*line.n_present;
     line.size_px = fmt::format("{}x{}", frame.width, frame.height);
     if (frame.width != info.width || frame.height != info.height) {
-      set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", info.first_frame + i,
-                                 line.size_px, info.width, info.height));
+      set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", number, line.size_px,
+                                 info.width, info.height));
     }
     pixels += frame.n_pixels;
     valid += frame.n_valid;
@@ -134,10 +201,8 @@ SourceCheck judge_channel(const ChannelKind& kind, const SequenceInfo& info,
     line.max = max;
     line.median = median_of(sample);
   }
-  if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0) {
-    line.outcome = CheckOutcome::suspect;
-    line.message = "no valid pixel in any frame";
-  }
+  if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0)
+    judge_empty_channel(sequence, kind, line);
   return line;
 }
 
@@ -222,6 +287,18 @@ SourceCheck judge_convention(const Diagnosis& diagnosis) {
   return line;
 }
 
+/// How good computed or replaced channels are, where the data set knows.
+void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceCheck>& lines) {
+  try {
+    const DenseTruthErrors errors = dense_truth_errors(sequence, jobs);
+    if (errors.flow) lines.push_back(note("flow vs truth", errors.flow_text()));
+    if (errors.disparity) lines.push_back(note("disparity vs truth", errors.disparity_text()));
+  } catch (const Error& error) {
+    lines.push_back(note("dense truth", error.what()));
+    lines.back().outcome = CheckOutcome::fail;
+  }
+}
+
 /// What to know beside the checks: the truth's own accuracy, and what the adapter warns of.
 void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
   if (const auto floor = sequence.truth().camera_step_floor_m) {
@@ -234,31 +311,43 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
 
 }  // namespace
 
-std::vector<SourceCheck> check_source(const Sequence& sequence, int jobs, bool quiet) {
+std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourceOptions& options) {
   const SequenceInfo& info = sequence.info();
   const int n = info.last_frame - info.first_frame + 1;
   std::vector<SourceCheck> lines = {check_all_files(sequence)};
   ConventionData data = make_convention_data(sequence);
+  const std::vector<bool> sampled = sampled_frames(n);
+  std::vector<int> looked_at;
+  for (int i = 0; i < n; ++i) {
+    if (!options.quick || sampled[static_cast<size_t>(i)]) looked_at.push_back(i);
+  }
+  std::vector<FrameContent> frames(static_cast<size_t>(n));
+  Progress progress("frames", static_cast<int>(looked_at.size()), options.quiet);
+  parallel_for(static_cast<int>(looked_at.size()), options.jobs, [&](int k) {
+    check_interrupt();
+    const int i = looked_at[static_cast<size_t>(k)];
+    const auto at = static_cast<size_t>(i);
+    frames[at] = read_frame(sequence, info.first_frame + i, data.step, sampled[at], data.frames[at]);
+    progress.advance();
+  });
   std::set<int> mask_ids;
-  Progress progress("frames", n * static_cast<int>(channel_kinds.size()), quiet);
-  for (const ChannelKind& kind : channel_kinds) {
-    if (!(info.channels.*kind.flag)) {
-      lines.push_back(note(kind.name, "the source has no such channel"));
+  for (const GridFrame& frame : data.frames) {
+    for (const auto& [id, extent] : frame.extents) mask_ids.insert(id);
+  }
+  for (size_t c = 0; c < channel_kinds.size(); ++c) {
+    if (!(info.channels.*channel_kinds[c].flag)) {
+      lines.push_back(note(channel_kinds[c].name, "the source has no such channel"));
       continue;
     }
-    std::vector<ChannelFrame> frames(static_cast<size_t>(n));
-    parallel_for(n, jobs, [&](int i) {
-      check_interrupt();
-      const auto at = static_cast<size_t>(i);
-      frames[at] = read_channel(sequence, info.first_frame + i, kind, data.step, data.frames[at]);
-      progress.advance();
-    });
-    for (const ChannelFrame& frame : frames) mask_ids.insert(frame.ids.begin(), frame.ids.end());
-    lines.push_back(judge_channel(kind, info, frames));
+    std::map<int, const ChannelFrame*> of_channel;
+    for (const int i : looked_at) of_channel[info.first_frame + i] = &frames[static_cast<size_t>(i)][c];
+    lines.push_back(judge_channel(sequence, channel_kinds[c], of_channel));
   }
   lines.push_back(check_poses(sequence));
   lines.push_back(check_objects(sequence, mask_ids));
-  for (const Diagnosis& diagnosis : diagnose(data, jobs)) lines.push_back(judge_convention(diagnosis));
+  for (const Diagnosis& diagnosis : diagnose(data, options.jobs))
+    lines.push_back(judge_convention(diagnosis));
+  add_dense_errors(sequence, options.jobs, lines);
   add_notes(sequence, lines);
   return lines;
 }

@@ -2,7 +2,12 @@
 
 // Looks at everything a source gives before a run relies on it: opens every file, decodes every frame, and
 // says per channel how many frames have it, its size, the share of valid pixels and the range of values. Then
-// checks that the parts agree with one another (conventions.h), with the likely cause where they do not.
+// checks that the parts agree with one another (conventions.h), with the likely cause where they do not, and
+// measures flow and depth that are not the data set's truth against it (dense_truth.h).
+//
+// The convention checks look at all of up to 24 frames, and of longer sources at 6 runs of 4 successive
+// frames, evenly spread: they take seconds whatever the length. Those of text truth and of the masks'
+// outlines look at every frame decoded.
 
 #include <optional>
 #include <string>
@@ -32,7 +37,13 @@ struct SourceCheck {
   std::string cause;  ///< the likely cause, or "no known cause fits"; empty when it passes
 };
 
+struct CheckSourceOptions {
+  int jobs = 1;
+  bool quiet = false;  ///< no progress line
+  bool quick = false;  ///< decode only the frames that the convention checks look at
+};
+
 /// Bad frames become FAIL lines; only what stops the check altogether throws.
-std::vector<SourceCheck> check_source(const Sequence& sequence, int jobs, bool quiet);
+std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourceOptions& options);
 
 }  // namespace sextant

@@ -6,25 +6,11 @@
 namespace sextant {
 namespace {
 
-// Samples of the whole sequence, and bounds of those of one frame: a report in seconds, however long it is.
-constexpr double kSamplesInAll = 4e5;
-constexpr double kMinSamplesPerFrame = 1000;
-constexpr double kMaxSamplesPerFrame = 5000;
+constexpr double kSamplesPerFrame = 5000;
 
-int choose_step(const SequenceInfo& info, size_t n_frames) {
-  const double per_frame = std::clamp(kSamplesInAll / static_cast<double>(std::max<size_t>(n_frames, 1)),
-                                      kMinSamplesPerFrame, kMaxSamplesPerFrame);
+int choose_step(const SequenceInfo& info) {
   const double area = static_cast<double>(info.width) * info.height;
-  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / per_frame))));
-}
-
-std::string depth_coding(const SequenceInfo& info) {
-  for (const std::string& line : info.provenance) {
-    if (!line.starts_with("depth:")) continue;
-    if (line.find("disparity") != std::string::npos) return "disparity";
-    if (line.find("cm") != std::string::npos || line.find("centimet") != std::string::npos) return "cm";
-  }
-  return "";
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / kSamplesPerFrame))));
 }
 
 }  // namespace
@@ -38,9 +24,10 @@ ConventionData make_convention_data(const Sequence& sequence) {
   data.rate_hz = info.rate_hz;
   data.first_frame = info.first_frame;
   data.frames.resize(static_cast<size_t>(info.last_frame - info.first_frame + 1));
-  data.step = choose_step(info, data.frames.size());
-  data.depth_coding = depth_coding(info);
+  data.step = choose_step(info);
+  data.depth_kind = info.depth_kind;
   data.truth = sequence.truth();
+  data.times_s = info.times_s;
   return data;
 }
 
@@ -59,13 +46,6 @@ std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask) {
     }
   }
   return extents;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return NAN;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<FlowSample> flow_samples(const ConventionData& data, int k) {

@@ -37,10 +37,10 @@ struct ConventionData {
   double rate_hz = 0;
   int step = 1;  ///< px between samples
   int first_frame = 0;
-  std::vector<GridFrame> frames;  ///< first_frame, first_frame + 1, ...
+  std::vector<GridFrame> frames;  ///< first_frame, first_frame + 1, ...; empty images where not looked at
   int flow_from = 0;
   int flow_to = 1;
-  std::string depth_coding;  ///< "disparity", "cm" or "" when the source does not say
+  std::string depth_kind;  ///< as in SequenceInfo
   SequenceTruth truth;
   std::map<int, double> times_s;  ///< stamps, where the source has them
 
@@ -63,9 +63,6 @@ Image<T> sample_grid(const Image<T>& image, int step) {
   return grid;
 }
 std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask);
-
-/// Lower middle for an even number; NaN without values.
-double median(std::vector<double> values);
 
 /// One sample of a flow image, with the depth and mask id at its starting point.
 struct FlowSample {

@@ -26,7 +26,7 @@ std::vector<Finding> check_conventions(const ConventionData& data) {
           check_object_flow(data),    check_object_depth(data), check_mask_ids(data),
           check_mask_boxes(data),     check_box_sideways(data), check_box_upright(data),
           check_heading(data),        check_camera_model(data), check_camera_path(data),
-          check_repeated_poses(data), check_speed(data)};
+          check_repeated_poses(data), check_speed(data),        check_times(data)};
 }
 
 }  // namespace sextant

@@ -49,6 +49,10 @@ struct DepthFactor {
   int n = 0;  ///< pairs; 0: not known
 };
 DepthFactor fit_depth_factor(const ConventionData& data);
+/// How much more too large depth is at the sides of the image than in its middle (halves of the samples by
+/// the length of their rays), as a share of what range along the ray in place of z would make it. 0: a plain
+/// factor; 1: range. Empty: not known.
+std::optional<double> range_share(const ConventionData& data);
 /// The scale s that depth needs so that the true camera motion explains the flow. |s - 1|, %.
 Finding check_depth_scale(const ConventionData& data);
 /// Points on an object's mask, moved by the object's true motion. Median over objects, m at the object.

@@ -60,13 +60,13 @@ std::string DenseTruthErrors::disparity_text() const {
 DenseTruthErrors dense_truth_errors(const Sequence& sequence, int jobs) {
   const SequenceInfo& info = sequence.info();
   DenseTruthErrors errors;
-  if (info.channels.flow) {
+  if (info.channels.flow && !info.exact.flow) {
     const auto flows =
         collect<DenseFlowError>(info, jobs, [&](int frame) { return flow_error_of(sequence, frame); });
     errors.n_flow_frames = static_cast<int>(flows.size());
     if (!flows.empty()) errors.flow = pooled(flows);
   }
-  if (info.channels.depth) {
+  if (info.channels.depth && !info.exact.depth) {
     const auto depths = collect<DenseDisparityError>(
         info, jobs, [&](int frame) { return disparity_error_of(sequence, frame); });
     errors.n_depth_frames = static_cast<int>(depths.size());

@@ -22,7 +22,8 @@ struct DenseTruthErrors {
   std::string disparity_text() const;
 };
 
-/// Over all frames, `jobs` at a time. Throws Error as read() does.
+/// Over all frames, `jobs` at a time; of channels that are the truth itself (SequenceInfo::exact) nothing.
+/// Throws Error as read() does.
 DenseTruthErrors dense_truth_errors(const Sequence& sequence, int jobs);
 
 }  // namespace sextant

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sextant/eval/experiment/conventions.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
@@ -19,31 +19,42 @@ constexpr double kObjectFail_m = 0.6;
 constexpr double kMinParallax_px = 1;
 constexpr int kMinPointsOfPair = 50;
 constexpr int kMinPointsOfObject = 8;
+constexpr double kFarOff_px = 1e6;    // stands for a point that ends behind the camera
 constexpr double kStepJitter = 0.05;  // of true steps: KITTI's
 
 double length(const Flow& flow) { return std::hypot(double{flow.u}, double{flow.v}); }
 
-/// Where the flow of a point goes when it moves by T_to_from; not finite when it ends behind the camera.
+/// Where the flow of a point goes when it moves by T_to_from; kFarOff_px when it ends behind the camera.
 Eigen::Vector2d predicted_flow(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
   const Eigen::Vector3d p = T_to_from * camera.backproject(s.u, s.v, s.z_m);
-  if (p.z() <= 0.01) return Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  if (p.z() <= 0.01) return Eigen::Vector2d::Constant(kFarOff_px);
   return camera.project(p) - Eigen::Vector2d(s.u, s.v);
 }
 
 double residual_px(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
   const Eigen::Vector2d r = predicted_flow(camera, s, T_to_from) - Eigen::Vector2d(s.flow.u, s.flow.v);
-  return std::isfinite(r.x() + r.y()) ? r.norm() : std::numeric_limits<double>::infinity();
+  const double length = r.norm();
+  return std::isfinite(length) ? std::min(length, kFarOff_px) : kFarOff_px;
 }
 
+/// The least value up to which the weights sum to half of all; by bisection of the order, without sorting.
 double weighted_median(std::vector<std::pair<double, double>> value_and_weight) {
-  std::ranges::sort(value_and_weight);
   double half = 0;
   for (const auto& [value, weight] : value_and_weight) half += weight / 2;
-  for (const auto& [value, weight] : value_and_weight) {
-    half -= weight;
-    if (half <= 0) return value;
+  auto begin = value_and_weight.begin(), end = value_and_weight.end();
+  while (end - begin > 1) {
+    const auto middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end);
+    double below = 0;
+    for (auto it = begin; it != middle; ++it) below += it->second;
+    if (below >= half) {
+      end = middle;
+    } else {
+      half -= below;
+      begin = middle;
+    }
   }
-  return NAN;
+  return begin == end ? NAN : begin->first;
 }
 
 /// The background of flow image k and its true motion; empty without truth or with too few points.
@@ -105,9 +116,9 @@ Finding check_static_flow(const ConventionData& data) {
       finding.message = "not checkable: too few background points with depth and flow";
     return finding;
   }
-  finding.value = std::min(median(residuals), 1e6);
+  finding.value = median(residuals);
   const double typical = median(parallax);
-  finding.limit = std::max(kStaticFloor_px, kStaticShare * (std::isfinite(typical) ? typical : 0));
+  finding.limit = std::max(kStaticFloor_px, typical < kFarOff_px ? kStaticShare * typical : 0);
   finding.fail_limit = kStaticFailFactor * finding.limit;
   return finding;
 }
@@ -127,7 +138,7 @@ double step_share(const PinholeCamera& camera, const StaticPair& pair) {
       const Eigen::Vector2d turned = predicted_flow(camera, sample, rotation);
       const Eigen::Vector2d expected = predicted_flow(camera, sample, pair.T_to_from) - turned;
       const Eigen::Vector2d given = Eigen::Vector2d(sample.flow.u, sample.flow.v) - turned;
-      if (!(expected.norm() >= kMinParallax_px) || !std::isfinite(expected.norm())) continue;
+      if (!(expected.norm() >= kMinParallax_px && expected.norm() < kFarOff_px / 2)) continue;
       weighted.emplace_back(given.dot(expected) / expected.squaredNorm(), given.norm());
     }
     if (static_cast<int>(weighted.size()) < kMinPointsOfPair) return NAN;
@@ -162,6 +173,34 @@ DepthFactor fit_depth_factor(const ConventionData& data) {
   fit.error = std::sqrt((spread + 2 * kStepJitter * kStepJitter) / (n + 1) / n);
   fit.factor = length_m / shown_m;
   return fit;
+}
+
+std::optional<double> range_share(const ConventionData& data) {
+  const PinholeCamera& camera = data.camera.left;
+  const auto ray = [&](const FlowSample& s) { return camera.ray(s.u, s.v).norm(); };
+  double share = 0, expected = 0;
+  int n = 0;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto pair = static_pair(data, k);
+    if (!pair) continue;
+    std::vector<double> rays;
+    for (const FlowSample& s : pair->points) rays.push_back(ray(s));
+    const double middle = median(rays);
+    StaticPair inner{pair->T_to_from, {}}, outer = inner;
+    std::vector<double> inner_rays, outer_rays;
+    for (const FlowSample& s : pair->points) {
+      (ray(s) < middle ? inner : outer).points.push_back(s);
+      (ray(s) < middle ? inner_rays : outer_rays).push_back(ray(s));
+    }
+    const double inner_step = step_share(camera, inner), outer_step = step_share(camera, outer);
+    if (!std::isfinite(inner_step) || !std::isfinite(outer_step)) continue;
+    // Depth that is too large shows steps that are too large.
+    share += std::log(outer_step / inner_step);
+    expected += std::log(median(outer_rays) / median(inner_rays));
+    ++n;
+  }
+  if (n == 0 || expected <= 0) return std::nullopt;
+  return share / expected;
 }
 
 Finding check_depth_scale(const ConventionData& data) {
@@ -200,7 +239,7 @@ Finding check_object_flow(const ConventionData& data) {
       std::vector<double> metres;
       for (const FlowSample& s : samples)
         metres.push_back(residual_px(camera, s, *motion) * s.z_m / camera.fx);
-      residuals.push_back(std::min(median(metres), 1e6));
+      residuals.push_back(median(metres));
     }
   }
   finding.n = static_cast<int>(residuals.size());

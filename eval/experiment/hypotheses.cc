@@ -12,6 +12,7 @@ namespace {
 using namespace undo;  // NOLINT: this file is a table in its terms
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kMinRangeShare = 0.5;
 constexpr double kFitPrice = 0.6;  // a number that is fitted explains more than it should
 
 using Table = std::vector<Hypothesis>;
@@ -33,16 +34,27 @@ constexpr Meaning kMeanings[] = {
     {"whole metres", [](double n, double) { return n; }},
 };
 
+/// How a reader of a kind of files (SequenceInfo::depth_kind) gets depth from n, turned round.
+struct Reader {
+  const char* kind;
+  const char* meaning;
+  double (*n)(double z_m, double bf);
+};
+constexpr Reader kReaders[] = {
+    {"disparity256", "disparity * 256", [](double z, double bf) { return 256 * bf / z; }},
+    {"cm", "centimetres", [](double z, double) { return 100 * z; }},
+    {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
+};
+
 /// Back through the reader to the integers of the file, and forth with another meaning of them.
-void add_codings(const std::string& coding, Table& table) {
-  const bool disparity = coding == "disparity";
-  const std::string read_as = disparity ? "disparity * 256" : "centimetres";
+void add_codings(const Reader& reader, Table& table) {
   for (const Meaning& meaning : kMeanings) {
-    if (read_as == meaning.name) continue;
-    table.push_back({fmt::format("depth looks like {}: the files are read as {}", meaning.name, read_as),
-                     depth([meaning, disparity](const ConventionData& data, double z, double, double) {
-                       return meaning.z_m(disparity ? 256 * bf(data) / z : 100 * z, bf(data));
-                     })});
+    if (std::string_view(reader.meaning) == meaning.name) continue;
+    table.push_back(
+        {fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
+         depth([meaning, reader](const ConventionData& data, double z, double, double) {
+           return meaning.z_m(reader.n(z, bf(data)), bf(data));
+         })});
   }
 }
 
@@ -51,7 +63,7 @@ void add_depth(const ConventionData& data, Table& table) {
     table.push_back({std::move(cause), depth(change)});
   };
   using D = const ConventionData&;
-  if (data.depth_coding.empty()) {
+  if (data.depth_kind.empty()) {
     add("depth looks like disparity (z = bf / d)", [](D d, double z, double, double) { return bf(d) / z; });
     add("depth looks like disparity*256 (z = 256 bf / n)",
         [](D d, double z, double, double) { return 256 * bf(d) / z; });
@@ -69,14 +81,21 @@ void add_depth(const ConventionData& data, Table& table) {
     add("depth is 256 times too small: KITTI depth divided by 256 twice?",
         [](D, double z, double, double) { return z * 256; });
   }
-  for (const char* coding : {"disparity", "cm"}) {
-    if (data.depth_coding.empty() || data.depth_coding == coding) add_codings(coding, table);
+  // What is computed by stereo matching has no files to be misread.
+  for (const Reader& reader : kReaders) {
+    const bool usual = std::string_view(reader.kind) != "depth256";
+    if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
   }
-  // On noisy data a scale looks like a range: that costs more.
-  table.push_back(
-      {"depth looks like the range along the ray, not z",
-       depth([](D d, double r, double u, double v) { return r / d.camera.left.ray(u, v).norm(); }),
-       1.5 * kFitPrice});
+  // On noisy data a plain factor looks like a range, unless one asks where in the image it is.
+  table.push_back({"depth looks like the range along the ray, not z",
+                   [](ConventionData& d, double& ignored) {
+                     const auto share = range_share(d);
+                     if (share && *share < kMinRangeShare) return false;
+                     return depth([](D c, double r, double u, double v) {
+                       return r / c.camera.left.ray(u, v).norm();
+                     })(d, ignored);
+                   },
+                   kFitPrice});
   table.push_back({"depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth)});
   table.push_back({"depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth)});
   table.push_back(

@@ -4,6 +4,7 @@
 
 #include "sextant/eval/experiment/conventions.h"
 #include "sextant/metrics/velocity.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {

@@ -119,13 +119,13 @@ TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
 
 TEST_F(RunFixture, SourceCheckPassesAndNamesABadFrame) {
   const auto sequence = open_source(SourceSpec::parse(fixture_->source()));
-  for (const SourceCheck& line : check_source(*sequence, 2, true)) {
+  for (const SourceCheck& line : check_source(*sequence, {.jobs = 2, .quiet = true})) {
     EXPECT_NE(line.outcome, CheckOutcome::fail) << line.name << ": " << line.message;
   }
   const fs::path depth = fixture_->dir / "depth" / "000003.png";
   const std::string good = read_file(depth);
   write_file(depth, std::string_view(good).substr(0, good.size() / 2));
-  const std::vector<SourceCheck> lines = check_source(*sequence, 2, true);
+  const std::vector<SourceCheck> lines = check_source(*sequence, {.jobs = 2, .quiet = true});
   write_file(depth, good);
   const auto bad =
       std::find_if(lines.begin(), lines.end(), [](const auto& line) { return line.name == "depth"; });
