@@ -30,6 +30,18 @@ void render(benchmark::State& state, const char* source, Channels channels) {
   }
 }
 
+/// Frames one after the other, as a run reads them: neighbours share the geometry that flow and occlusion
+/// need.
+void in_order(benchmark::State& state, const char* source, Channels channels) {
+  const auto sequence = open_scene(source);
+  const SequenceInfo& info = sequence->info();
+  int frame = info.first_frame;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(sequence->read(frame, channels));
+    frame = frame == info.last_frame ? info.first_frame : frame + 1;
+  }
+}
+
 /// The same from the cache.
 void cached(benchmark::State& state, const char* source, Channels channels) {
   const auto sequence = open_scene(source, "/tmp/sextant_render_bench_cache");
@@ -53,7 +65,8 @@ void open(benchmark::State& state) {
 
 #define SCENE(name, source)                                                                                  \
   BENCHMARK_CAPTURE(render, name##_gray_rgb_depth_flow_mask, source, kUsual)->Unit(benchmark::kMillisecond); \
-  BENCHMARK_CAPTURE(render, name##_all, source, kAll)->Unit(benchmark::kMillisecond)
+  BENCHMARK_CAPTURE(render, name##_all, source, kAll)->Unit(benchmark::kMillisecond);                        \
+  BENCHMARK_CAPTURE(in_order, name##_all, source, kAll)->Unit(benchmark::kMillisecond)->MinTime(2)
 
 SCENE(s18, "synthetic:s18");
 SCENE(s01_turn, "synthetic:s01-turn");

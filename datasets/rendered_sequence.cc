@@ -11,7 +11,7 @@ namespace sextant {
 namespace {
 
 // Raised whenever any pixel or pose of a scenario changes.
-constexpr const char* version = "synthetic scenes version 4";
+constexpr const char* version = "synthetic scenes version 5";
 
 class RenderedSequence final : public Sequence {
  public:
