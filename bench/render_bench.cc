@@ -50,14 +50,7 @@ void cached(benchmark::State& state, const char* source, Channels channels) {
 }
 
 constexpr Channels kUsual{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
-constexpr Channels kAll{.gray = true,
-                        .rgb = true,
-                        .rgb_right = true,
-                        .depth = true,
-                        .flow = true,
-                        .backward_flow = true,
-                        .mask = true,
-                        .occlusion = true};
+constexpr Channels kAll = Channels::all();
 
 void open(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(open_scene("synthetic:s18"));

@@ -90,6 +90,9 @@ struct Adapter {
 
 std::span<const Adapter> adapters();
 
+/// SourceSpec::parse(); a relative path that is not in the working folder is looked up in the data root.
+SourceSpec find_source(const std::string& text, const std::string& data_root);
+
 /// Parses SOURCE and opens it.
 std::unique_ptr<Sequence> open_source(const SourceSpec& source);
 

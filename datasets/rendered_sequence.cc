@@ -29,14 +29,7 @@ class RenderedSequence final : public Sequence {
     info_.rate_hz = scenario.rate_hz;
     info_.width = scenario.width;
     info_.height = scenario.height;
-    info_.channels = {.gray = true,
-                      .rgb = true,
-                      .rgb_right = true,
-                      .depth = true,
-                      .flow = true,
-                      .backward_flow = true,
-                      .mask = true,
-                      .occlusion = true};
+    info_.channels = Channels::all();
     info_.exact = info_.channels;
     info_.provenance.emplace_back(std::string("images: rendered, ") + version);
     info_.provenance.emplace_back("depth: rendered, exact");
@@ -57,23 +50,18 @@ class RenderedSequence final : public Sequence {
     Channels missing = channels;
     missing.rgb = channels.rgb || channels.gray;
     missing.gray = false;
+    const int scenario_frame = frame - first_scenario_frame_;
     Frame out;
-    each_channel(out, missing, [&](const char* channel, bool& wanted, auto& image) {
-      if (wanted && cache_->load(frame - first_scenario_frame_, channel, info_.width, info_.height, image))
-        wanted = false;
+    each_channel(missing, out, out, [&](const char* channel, bool& wanted, auto& image, auto&) {
+      if (wanted && cache_->load(scenario_frame, channel, info_.width, info_.height, image)) wanted = false;
     });
-    Frame rendered = renderer_->render(frame - first_scenario_frame_, missing);
-    each_channel(rendered, missing, [&](const char* channel, bool& wanted, auto& image) {
-      if (wanted) cache_->store(frame - first_scenario_frame_, channel, image);
+    Frame rendered = renderer_->render(scenario_frame, missing);
+    each_channel(missing, out, rendered, [&](const char* channel, bool wanted, auto& image, auto& made) {
+      if (!wanted) return;
+      cache_->store(scenario_frame, channel, made);
+      image = std::move(made);
     });
     out.index = frame;
-    if (missing.rgb) out.rgb = std::move(rendered.rgb);
-    if (missing.rgb_right) out.rgb_right = std::move(rendered.rgb_right);
-    if (missing.depth) out.depth_m = std::move(rendered.depth_m);
-    if (missing.flow) out.flow = std::move(rendered.flow);
-    if (missing.backward_flow) out.backward_flow = std::move(rendered.backward_flow);
-    if (missing.mask) out.mask = std::move(rendered.mask);
-    if (missing.occlusion) out.occlusion = std::move(rendered.occlusion);
     if (channels.gray) out.gray = rgb_to_gray(out.rgb);
     if (!channels.rgb) out.rgb = {};
     return out;
@@ -87,15 +75,16 @@ class RenderedSequence final : public Sequence {
   void check_files() const override {}  // made when asked for
 
  private:
+  /// Visits the same channel of two frames.
   template <typename Visit>
-  static void each_channel(Frame& frame, Channels& channels, const Visit& visit) {
-    visit("rgb", channels.rgb, frame.rgb);
-    visit("rgb_right", channels.rgb_right, frame.rgb_right);
-    visit("depth", channels.depth, frame.depth_m);
-    visit("flow", channels.flow, frame.flow);
-    visit("backward_flow", channels.backward_flow, frame.backward_flow);
-    visit("mask", channels.mask, frame.mask);
-    visit("occlusion", channels.occlusion, frame.occlusion);
+  static void each_channel(Channels& channels, Frame& a, Frame& b, const Visit& visit) {
+    visit("rgb", channels.rgb, a.rgb, b.rgb);
+    visit("rgb_right", channels.rgb_right, a.rgb_right, b.rgb_right);
+    visit("depth", channels.depth, a.depth_m, b.depth_m);
+    visit("flow", channels.flow, a.flow, b.flow);
+    visit("backward_flow", channels.backward_flow, a.backward_flow, b.backward_flow);
+    visit("mask", channels.mask, a.mask, b.mask);
+    visit("occlusion", channels.occlusion, a.occlusion, b.occlusion);
   }
   std::string name() const { return info_.dataset + ":" + info_.sequence; }
 

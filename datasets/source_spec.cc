@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 
 #include "sextant/datasets/dataset.h"
 
@@ -66,6 +67,17 @@ void SourceSpec::add_options(const Json& tree) {
     if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, own->dump());
     options.update(*own);
   }
+}
+
+SourceSpec find_source(const std::string& text, const std::string& data_root) {
+  SourceSpec spec = SourceSpec::parse(text);
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path path = spec.path;
+  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
+  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
+    spec.path = under.string();
+  return spec;
 }
 
 }  // namespace sextant

@@ -34,14 +34,7 @@ class Cache : public testing::Test {
 
   fs::path folder_ = fs::path(testing::TempDir()) /
                      fmt::format("cache_{}", testing::UnitTest::GetInstance()->current_test_info()->name());
-  static constexpr Channels kAll{.gray = true,
-                                 .rgb = true,
-                                 .rgb_right = true,
-                                 .depth = true,
-                                 .flow = true,
-                                 .backward_flow = true,
-                                 .mask = true,
-                                 .occlusion = true};
+  static constexpr Channels kAll = Channels::all();
 };
 
 template <typename T>

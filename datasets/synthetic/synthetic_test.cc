@@ -18,14 +18,7 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr Channels kAll{.gray = true,
-                        .rgb = true,
-                        .rgb_right = true,
-                        .depth = true,
-                        .flow = true,
-                        .backward_flow = true,
-                        .mask = true,
-                        .occlusion = true};
+constexpr Channels kAll = Channels::all();
 
 /// Rendered anew: nothing from the cache.
 std::unique_ptr<Sequence> open(const std::string& source) {

@@ -57,9 +57,6 @@ void add_data_flag(CLI::App& command, CommonFlags& flags);
 void add_option_flags(CLI::App& command, CommonFlags& flags);
 void add_jobs_flag(CLI::App& command, CommonFlags& flags);
 
-/// Parses SOURCE; a relative path that is not in the working folder is looked up in the data root.
-SourceSpec find_source(const std::string& text, const std::string& data_root);
-
 /// The options tree: `options` is JSON or @FILE, then each "dotted.key=value" of `sets` on top of it.
 Json options_tree(const std::string& options, std::span<const std::string> sets);
 

@@ -7,7 +7,6 @@
 #include "sextant/base/files.h"
 #include "sextant/estimator/estimator.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/plan.h"
 
 namespace sextant {
 namespace {
@@ -61,10 +60,6 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024));
-}
-
-SourceSpec find_source(const std::string& text, const std::string& data_root) {
-  return locate_source(text, data_root);
 }
 
 Json options_tree(const std::string& options, std::span<const std::string> sets) {

@@ -111,7 +111,7 @@ class PlanReader {
         fail("expected a SOURCE, or {{\"source\", \"options\"}}, got {}", entry.dump());
       check_keys(source, {"source", "options"});
       const std::string text = text_of(source.value("source", Json()), "source");
-      SourceSpec spec = locate_source(text, data_root_);
+      SourceSpec spec = find_source(text, data_root_);
       spec.add_options(source.value("options", Json::object()));
       try {
         const std::unique_ptr<Sequence> opened = open_source(spec);
@@ -290,16 +290,6 @@ Json Plan::json() const {
 
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root) {
   return PlanReader(text, name, data_root).read();
-}
-
-SourceSpec locate_source(const std::string& text, const std::string& data_root) {
-  SourceSpec spec = SourceSpec::parse(text);
-  std::error_code ignored;
-  const fs::path path = spec.path;
-  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
-  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
-    spec.path = under.string();
-  return spec;
 }
 
 }  // namespace sextant

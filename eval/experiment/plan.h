@@ -73,7 +73,4 @@ inline constexpr uint64_t max_plan_cases = 10'000'000;
 /// in `data_root` when they are not in the working folder.
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root);
 
-/// SourceSpec::parse(); a relative path that is not in the working folder is looked up in the data root.
-SourceSpec locate_source(const std::string& text, const std::string& data_root);
-
 }  // namespace sextant

@@ -140,28 +140,38 @@ std::string case_index(const std::map<uint64_t, Journal::Block>& blocks) {
   return text;
 }
 
-/// Requested and achieved noise per source and level that adds any, over all seeds.
-Json noise_json(const SweepConfig& config, const PlanRunner& runner) {
-  Json json = Json::array();
-  for (size_t s = 0; s < runner.sources().size(); ++s) {
-    const OpenSource& source = runner.sources()[s];
-    const SequenceInfo& info = source.sequence->info();
-    for (const PlanLevel& level : config.plan.levels) {
-      if (level.noise.none()) continue;
-      NoiseVerification achieved;
-      for (const uint64_t seed : config.plan.seeds) {
-        check_interrupt();
-        const Draws draws(seed, info.dataset, info.sequence);
-        for (const ExtractedPair& pair : source.packed.pairs) {
-          achieved.merge(level.noise.apply(pair.pair, draws).achieved);
-        }
-      }
-      Json entry = {{"source", config.plan.sources[s].text}, {"level", level.level}};
-      entry["noise"] = achieved.json(level.noise.options());
-      json.push_back(std::move(entry));
+/// Requested and achieved noise of one source at one level, over all seeds.
+Json level_noise_json(const SweepConfig& config, const PlanRunner& runner, size_t source, size_t level) {
+  const OpenSource& data = runner.sources()[source];
+  const SequenceInfo& info = data.sequence->info();
+  const PlanLevel& wanted = config.plan.levels[level];
+  NoiseVerification achieved;
+  for (const uint64_t seed : config.plan.seeds) {
+    check_interrupt();
+    const Draws draws(seed, info.dataset, info.sequence);
+    for (const ExtractedPair& pair : data.packed.pairs) {
+      achieved.merge(wanted.noise.apply(pair.pair, draws).achieved);
     }
   }
-  return json;
+  Json entry = {{"source", config.plan.sources[source].text}, {"level", wanted.level}};
+  entry["noise"] = achieved.json(wanted.noise.options());
+  return entry;
+}
+
+/// The same for every source and level that adds any.
+Json noise_json(const SweepConfig& config, const PlanRunner& runner) {
+  std::vector<std::pair<size_t, size_t>> noisy;
+  for (size_t s = 0; s < runner.sources().size(); ++s) {
+    for (size_t l = 0; l < config.plan.levels.size(); ++l) {
+      if (!config.plan.levels[l].noise.none()) noisy.emplace_back(s, l);
+    }
+  }
+  std::vector<Json> entries(noisy.size());
+  parallel_for(static_cast<int>(noisy.size()), config.jobs, [&](int i) {
+    const auto at = static_cast<size_t>(i);
+    entries[at] = level_noise_json(config, runner, noisy[at].first, noisy[at].second);
+  });
+  return entries;
 }
 
 Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {

@@ -4,31 +4,18 @@
 #include <set>
 #include <tuple>
 
+#include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
-
-std::optional<double> find(const Record::Numbers& numbers, const std::string& key) {
-  const auto it = numbers.find(key);
-  return it == numbers.end() ? std::nullopt : std::optional<double>(it->second);
-}
-
-bool has_truth(const Record& record) {
-  if (record.is_ego()) return record.values.contains("step_gt_m");
-  return record.values.contains("distance_gt_m") && find(record.values, "dynamic_gt").value_or(1) != 0;
-}
-
-int body_order(const std::string& body) {
-  return body == "ego" ? 0 : std::stoi(body.substr(body.find(':') + 1));
-}
 
 std::optional<ErrorSummary> summarize(const std::vector<const Record*>& records, const std::string& key,
                                       const BootstrapOptions& options) {
   std::vector<double> values;
   std::vector<uint64_t> seeds;
   for (const Record* record : records) {
-    if (const auto value = find(record->errors, key)) {
+    if (const auto value = find_number(record->errors, key)) {
       values.push_back(*value);
       seeds.push_back(record->seed);
     }
@@ -52,7 +39,8 @@ NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const B
     ++row.n_truth;
     if (record->status != Status::ok) continue;
     estimated.push_back(record);
-    if (const auto value = find(record->errors, "epe_initial_px"); value && record->flow_truth == "given") {
+    if (const auto value = find_number(record->errors, "epe_initial_px");
+        value && record->flow_truth == "given") {
       epe.push_back(*value);
     }
   }
@@ -81,7 +69,7 @@ std::vector<NoiseLevelRow> noise_levels(const std::vector<Record>& records, cons
   using Key = std::tuple<std::string, std::string, int, std::string, double, std::string>;
   std::map<Key, std::vector<const Record*>> levels;
   for (const Record& r : records) {
-    levels[{r.dataset, r.sequence, body_order(r.body), r.estimator, r.level, r.noise}].push_back(&r);
+    levels[{r.dataset, r.sequence, body_order(r), r.estimator, r.level, r.noise}].push_back(&r);
   }
   std::vector<NoiseLevelRow> rows;
   for (const auto& [key, of_level] : levels) {

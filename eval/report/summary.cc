@@ -5,27 +5,18 @@
 #include <map>
 #include <tuple>
 
+#include "sextant/eval/report/record_reading.h"
+
 namespace sextant {
 namespace {
 
 using Numbers = Record::Numbers;
 
-std::optional<double> find(const Numbers& numbers, const std::string& key) {
-  const auto it = numbers.find(key);
-  return it == numbers.end() ? std::nullopt : std::optional<double>(it->second);
-}
-
-/// Truth in both frames, and worth estimating.
-bool has_truth(const Record& record) {
-  if (record.is_ego()) return record.values.contains("step_gt_m");
-  return record.values.contains("distance_gt_m") && find(record.values, "dynamic_gt").value_or(1) != 0;
-}
-
 std::optional<double> aggregated(const std::vector<const Record*>& records, Numbers Record::*map,
                                  const std::string& key, Aggregate how) {
   std::vector<double> values;
   for (const Record* record : records) {
-    if (const auto value = find(record->*map, key)) values.push_back(*value);
+    if (const auto value = find_number(record->*map, key)) values.push_back(*value);
   }
   if (values.empty()) return std::nullopt;
   return aggregate(how, values);
@@ -67,16 +58,11 @@ BodySummary summarize_body(const std::vector<const Record*>& records, const Metr
   return row;
 }
 
-/// 0 for ego, else the id.
-int body_order(const Record& record) {
-  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
-}
-
 /// What the truth itself is worth, per sequence that says so.
 std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   std::map<std::string, double> floors;
   for (const Record& record : records) {
-    if (const auto floor_m = find(record.values, "step_floor_m")) {
+    if (const auto floor_m = find_number(record.values, "step_floor_m")) {
       floors[record.dataset + " " + record.sequence] = *floor_m;
     }
   }
@@ -108,8 +94,8 @@ ClassificationCounts count_classification(const std::vector<Record>& records) {
   ClassificationCounts counts;
   for (const Record& record : records) {
     if (record.status == Status::gated && record.gate != Gate::is_static) continue;
-    const auto found = find(record.values, "dynamic");
-    const auto truth = find(record.values, "dynamic_gt");
+    const auto found = find_number(record.values, "dynamic");
+    const auto truth = find_number(record.values, "dynamic_gt");
     if (found && truth) counts.add(*found != 0, *truth != 0);
   }
   return counts;

@@ -13,13 +13,13 @@ enum class Occlusion : uint8_t { visible = 0, hidden = 1, outside = 2, unknown =
 struct Frame {
   int index = 0;  ///< the data set's own frame number
 
-  Image<uint8_t> gray;   ///< luminance, 0..255
-  Image<Rgb> rgb;        ///< only when asked for (overlays, networks)
-  Image<Rgb> rgb_right;  ///< the right camera's image, rectified with the left
-  Image<float> depth_m;  ///< z-depth; NaN = invalid
-  Image<Flow> flow;      ///< from this frame to the next, px; NaN = invalid
-  Image<Flow> backward_flow;    ///< from this frame to the one before, px; NaN = invalid
-  Image<uint16_t> mask;         ///< instance ids of this frame; 0 = background
+  Image<uint8_t> gray;         ///< luminance, 0..255
+  Image<Rgb> rgb;              ///< only when asked for (overlays, networks)
+  Image<Rgb> rgb_right;        ///< the right camera's image, rectified with the left
+  Image<float> depth_m;        ///< z-depth; NaN = invalid
+  Image<Flow> flow;            ///< from this frame to the next, px; NaN = invalid
+  Image<Flow> backward_flow;   ///< from this frame to the one before, px; NaN = invalid
+  Image<uint16_t> mask;        ///< instance ids of this frame; 0 = background
   Image<Occlusion> occlusion;  ///< what becomes of each pixel in the next frame
 };
 
@@ -33,6 +33,19 @@ struct Channels {
   bool backward_flow = false;
   bool mask = false;
   bool occlusion = false;
+
+  static constexpr Channels all();
 };
+
+constexpr Channels Channels::all() {
+  return {.gray = true,
+          .rgb = true,
+          .rgb_right = true,
+          .depth = true,
+          .flow = true,
+          .backward_flow = true,
+          .mask = true,
+          .occlusion = true};
+}
 
 }  // namespace sextant
