@@ -54,6 +54,7 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
                    const RobustStartOptions& options, const Estimator& estimator, BodyResult& body) {
   Stopwatch watch;
   body.points = problem.points;
+  body.noise = problem.noise;
   body.n_points = static_cast<int>(problem.points.size());
   const RobustStart start = robust_start(problem, propagated, options);
   body.times.start_ms = watch.lap_ms();
@@ -70,18 +71,27 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.times.refine_ms = watch.lap_ms();
 }
 
-/// The points of the previous instance that most of them come from. The others are another body's: they land
-/// here because that body vanishes behind this one.
-Correspondences points_of_main_instance(const ObjectObservation& object) {
+/// The previous instance that most of the points come from.
+int main_instance(const ObjectObservation& object) {
   std::map<uint16_t, int> votes;
   for (const uint16_t instance : object.instance_prev) ++votes[instance];
-  if (votes.size() < 2) return object.points;
-  const uint16_t winner = std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) {
-                            return a.second < b.second;
-                          })->first;
+  if (votes.empty()) return object.instance;
+  return std::max_element(votes.begin(), votes.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+/// The points of one previous instance. The others are another body's: they land here because that body
+/// vanishes behind this one.
+Correspondences points_of_instance(const ObjectObservation& object, int instance) {
   std::vector<unsigned char> keep(object.points.size());
-  for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == winner ? 1 : 0;
+  for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == instance ? 1 : 0;
   return object.points.subset(keep);
+}
+
+std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
+  const auto declared = pair.noise.find(body);
+  return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
 }
 
 }  // namespace
@@ -158,8 +168,8 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
   const std::optional<SE3> propagated =
       has_camera_motion_ ? std::optional<SE3>(last_camera_motion_) : std::nullopt;
-  estimate_body({pair.camera, pair.background}, propagated, min_ego_inliers, options_.start, *estimator_,
-                ego);
+  estimate_body({pair.camera, pair.background, declared_noise(pair, 0)}, propagated, min_ego_inliers,
+                options_.start, *estimator_, ego);
   return ego;
 }
 
@@ -172,8 +182,10 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   body.distance_m = median(object.points.depth);
   body.moving_share = body.speed_mps = nan;
   body.is_dynamic = true;
+  const int instance_prev = main_instance(object);
   const Problem near{pair.camera,
-                     nearer_than(points_of_main_instance(object), options_.max_object_distance_m)};
+                     nearer_than(points_of_instance(object, instance_prev), options_.max_object_distance_m),
+                     declared_noise(pair, instance_prev)};
   body.n_points = static_cast<int>(near.points.size());
   const auto gate = [&](Gate reason) {
     body.status = Status::gated;
@@ -197,6 +209,7 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
     gate(Gate::is_static);
   }
   body.points = near.points;
+  body.noise = near.noise;
   body.times.other_ms = watch.lap_ms();
   return body;
 }
@@ -246,7 +259,7 @@ void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& eg
   if (ego.status == Status::ok && known != motion_of_track_.end()) {
     propagated = ego.estimate.T_curr_prev * known->second;
   }
-  const Problem problem{pair.camera, std::move(body.points)};
+  const Problem problem{pair.camera, std::move(body.points), body.noise};
   estimate_body(problem, propagated, options_.min_object_points, options_.start, *estimator_, body);
   if (body.status != Status::ok) return;
   body.centroid_m = inlier_centroid(problem, body.estimate.inliers);

@@ -54,8 +54,9 @@ struct BodyResult {
   int track = 0;  ///< label of the tracker: 0 = background or static, 1.. = moving objects
   Status status = Status::ok;
   Gate gate = Gate::none;
-  Correspondences points;   ///< all points offered to the estimator
-  MotionEstimate estimate;  ///< meaningful when status == ok
+  Correspondences points;                 ///< all points offered to the estimator
+  std::optional<MeasurementNoise> noise;  ///< declared for them
+  MotionEstimate estimate;                ///< meaningful when status == ok
   int n_points = 0;
   int n_inliers = 0;
   bool start_propagated = false;  ///< the propagated motion won against RANSAC

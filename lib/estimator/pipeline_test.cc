@@ -142,6 +142,39 @@ TEST(Pipeline, PointsOfABodyThatVanishesBehindAnotherDoNotCount) {
   EXPECT_LT((body.estimate.T_curr_prev * moving.inverse()).log().norm(), 1e-9);
 }
 
+/// Does not estimate: remembers the problems.
+class Listener : public Estimator {
+ public:
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
+    problems.push_back(problem);
+    MotionEstimate estimate;
+    estimate.status = Status::ok;
+    estimate.T_curr_prev = start.T_curr_prev;
+    estimate.inliers = start.inliers;
+    return estimate;
+  }
+  Json options() const override { return Json::object(); }
+
+  mutable std::vector<Problem> problems;
+};
+
+TEST(Pipeline, DeclaredNoiseReachesTheEstimatorByPreviousBody) {
+  ObjectObservation object = observe(4, moving);
+  object.instance_prev.assign(200, 9);  // ids change from mask to mask
+  FramePair pair = make_pair(0, {object});
+  const auto listen = [&] {
+    const auto listener = std::make_shared<Listener>();
+    FrameEstimator(PipelineOptions(), listener).process(pair);
+    EXPECT_EQ(listener->problems.size(), 2U);
+    return listener->problems;
+  };
+  for (const Problem& problem : listen()) EXPECT_FALSE(problem.noise);
+  pair.noise = {{0, {0.3, 0.2, 1e-3}}, {4, {5, 5, 1}}, {9, {0.1, 0.4, 2e-3}}};
+  const std::vector<Problem> problems = listen();
+  EXPECT_EQ(problems[0].noise, pair.noise[0]);
+  EXPECT_EQ(problems[1].noise, pair.noise[9]);
+}
+
 TEST(Pipeline, MajorityZeroStartsANewLabel) {
   FrameEstimator estimator = make();
   estimator.process(make_pair(0, {observe(1, moving), observe(2, standing)}));

@@ -3,10 +3,12 @@
 // The measurements of one frame pair reduced to points: what the pipeline needs after the images are gone.
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "sextant/geometry/camera.h"
 #include "sextant/measurement/correspondences.h"
+#include "sextant/measurement/measurement_noise.h"
 
 namespace sextant {
 
@@ -29,6 +31,8 @@ struct FramePair {
   Correspondences background;              ///< static features
   std::vector<ObjectObservation> objects;  ///< in order of `instance`
   std::vector<int> lost_instances;         ///< ids of the previous mask that the current one lacks
+  /// Declared by body: id in the previous mask, 0 = background. Empty: nothing is known.
+  std::map<int, MeasurementNoise> noise;
 };
 
 }  // namespace sextant

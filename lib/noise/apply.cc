@@ -280,8 +280,18 @@ NoisyPair Noise::apply(const FramePair& pair, const Draws& draws) const {
     }
     object.instance_prev.resize(kept);
   }
+  if (!none()) declare(noisy.pair);
   noisy.achieved = std::move(application.achieved);
   return noisy;
+}
+
+void Noise::declare(FramePair& pair) const {
+  pair.noise[0] = declared(pair.camera, 0);
+  for (const ObjectObservation& object : pair.objects) {
+    for (const uint16_t body : object.instance_prev) {
+      if (!pair.noise.contains(body)) pair.noise[body] = declared(pair.camera, body);
+    }
+  }
 }
 
 NoisyFrame Noise::apply(const Frame& frame, const StereoCamera& camera, const Draws& draws) const {

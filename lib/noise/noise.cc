@@ -102,6 +102,24 @@ FlowSigma Noise::flow_sigma(int body) const {
   return {std::sqrt(variance.x_px), std::sqrt(variance.y_px)};
 }
 
+MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
+  constexpr double unit_m = 1;  // every depth model is quadratic in depth
+  const FlowSigma flow = flow_sigma(body);
+  MeasurementNoise noise{flow.x_px, flow.y_px};
+  double depth_variance = std::pow(depth_sigma_m(camera, unit_m), 2);
+  bool rounded = false;
+  for (const NamedModel& named : models_) {
+    const double rounding = named.model->depth_rounding_sigma_m(camera, unit_m);
+    depth_variance += rounding * rounding;
+    rounded = rounded || rounding > 0;
+    noise.flow_outlier_share = 1 - (1 - noise.flow_outlier_share) * (1 - named.model->outlier_share());
+  }
+  noise.inverse_depth_per_m = std::sqrt(depth_variance);
+  noise.independent_gaussian =
+      !rounded && noise.flow_outlier_share == 0 && correlation_ == Correlation::independent;
+  return noise;
+}
+
 std::string noise_name(const Json& options) { return Noise(options).name(); }
 
 std::vector<OptionHelp> describe_noise_options() {

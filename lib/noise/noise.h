@@ -15,6 +15,7 @@
 //               reads corrupted files looks it up at p + noisy flow instead
 //   flow        of the previous frame at the point's pixel; for an outlier depth_curr becomes NaN, because it
 //               would be looked up elsewhere
+//   noise       what a sensor with this noise would declare, for every body that has points
 //   masks       decide which points there are, so they must be corrupted before extraction: corrupt_mask()
 
 #include <string>
@@ -65,6 +66,8 @@ class Noise {
   /// Sum of what the models ask for, as standard deviations.
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const;
   FlowSigma flow_sigma(int body) const;
+  /// What a sensor with this noise would declare for a body (instance id, 0 = background).
+  MeasurementNoise declared(const StereoCamera& camera, int body) const;
 
  private:
   friend class NoiseApplication;
@@ -72,6 +75,8 @@ class Noise {
     std::string key;
     std::shared_ptr<const NoiseModel> model;
   };
+
+  void declare(FramePair& pair) const;
 
   std::vector<NamedModel> models_;  ///< those that change something, in the order of noise_models()
   Correlation correlation_ = Correlation::independent;

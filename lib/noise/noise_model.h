@@ -62,6 +62,8 @@ class NoiseModel {
   virtual double depth_sigma_m(const StereoCamera&, double /*depth_m*/) const { return 0; }
   virtual FlowSigma flow_sigma(int /*body*/) const { return {}; }
   virtual double outlier_share() const { return 0; }
+  /// Standard deviation of a rounding error, which is not Gaussian.
+  virtual double depth_rounding_sigma_m(const StereoCamera&, double /*depth_m*/) const { return 0; }
   virtual bool changes_depth() const { return false; }
   virtual bool changes_flow() const { return false; }
   virtual bool changes_masks() const { return false; }

@@ -263,6 +263,34 @@ TEST(Noise, LevelsByBodyNeedAMask) {
   EXPECT_NO_THROW(noise(R"({"flow": {"epe_px": 1}})").apply(frame, camera, draws));
 }
 
+TEST(Noise, DeclaresItsDeviationsByBodyAndNothingWithoutNoise) {
+  const FramePair clean = make_pair(make_frame(7), make_frame(8), 4);
+  EXPECT_TRUE(Noise().apply(clean, draws).pair.noise.empty());
+
+  const FramePair noisy = noise(R"({"depth": {"delta_d_px": 0.2, "baseline_m": 0},
+      "flow": {"epe_x_px": 0.3, "epe_y_px": 0.2, "bodies": {"object:1": {"epe_px": 1}}}})")
+                              .apply(clean, draws)
+                              .pair;
+  const double inverse_depth_per_m = 0.2 / camera.bf;
+  EXPECT_EQ(noisy.noise.at(0), (MeasurementNoise{0.3, 0.2, inverse_depth_per_m}));
+  EXPECT_EQ(noisy.noise.at(1), (MeasurementNoise{1, 1, inverse_depth_per_m}));
+  EXPECT_DOUBLE_EQ(noisy.noise.at(1).depth_sigma_m(20), camera.depth_sigma_m(20, 0.2));
+}
+
+TEST(Noise, DeclaresWhatIsNotGaussian) {
+  const auto declared = [](const char* json) { return noise(json).declared(camera, 0); };
+  EXPECT_TRUE(declared(R"({"flow": {"epe_px": 1}})").independent_gaussian);
+  EXPECT_FALSE(
+      declared(R"({"flow": {"epe_px": 1}, "correlation": "shared_per_frame"})").independent_gaussian);
+  const MeasurementNoise wrong = declared(R"({"flow": {"epe_px": 1}, "outliers": {"share": 0.1}})");
+  EXPECT_DOUBLE_EQ(wrong.flow_outlier_share, 0.1);
+  EXPECT_EQ(wrong.flow_x_px, 1);
+  EXPECT_FALSE(wrong.independent_gaussian);
+  const MeasurementNoise rounded = declared(R"({"quantisation": {"step_px": 0.5}})");
+  EXPECT_NEAR(rounded.inverse_depth_per_m, 0.5 / std::sqrt(12.0) / camera.bf, 1e-15);
+  EXPECT_FALSE(rounded.independent_gaussian);
+}
+
 TEST(Noise, HasACanonicalNameAndOptions) {
   EXPECT_EQ(noise_name(
                 Json::parse(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})")),

@@ -20,6 +20,11 @@ std::string Quantisation::name() const {
   return text;
 }
 
+double Quantisation::depth_rounding_sigma_m(const StereoCamera& camera, double depth_m) const {
+  if (!changes_depth()) return 0;
+  return depth_m * depth_m / focal_baseline(camera, options_.baseline_m) * options_.step_px / std::sqrt(12.0);
+}
+
 void Quantisation::corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                                  std::span<double> depth_m) const {
   if (!changes_depth()) return;

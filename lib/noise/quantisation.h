@@ -28,6 +28,8 @@ class Quantisation : public NoiseModel {
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
+  /// Of a uniform error of one step: step / sqrt(12) in disparity.
+  double depth_rounding_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.step_px > 0; }
 
  private:
