@@ -33,7 +33,7 @@ CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
       evaluate_pair(out.result, {info.dataset, info.sequence, settings_.estimator_label, info.camera.left,
                                  sequence_.truth(), motions_.starts_at_truth ? motions_.estimated : none,
                                  extracted.true_flow ? &*extracted.true_flow : nullptr, noise_name_,
-                                 settings_.level, settings_.seed});
+                                 settings_.level, settings_.seed, draws_ ? &extracted.pair : nullptr});
   out.records.front().time_ms["extraction"] = extracted.extraction_ms;
   out.records.front().time_ms["decode"] = extracted.decode_ms;
   return out;

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <set>
 
+#include "sextant/eval/experiment/limit.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"
@@ -235,6 +236,7 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
     records.push_back(
         evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
   }
+  add_limits(result, context, records);
   for (Record& record : records) drop_non_finite(record);
   return records;
 }

@@ -15,6 +15,7 @@
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/eval/experiment/record.h"
+#include "sextant/measurement/frame_pair.h"
 #include "sextant/truth/truth.h"
 
 namespace sextant {
@@ -32,6 +33,7 @@ struct PairContext {
   std::string noise = "none";
   double level = 0;
   uint64_t seed = 0;
+  const FramePair* clean = nullptr;  ///< the pair before noise; null: none was added, there is no bound
 };
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);

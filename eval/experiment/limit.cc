@@ -1,0 +1,90 @@
+#include "sextant/eval/experiment/limit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/metrics/crlb.h"
+#include "sextant/metrics/nees.h"
+
+namespace sextant {
+namespace {
+
+const Correspondences& clean_points(const BodyResult& body, const FramePair& clean) {
+  if (body.instance == 0) return clean.background;
+  const auto object = std::ranges::find(clean.objects, body.instance, &ObjectObservation::instance);
+  SEXTANT_CHECK(object != clean.objects.end());
+  return object->points;
+}
+
+/// `offered` without its noise. Noise and gates only leave points out: pixels and order stay.
+Correspondences exact_points(const Correspondences& offered, const Correspondences& clean) {
+  Correspondences exact;
+  exact.reserve(offered.size());
+  size_t k = 0;
+  for (size_t i = 0; i < offered.size(); ++i, ++k) {
+    while (k < clean.size() && !(clean.u[k] == offered.u[i] && clean.v[k] == offered.v[i])) ++k;
+    SEXTANT_CHECK(k < clean.size());
+    const bool current_depth = std::isfinite(offered.depth_curr[i]);
+    exact.push_back(clean.u[k], clean.v[k], clean.depth[k], clean.flow_u[k], clean.flow_v[k],
+                    current_depth ? clean.depth_curr[k] : std::numeric_limits<double>::quiet_NaN());
+  }
+  return exact;
+}
+
+std::optional<MotionBound> bound_of(const BodyResult& body, const SE3& true_T_curr_prev,
+                                    const PairContext& context) {
+  const bool was_offered = body.status != Status::gated && body.status != Status::lost;
+  if (!body.noise || context.clean == nullptr || !was_offered) return std::nullopt;
+  const Correspondences exact = exact_points(body.points, clean_points(body, *context.clean));
+  return motion_bound(context.camera, exact, true_T_curr_prev, *body.noise);
+}
+
+void add_nees(const BodyResult& body, const SE3& true_T_curr_prev, Record& record) {
+  if (body.status != Status::ok) return;
+  const auto value = nees(body.estimate.T_curr_prev, body.estimate.covariance, true_T_curr_prev);
+  if (value) record.values["nees"] = *value;
+}
+
+void add_rms(const Matrix6d& twist_of_X, const SE3& transport, const std::string& suffix, Record& record) {
+  const PoseChangeError rms = rms_error(transported(twist_of_X, transport));
+  record.bound["Et" + suffix + "_m"] = rms.Et_m;
+  record.bound["ER" + suffix + "_deg"] = rms.ER_deg;
+}
+
+void add_bound(const MotionBound& bound, const SE3& transport, Record& record) {
+  add_rms(bound.previous_depth, transport, "", record);
+  if (bound.both_depths) add_rms(*bound.both_depths, transport, "_both", record);
+}
+
+}  // namespace
+
+void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records) {
+  const auto record_of = [&](const std::string& body) -> Record& {
+    const auto record = std::ranges::find(records, body, &Record::body);
+    SEXTANT_CHECK(record != records.end());
+    return *record;
+  };
+  std::optional<MotionBound> ego;
+  if (const auto X = context.truth.background_motion(result.prev, result.curr)) {
+    add_nees(result.ego, *X, records.front());
+    ego = bound_of(result.ego, *X, context);
+    if (ego) add_bound(*ego, SE3(), records.front());
+  }
+  for (const BodyResult& body : result.objects) {
+    const auto X = context.truth.object_motion(body.instance, result.prev, result.curr);
+    if (!X) continue;
+    Record& record = record_of(object_body(body.instance));
+    add_nees(body, *X, record);
+    const std::optional<MotionBound> object = bound_of(body, *X, context);
+    if (!object) continue;
+    add_bound(*object, X->inverse(), record);
+    if (!ego) continue;
+    // The two motions' errors are independent: no point belongs to both bodies.
+    const SE3& L = context.truth.find(result.prev, body.instance)->T_camera_object;
+    add_rms(ego->previous_depth + object->previous_depth, (*X * L).inverse(), "_body", record);
+  }
+}
+
+}  // namespace sextant
