@@ -1,7 +1,8 @@
 #include "sextant/metrics/crlb.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
@@ -21,38 +22,61 @@ std::optional<Matrix6d> inverse(const Matrix6d& information) {
   return scale.asDiagonal() * unit_inverse * scale.asDiagonal();
 }
 
-/// I of both kinds, summed point by point.
+/// sum_i G_i^T M_i G_i of point informations M_i (3x3, 1/m^2), G_i = d exp(xi) p_i / d xi = [1, -[p_i]_x].
+class TwistInformation {
+ public:
+  void add(const Eigen::Matrix3d& M, const Eigen::Vector3d& p) {
+    Eigen::Matrix3d MS;  // M [p]_x
+    for (int i = 0; i < 3; ++i) MS.row(i) = M.row(i).cross(p.transpose());
+    translation_ += M;
+    mixed_ += MS;
+    for (int i = 0; i < 3; ++i) rotation_.col(i) += p.cross(MS.col(i));
+  }
+  Matrix6d matrix() const {
+    Matrix6d information;
+    information << translation_, -mixed_, -mixed_.transpose(), -rotation_;
+    return information;
+  }
+
+ private:
+  Eigen::Matrix3d translation_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d mixed_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Zero();
+};
+
+/// Both kinds, summed point by point.
 class Information {
  public:
   Information(const PinholeCamera& camera, const SE3& T_curr_prev, const MeasurementNoise& noise)
-      : camera_(camera), R_(T_curr_prev.rotation()), t_(T_curr_prev.translation()), noise_(noise) {
-    flow_variance_ << noise.flow_x_px * noise.flow_x_px, 0, 0, noise.flow_y_px * noise.flow_y_px;
+      : camera_(camera),
+        R_(T_curr_prev.rotation().toRotationMatrix()),
+        t_(T_curr_prev.translation()),
+        noise_(noise) {
+    flow_variance_ << square(noise.flow_x_px), 0, 0, square(noise.flow_y_px);
   }
 
   void add(double u, double v, double depth_m, bool has_current_depth) {
     const Eigen::Vector3d moved_ray = R_ * camera_.ray(u, v);
     const Eigen::Vector3d point = depth_m * moved_ray + t_;
     if (!(depth_m > 0) || !(point.z() > 0)) return;  // nothing is seen of it
-    const Eigen::Matrix<double, 2, 6> J = camera_.motion_jacobian(point);
-    const Eigen::Vector2d j = camera_.project_jacobian(point) * moved_ray;
+    const Eigen::Matrix<double, 2, 3> P = camera_.project_jacobian(point);
+    const Eigen::Vector2d j = P * moved_ray;
     const double depth_variance = square(noise_.depth_sigma_m(depth_m));
     const Eigen::Matrix2d S = flow_variance_ + depth_variance * j * j.transpose();
     const Eigen::Matrix2d W = S.inverse();
-    previous_depth.noalias() += J.transpose() * (W * J);
+    previous_depth.add(P.transpose() * (W * P), point);
     if (!has_current_depth) return;
 
     // What the third row adds, given the first two.
-    Eigen::Matrix<double, 1, 6> row;
-    row << 0, 0, 1, point.y(), -point.x(), 0;
     const Eigen::Vector2d cross = moved_ray.z() * depth_variance * j;
     const double variance = square(noise_.depth_sigma_m(point.z())) + square(moved_ray.z()) * depth_variance;
     const Eigen::RowVector2d gain = cross.transpose() * W;
-    row -= gain * J;
-    current_depth.noalias() += row.transpose() * row / (variance - gain * cross);
+    const Eigen::RowVector3d row = Eigen::RowVector3d::UnitZ() - gain * P;
+    current_depth.add(row.transpose() * row / (variance - gain * cross), point);
   }
 
-  Matrix6d previous_depth = Matrix6d::Zero();
-  Matrix6d current_depth = Matrix6d::Zero();
+  TwistInformation previous_depth;
+  TwistInformation current_depth;  ///< on top of it
 
  private:
   static double square(double x) { return x * x; }
@@ -76,10 +100,11 @@ std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Corre
     information.add(exact.u[i], exact.v[i], exact.depth[i], current_depth);
     any_current_depth = any_current_depth || current_depth;
   }
-  const std::optional<Matrix6d> covariance = inverse(information.previous_depth);
+  const Matrix6d previous_depth = information.previous_depth.matrix();
+  const std::optional<Matrix6d> covariance = inverse(previous_depth);
   if (!covariance) return std::nullopt;
   MotionBound bound{*covariance, std::nullopt};
-  if (any_current_depth) bound.both_depths = inverse(information.previous_depth + information.current_depth);
+  if (any_current_depth) bound.both_depths = inverse(previous_depth + information.current_depth.matrix());
   return bound;
 }
 
