@@ -1,5 +1,6 @@
 #include "sextant/eval/report/noise_levels.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <tuple>
@@ -48,6 +49,7 @@ NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const B
   row.n_estimated = static_cast<int>(estimated.size());
   row.Et_m = summarize(estimated, "Et_m", options);
   row.ER_deg = summarize(estimated, "ER_deg", options);
+  row.limit = summarize_limit(estimated, options);
   if (!epe.empty()) row.epe_initial_px = mean(epe);
   return row;
 }
@@ -85,7 +87,11 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
   table.caption =
       "Over the estimated pairs of all seeds; low and high: 95 % interval of the mean, bootstrap with a "
       "seed's "
-      "pairs as one cluster. Objects: motion in the camera frame.";
+      "pairs as one cluster. Objects: motion in the camera frame. Efficiency: Cramer-Rao bound (RMS) / RMSE, "
+      "1 "
+      "at best but for bias and current depths; ANEES: mean normalised error squared, within its interval "
+      "for "
+      "an estimator that knows its own error.";
   table.columns = {{"dataset", "dataset", Align::left, 0, true},
                    {"sequence", "sequence", Align::left, 0, true},
                    {"body", "body", Align::left},
@@ -103,8 +109,9 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
                    {"ER_high_deg", "high", Align::right, 5},
                    {"ER_median_deg", "median", Align::right, 5},
                    {"ER_rmse_deg", "RMSE", Align::right, 5},
-                   {"epe_initial_px", "EPE [px]", Align::right, 3},
-                   {"noise", "noise", Align::left, 0, true}};
+                   {"epe_initial_px", "EPE [px]", Align::right, 3}};
+  std::ranges::move(limit_columns(), std::back_inserter(table.columns));
+  table.columns.push_back({"noise", "noise", Align::left, 0, true});
   for (const NoiseLevelRow& row : rows) {
     std::vector<Cell> cells = {row.dataset,
                                row.sequence,
@@ -116,6 +123,7 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
     add_summary(row.Et_m, cells);
     add_summary(row.ER_deg, cells);
     cells.push_back(cell(row.epe_initial_px));
+    add_limit_cells(row.limit, cells);
     cells.emplace_back(row.noise);
     table.add_row(std::move(cells));
   }

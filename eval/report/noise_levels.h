@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "sextant/eval/experiment/record.h"
+#include "sextant/eval/report/limit_summary.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
 
@@ -35,6 +36,7 @@ struct NoiseLevelRow {
   int n_estimated = 0;
   std::optional<ErrorSummary> Et_m;
   std::optional<ErrorSummary> ER_deg;
+  LimitSummary limit;
   std::optional<double> epe_initial_px;  ///< mean: the noise that was really there, where true flow is given
 };
 

@@ -75,8 +75,11 @@ FoldedTable fold_columns(const Table& table) {
   for (size_t j = table.columns.size(); j-- > 0;) {
     const auto same = [&](const std::vector<Cell>& row) { return row[j] == table.rows.front()[j]; };
     if (!table.columns[j].fold || !std::all_of(table.rows.begin(), table.rows.end(), same)) continue;
-    const std::string said = table.columns[j].title + " " + rounded(table.rows.front()[j], table.columns[j]);
-    out.said_once = out.said_once.empty() ? said : said + ", " + out.said_once;
+    const Cell& cell = table.rows.front()[j];
+    if (!std::holds_alternative<std::monostate>(cell)) {
+      const std::string said = table.columns[j].title + " " + rounded(cell, table.columns[j]);
+      out.said_once = out.said_once.empty() ? said : said + ", " + out.said_once;
+    }
     const auto at = static_cast<std::ptrdiff_t>(j);
     out.table.columns.erase(out.table.columns.begin() + at);
     for (std::vector<Cell>& row : out.table.rows) row.erase(row.begin() + at);

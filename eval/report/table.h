@@ -18,8 +18,9 @@ struct Column {
   std::string key;    ///< machine name, with unit suffix: CSV header and JSON key
   std::string title;  ///< as people read it, with unit: "E_t [m]"
   Align align = Align::right;
-  int decimals = 3;   ///< of numbers in text and Markdown
-  bool fold = false;  ///< to_text: said once above the table, not in a column, when all rows agree
+  int decimals = 3;  ///< of numbers in text and Markdown
+  bool fold =
+      false;  ///< to_text: said once above the table, not in a column, when all rows agree; empty: not at all
 };
 
 /// Empty, text, or a finite number.

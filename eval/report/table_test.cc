@@ -70,5 +70,20 @@ TEST(Table, RefusesWrongRows) {
   EXPECT_THROW(table.add_row({std::string("x"), NAN}), InternalError);
 }
 
+TEST(Table, FoldedColumnsAreSaidOnceAndEmptyOnesNotAtAll) {
+  Table table;
+  table.columns = {{"set", "set", Align::left, 0, true},
+                   {"none", "none", Align::right, 1, true},
+                   {"some", "some", Align::right, 1, true},
+                   {"x", "x", Align::right, 1}};
+  table.add_row({"a", Cell(), 1.0, 1.0});
+  table.add_row({"a", Cell(), Cell(), 1.0});
+  const std::string text = to_text(table);
+  EXPECT_TRUE(text.starts_with("set a\n")) << text;
+  EXPECT_EQ(text.find("none"), std::string::npos);
+  EXPECT_NE(text.find("some"), std::string::npos);
+  EXPECT_NE(to_csv(table).find("none"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace sextant

@@ -1,0 +1,43 @@
+#pragma once
+
+// How near the estimates of one noise level come to the limit (docs/metrics.md, "The limit"):
+//
+//   bound        RMS of the records' bounds
+//   efficiency   bound / RMS of the errors of the same records; its interval from the bootstrap of that RMS
+//   ANEES        mean of the records' NEES, and where that of a consistent estimator lies (stats/trend.h)
+
+#include <optional>
+#include <vector>
+
+#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/report/table.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+struct Efficiency {
+  double bound = 0;  ///< unit of the error
+  double efficiency = 0;
+  std::optional<Interval> interval;  ///< of the efficiency, 95 %; none with one seed
+};
+
+struct Consistency {
+  double anees = 0;
+  Interval expected;  ///< 95 %
+  int n = 0;
+};
+
+struct LimitSummary {
+  std::optional<Efficiency> Et;
+  std::optional<Efficiency> ER;
+  std::optional<Consistency> consistency;
+};
+
+/// Of the estimated records of one body, estimator and level. What no record has is none.
+LimitSummary summarize_limit(const std::vector<const Record*>& estimated, const BootstrapOptions& options);
+
+/// The limit's columns of a noise table, and their cells.
+std::vector<Column> limit_columns();
+void add_limit_cells(const LimitSummary& limit, std::vector<Cell>& cells);
+
+}  // namespace sextant

@@ -1,0 +1,69 @@
+#include "sextant/eval/report/limit_summary.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sextant/stats/trend.h"
+
+namespace sextant {
+namespace {
+
+Record record_of(uint64_t seed, double Et_m, double bound_m, double nees) {
+  Record r;
+  r.seed = seed;
+  r.errors = {{"Et_m", Et_m}, {"ER_deg", 0.1}};
+  r.bound = {{"Et_m", bound_m}, {"ER_deg", 0.05}};
+  r.values = {{"nees", nees}};
+  return r;
+}
+
+std::vector<const Record*> pointers(const std::vector<Record>& records) {
+  std::vector<const Record*> out;
+  for (const Record& record : records) out.push_back(&record);
+  return out;
+}
+
+TEST(LimitSummary, ByHand) {
+  std::vector<Record> records;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    records.push_back(record_of(seed, 1, 3, 5));
+    records.push_back(record_of(seed, 7, 4, 8));
+  }
+  records.push_back(record_of(3, 100, 1, 6.5));
+  records.back().bound.clear();  // an error without a bound does not count against one
+  const LimitSummary limit = summarize_limit(pointers(records), {});
+  EXPECT_DOUBLE_EQ(limit.Et->bound, std::sqrt(12.5));
+  EXPECT_DOUBLE_EQ(limit.Et->efficiency, std::sqrt(12.5 / 25));
+  // Every seed has the same RMS.
+  EXPECT_DOUBLE_EQ(limit.Et->interval->low, limit.Et->efficiency);
+  EXPECT_DOUBLE_EQ(limit.Et->interval->high, limit.Et->efficiency);
+  EXPECT_NEAR(limit.ER->efficiency, 0.5, 1e-12);
+  EXPECT_NEAR(limit.consistency->anees, 6.5, 1e-12);
+  EXPECT_EQ(limit.consistency->n, 21);
+  EXPECT_EQ(limit.consistency->expected.high, nees_interval(21, 6).high);
+}
+
+TEST(LimitSummary, TheIntervalOfTheEfficiencyIsTheRightWayRound) {
+  std::vector<Record> records;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    records.push_back(record_of(seed, 1 + 0.1 * static_cast<double>(seed), 1, 6));
+  }
+  const Efficiency value = summarize_limit(pointers(records), {}).Et.value();
+  EXPECT_LT(value.interval->low, value.efficiency);
+  EXPECT_GT(value.interval->high, value.efficiency);
+}
+
+TEST(LimitSummary, NothingKnownIsNothingSaid) {
+  Record r;
+  r.errors = {{"Et_m", 1}};
+  const LimitSummary limit = summarize_limit({&r}, {});
+  EXPECT_FALSE(limit.Et || limit.ER || limit.consistency);
+  std::vector<Cell> cells;
+  add_limit_cells(limit, cells);
+  ASSERT_EQ(cells.size(), limit_columns().size());
+  for (const Cell& cell : cells) EXPECT_TRUE(std::holds_alternative<std::monostate>(cell));
+}
+
+}  // namespace
+}  // namespace sextant
