@@ -2,6 +2,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
+
 #include "sextant/estimator/estimator.h"
 #include "sextant/estimator/reprojection_solver.h"
 #include "sextant/estimator/robust_start.h"
@@ -11,20 +14,48 @@ namespace sextant {
 namespace {
 
 testing::RandomProblem instance(int n_points, double outlier_share) {
-  return testing::make_random_problem(1, {.n_points = n_points, .outlier_share = outlier_share});
+  return testing::make_random_problem(
+      1, {.n_points = n_points, .outlier_share = outlier_share, .delta_d_px = 0.1, .depth_curr = true});
+}
+
+/// One refinement of the same points from the same start.
+double solve_ms(const Estimator& estimator, const testing::RandomProblem& random, MotionEstimate& estimate) {
+  const auto start = std::chrono::steady_clock::now();
+  estimate = estimator.estimate(random.problem, random.start);
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 void estimate(benchmark::State& state, const char* name) {
   const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const std::unique_ptr<Estimator> estimator = make_estimator(name);
-  int iterations = 0;
-  for (auto _ : state) {
-    const MotionEstimate estimate = estimator->estimate(random.problem, random.start);
-    iterations = estimate.iterations;
-    benchmark::DoNotOptimize(estimate.cost);
-  }
-  state.counters["solver_iterations"] = iterations;
+  MotionEstimate estimate;
+  for (auto _ : state) solve_ms(*estimator, random, estimate);
+  state.counters["solver_iterations"] = estimate.iterations;
   state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+
+/// Ours and Ceres alternately: same cost and pose, ratio of the medians of their times.
+void against_ceres(benchmark::State& state, const char* name, const Json& options) {
+  const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
+  const std::unique_ptr<Estimator> ours = make_estimator(name, options);
+  const std::unique_ptr<Estimator> reference = make_estimator(std::string(name) + "_ceres", options);
+  MotionEstimate fast, slow;
+  std::vector<double> fast_ms, slow_ms;
+  for (auto _ : state) {
+    for (int k = 0; k < 10; ++k) fast_ms.push_back(solve_ms(*ours, random, fast));
+    slow_ms.push_back(solve_ms(*reference, random, slow));
+  }
+  const auto median = [](std::vector<double>& ms) {
+    std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
+    return ms[ms.size() / 2];
+  };
+  const double ours_ms = median(fast_ms);
+  const double ceres_ms = median(slow_ms);
+  state.counters["ours_ms"] = ours_ms;
+  state.counters["ceres_ms"] = ceres_ms;
+  state.counters["ratio"] = ceres_ms / ours_ms;
+  state.counters["pose_difference"] = testing::pose_difference(fast.T_curr_prev, slow.T_curr_prev);
+  state.counters["cost_difference"] = std::abs(fast.cost - slow.cost) / slow.cost;
 }
 
 void accumulate_points(benchmark::State& state) {
@@ -49,15 +80,23 @@ void ransac(benchmark::State& state) {
 }
 
 BENCHMARK_CAPTURE(estimate, motion_only, "motion_only")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(estimate, motion_only_ceres, "motion_only_ceres")
-    ->Arg(100)
-    ->Arg(3000)
-    ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(estimate, joint_flow, "joint_flow")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(estimate, joint_flow_ceres, "joint_flow_ceres")
+BENCHMARK_CAPTURE(estimate, joint_flow_depth, "joint_flow_depth")
     ->Arg(100)
     ->Arg(3000)
     ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(against_ceres, motion_only, "motion_only", Json::object())->Arg(3000)->Iterations(9);
+BENCHMARK_CAPTURE(against_ceres, joint_flow, "joint_flow", Json::object())->Arg(3000)->Iterations(9);
+BENCHMARK_CAPTURE(against_ceres, joint_flow_depth, "joint_flow_depth", Json::object())
+    ->Arg(3000)
+    ->Iterations(9);
+BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_huber, "joint_flow_depth", Json{{"robust", "huber"}})
+    ->Arg(3000)
+    ->Iterations(9);
+BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_previous_depth, "joint_flow_depth",
+                  Json{{"use_depth_curr", false}})
+    ->Arg(3000)
+    ->Iterations(9);
 BENCHMARK(accumulate_points)->Arg(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(ransac)->Args({3000, 10})->Args({3000, 30})->Args({3000, 50})->Unit(benchmark::kMicrosecond);
 

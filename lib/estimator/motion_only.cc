@@ -11,12 +11,12 @@ namespace {
 constexpr size_t min_points = 3;
 constexpr double max_condition = 1e14;
 
+}  // namespace
+
 bool is_determined(const Matrix6d& hessian) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(hessian, Eigen::EigenvaluesOnly);
   return eigen.info() == Eigen::Success && eigen.eigenvalues()[0] * max_condition > eigen.eigenvalues()[5];
 }
-
-}  // namespace
 
 void MotionOnlyOptions::check() const {
   check_option(sigma_px > 0, "sigma_px", sigma_px, "> 0");

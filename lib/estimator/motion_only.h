@@ -32,6 +32,9 @@ class MotionOnly : public Estimator {
   MotionOnlyOptions options_;
 };
 
+/// Whether the Hessian leaves no direction of motion to chance.
+bool is_determined(const Matrix6d& hessian);
+
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start,
                                     const HuberKernel& kernel, const SolverOptions& options);

@@ -1,8 +1,10 @@
 #include "sextant/base/registry.h"
 
+#include "sextant/estimator/ceres_flow_depth.h"
 #include "sextant/estimator/ceres_reference.h"
 #include "sextant/estimator/estimator.h"
 #include "sextant/estimator/joint_flow.h"
+#include "sextant/estimator/joint_flow_depth.h"
 #include "sextant/estimator/motion_only.h"
 
 namespace sextant {
@@ -25,7 +27,11 @@ std::span<const EstimatorEntry> estimators() {
   static const std::vector<EstimatorEntry> table = {
       entry<JointFlow, JointFlowOptions>("joint_flow",
                                          "motion and refined flow, paper eq. (11), closed form"),
+      entry<JointFlowDepth, JointFlowDepthOptions>(
+          "joint_flow_depth", "motion, refined flow and depth, robust, noise levels from the data"),
       entry<MotionOnly, MotionOnlyOptions>("motion_only", "motion from given flow, paper eq. (4) and (10)"),
+      entry<JointFlowDepthCeres, JointFlowDepthOptions>("joint_flow_depth_ceres",
+                                                        "reference of joint_flow_depth in Ceres (slow)"),
       entry<JointFlowCeres, JointFlowOptions>("joint_flow_ceres", "reference of joint_flow in Ceres (slow)"),
       entry<MotionOnlyCeres, MotionOnlyOptions>("motion_only_ceres",
                                                 "reference of motion_only in Ceres (slow)"),

@@ -1,40 +1,17 @@
 #include "sextant/estimator/reprojection_solver.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
+#include "sextant/estimator/lanes.h"
+
 namespace sextant {
 namespace {
 
-// Four points at a time. With -ffp-contract=off the two clones give the same bits.
-using Lanes = double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
-using UnalignedLanes = double __attribute__((vector_size(ReprojectionData::lanes * sizeof(double)),
-                                             aligned(sizeof(double)), may_alias));
-using LaneMask = long __attribute__((vector_size(ReprojectionData::lanes * sizeof(double))));
-#define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
-
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// A point nearer than this to the camera plane counts as behind it (m).
-constexpr double min_depth_m = 1e-3;
-
-// A macro, not a function: a vector return would change the calling convention between the clones.
-#define SEXTANT_LOAD(pointer) (*reinterpret_cast<const UnalignedLanes*>(pointer))
-
-/// R (row-major) and t as plain numbers.
-struct RigidMotion {
-  std::array<double, 9> r;
-  std::array<double, 3> t;
-  explicit RigidMotion(const SE3& T) {
-    const Eigen::Matrix3d m = T.rotation().toRotationMatrix();
-    for (int i = 0; i < 9; ++i) r[i] = m(i / 3, i % 3);
-    for (int i = 0; i < 3; ++i) t[i] = T.translation()[i];
-  }
-};
-
 constexpr int n_hessian = 21;  // upper triangle, row by row
 
 /// sums = [hessian (21), gradient (6), sum of h, number of points behind the camera]
@@ -177,45 +154,7 @@ NormalEquations accumulate(const ReprojectionData& data, const SE3& T_curr_prev,
 
 SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& start, const HuberKernel& kernel,
                                    const SolverOptions& options) {
-  SolverResult result;
-  result.T_curr_prev = start;
-  NormalEquations at = accumulate(data, start, kernel);
-  double damping = 1e-6;
-  double last_step_size = infinity;
-  bool usable = std::isfinite(at.cost);
-  while (usable && !result.converged && result.iterations < options.max_iterations) {
-    ++result.iterations;
-    Matrix6d damped = at.hessian;
-    damped.diagonal() *= 1.0 + damping;
-    const Eigen::LDLT<Matrix6d> ldlt(damped);
-    const Vector6d step = ldlt.solve(-at.gradient);
-    if (ldlt.info() != Eigen::Success || !step.allFinite()) {
-      damping = std::max(damping * 10, 1e-6);
-      usable = damping < 1e12;
-      continue;
-    }
-    const SE3 candidate = SE3::exp(step) * result.T_curr_prev;
-    const NormalEquations next = accumulate(data, candidate, kernel);
-    // Near the optimum the cost no longer resolves a step; there the steps themselves must shrink.
-    const double resolution = 1e-12 * at.cost;
-    const double step_size = step.cwiseAbs().maxCoeff();
-    const bool unresolved = std::abs(next.cost - at.cost) <= resolution;
-    const bool improves = unresolved ? step_size < last_step_size : next.cost < at.cost;
-    if (improves) {
-      result.T_curr_prev = candidate;
-      at = next;
-      damping = std::max(damping * 0.1, 1e-15);
-      last_step_size = step_size;
-      result.converged = step_size < options.step_tolerance;
-    } else if (unresolved || step_size < options.step_tolerance) {
-      result.converged = true;  // neither the cost nor the step gets smaller in double precision
-    } else {
-      damping *= 10;
-      usable = damping < 1e12;
-    }
-  }
-  result.at_optimum = at;
-  return result;
+  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, kernel); }, start, options);
 }
 
 void squared_errors(const ReprojectionData& data, const SE3& T_curr_prev, std::vector<double>& errors) {

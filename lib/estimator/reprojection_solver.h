@@ -10,24 +10,11 @@
 
 #include <vector>
 
-#include "sextant/base/options.h"
 #include "sextant/estimator/huber.h"
-#include "sextant/geometry/se3.h"
+#include "sextant/estimator/levenberg_marquardt.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {
-
-struct SolverOptions {
-  int max_iterations = 100;
-  double step_tolerance = 1e-12;
-
-  template <typename V>
-  void visit(V& v) {
-    v("max_iterations", max_iterations, "count", "upper limit of Levenberg-Marquardt steps");
-    v("step_tolerance", step_tolerance, "m, rad", "stop when the largest component of a step is smaller");
-  }
-  void check() const;
-};
 
 /// Points and targets as padded structure of arrays, ready for the vectorised loops below.
 class ReprojectionData {
@@ -54,20 +41,8 @@ class ReprojectionData {
   std::vector<double> x_, y_, z_, target_u_, target_v_, weight_;
 };
 
-/// Cost, gradient and Gauss-Newton Hessian at X; cost is +inf if a point is not in front of the camera.
-struct NormalEquations {
-  double cost = 0;
-  Vector6d gradient = Vector6d::Zero();
-  Matrix6d hessian = Matrix6d::Zero();
-};
 NormalEquations accumulate(const ReprojectionData& data, const SE3& T_curr_prev, const HuberKernel& kernel);
 
-struct SolverResult {
-  SE3 T_curr_prev;
-  NormalEquations at_optimum;
-  int iterations = 0;
-  bool converged = false;
-};
 SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& start, const HuberKernel& kernel,
                                    const SolverOptions& options);
 

@@ -18,6 +18,8 @@ struct RandomProblemOptions {
   double near_m = 5.0;
   double far_m = 40.0;
   double spread = 1.0;        ///< share of the image that the points cover; small = near-degenerate
+  double delta_d_px = 0;      ///< noise of the disparities behind the depths
+  bool depth_curr = false;    ///< with depths of the current frame
   double start_error = 0.02;  ///< of the start's twist, m and rad / 10
 };
 
@@ -67,7 +69,12 @@ inline RandomProblem make_random_problem(unsigned seed, const RandomProblemOptio
       du += uniform(-20, 20);
       dv += uniform(-20, 20);
     }
-    out.problem.points.push_back(u, v, z, du, dv);
+    const auto noisy = [&](double depth_m) {
+      if (options.delta_d_px == 0) return depth_m;
+      return depth_m + camera.depth_sigma_m(depth_m, options.delta_d_px) * normal(engine);
+    };
+    const double measured_m = noisy(z);
+    out.problem.points.push_back(u, v, measured_m, du, dv, options.depth_curr ? noisy(p.z()) : NAN);
   }
   Vector6d error;
   for (int k = 0; k < 6; ++k) error[k] = options.start_error * uniform(-1, 1) * (k < 3 ? 1 : 0.1);

@@ -1,0 +1,320 @@
+#include "sextant/estimator/flow_depth_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/estimator/lanes.h"
+
+namespace sextant {
+
+/// The arrays and constants that the vectorised loop reads, and what it writes per point.
+struct FlowDepthLanes {
+  const double *x, *y, *target_u, *target_v, *inverse_depth, *inverse_depth_curr, *depth_weight, *weight,
+      *has_curr;
+  double *refined, *q, *error_u, *error_v, *slope_u, *slope_v;
+  size_t n;
+  double fx, fy, cx, cy;
+
+  explicit FlowDepthLanes(FlowDepthData& d)
+      : x(d.x_.data()),
+        y(d.y_.data()),
+        target_u(d.target_u_.data()),
+        target_v(d.target_v_.data()),
+        inverse_depth(d.inverse_depth_.data()),
+        inverse_depth_curr(d.inverse_depth_curr_.data()),
+        depth_weight(d.depth_weight_.data()),
+        weight(d.weight_.data()),
+        has_curr(d.has_curr_.data()),
+        refined(d.refined_.data()),
+        q(d.q_.data()),
+        error_u(d.error_u_.data()),
+        error_v(d.error_v_.data()),
+        slope_u(d.slope_u_.data()),
+        slope_v(d.slope_v_.data()),
+        n(d.x_.size()),
+        fx(d.camera_.left.fx),
+        fy(d.camera_.left.fy),
+        cx(d.camera_.left.cx),
+        cy(d.camera_.left.cy) {}
+};
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int n_hessian = 21;  // upper triangle, row by row
+constexpr int max_depth_steps = 30;
+constexpr double depth_step_tolerance = 1e-9;  // relative; the next step would be its square
+
+/// Noise levels and kernel as the factors that the loop needs.
+struct Factors {
+  double info_u, info_v;
+  double info_depth = 0;  ///< 1 / kappa^2 = (bf / delta_d)^2
+  double info_curr = 0;
+  bool refine = false;
+  bool quasi = false;
+  RobustKernel kernel;
+
+  Factors(const NoiseLevels& levels, const StereoCamera& camera, const RobustKernel& rho)
+      : info_u(1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px)),
+        info_v(1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px)),
+        refine(levels.delta_d_px > 0),
+        quasi(levels.depth_noise == DepthNoise::depth),
+        kernel(rho) {
+    const auto information = [&](double delta_d_px) {
+      return delta_d_px > 0 ? (camera.bf / delta_d_px) * (camera.bf / delta_d_px) : 0.0;
+    };
+    info_depth = information(levels.delta_d_px);
+    info_curr = information(levels.delta_d_curr_px);
+  }
+};
+
+/// sums = [hessian (21), gradient (6), sum of rho, number of points behind the camera]
+SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m, const Factors& f,
+                                   double* sums) {
+  Lanes hessian[n_hessian] = {};
+  Lanes gradient[6] = {};
+  Lanes cost = {};
+  Lanes behind = {};
+  const Lanes zero = {};
+  const Lanes one = zero + 1.0;
+  const double scale2 = f.kernel.scale * f.kernel.scale;
+  for (size_t i = 0; i < d.n; i += n_lanes) {
+    const Lanes x = SEXTANT_LOAD(d.x + i);
+    const Lanes y = SEXTANT_LOAD(d.y + i);
+    const Lanes ax = m.r[0] * x + m.r[1] * y + m.r[2];
+    const Lanes ay = m.r[3] * x + m.r[4] * y + m.r[5];
+    const Lanes az = m.r[6] * x + m.r[7] * y + m.r[8];
+    const Lanes count = SEXTANT_LOAD(d.weight + i);
+    const Lanes tu = SEXTANT_LOAD(d.target_u + i);
+    const Lanes tv = SEXTANT_LOAD(d.target_v + i);
+    const Lanes sm = SEXTANT_LOAD(d.inverse_depth + i);       // measured
+    const Lanes cm = SEXTANT_LOAD(d.inverse_depth_curr + i);  // measured, 1 where there is none
+    const Lanes inverse_sm = f.quasi ? one / sm : zero;
+    const Lanes inverse_cm = f.quasi ? one / cm : zero;
+    const Lanes info_curr = f.info_curr * SEXTANT_LOAD(d.has_curr + i);
+    const Lanes info_depth = f.info_depth * SEXTANT_LOAD(d.depth_weight + i);
+    Lanes s = f.refine ? SEXTANT_LOAD(d.refined + i) : sm;
+
+    Lanes iw, xn, yn, eu, ev, us, vs, c, cs, slope, slope_curr, curv, curv_curr;
+    LaneMask in_front;
+    for (int step = 0;; ++step) {
+      const Lanes w = az + s * m.t[2];
+      in_front = w > min_depth_m * s;
+      iw = one / (in_front ? w : one);
+      xn = (ax + s * m.t[0]) * iw;
+      yn = (ay + s * m.t[1]) * iw;
+      eu = d.fx * xn + d.cx - tu;
+      ev = d.fy * yn + d.cy - tv;
+      us = d.fx * (m.t[0] - xn * m.t[2]) * iw;
+      vs = d.fy * (m.t[1] - yn * m.t[2]) * iw;
+      c = s * iw;  // inverse depth in the current frame
+      cs = az * iw * iw;
+      // Half the deviances' first and second derivatives.
+      slope = info_depth * (s - sm) * (f.quasi ? s * inverse_sm : one);
+      curv = info_depth * (f.quasi ? 2.0 * s * inverse_sm - 1.0 : one);
+      slope_curr = info_curr * (c - cm) * (f.quasi ? c * inverse_cm : one);
+      curv_curr = info_curr * (f.quasi ? 2.0 * c * inverse_cm - 1.0 : one);
+      curv = curv > 0.1 * info_depth ? curv : 0.1 * info_depth;
+      curv_curr = curv_curr > 0.1 * info_curr ? curv_curr : 0.1 * info_curr;
+      if (!f.refine || step == max_depth_steps) break;
+      const Lanes bend = -2.0 * m.t[2] * iw;  // u''/u' = v''/v' = s'''/s''
+      const Lanes first = eu * us * f.info_u + ev * vs * f.info_v + slope + slope_curr * cs;
+      const Lanes gauss_newton = us * us * f.info_u + vs * vs * f.info_v + curv + curv_curr * cs * cs;
+      const Lanes second = gauss_newton + bend * (eu * us * f.info_u + ev * vs * f.info_v + slope_curr * cs);
+      const Lanes next = s - first / (second > 0.3 * gauss_newton ? second : gauss_newton);
+      const Lanes low = 0.3 * s;
+      const Lanes high = 3.0 * s;
+      const Lanes moved = in_front ? (next < low ? low : (next > high ? high : next)) : s;
+      const Lanes change = moved - s;
+      const LaneMask moving =
+          (count > zero) & ((change > depth_step_tolerance * s) | (change < -depth_step_tolerance * s));
+      s = moved;
+      if ((moving[0] | moving[1] | moving[2] | moving[3]) == 0) step = max_depth_steps - 1;
+    }
+
+    const Lanes deviance =
+        info_depth * (s - sm) * (s - sm) * (f.quasi ? (2.0 * s + sm) * inverse_sm / 3.0 : one);
+    const Lanes deviance_curr =
+        info_curr * (c - cm) * (c - cm) * (f.quasi ? (2.0 * c + cm) * inverse_cm / 3.0 : one);
+    const Lanes q = f.info_u * eu * eu + f.info_v * ev * ev + deviance + deviance_curr;
+    behind += in_front ? zero : count;
+    SEXTANT_STORE(d.refined + i, s);
+    SEXTANT_STORE(d.q + i, in_front ? q : zero + infinity);
+    SEXTANT_STORE(d.error_u + i, eu);
+    SEXTANT_STORE(d.error_v + i, ev);
+    SEXTANT_STORE(d.slope_u + i, us);
+    SEXTANT_STORE(d.slope_v + i, vs);
+
+    // Kernel: robust_kernel.h.
+    Lanes weight = count;
+    Lanes rho = q;
+    Lanes bent = zero;
+    if (f.kernel.kind == RobustKernel::Kind::huber) {
+      const LaneMask inside = q <= scale2;
+      Lanes norm = inside ? one : q;
+      for (size_t k = 0; k < n_lanes; ++k) norm[k] = std::sqrt(norm[k]);
+      weight = inside ? count : count * f.kernel.scale / norm;
+      rho = inside ? q : 2.0 * f.kernel.scale * norm - scale2;
+      bent = inside ? zero : one / q;
+    } else if (f.kernel.kind == RobustKernel::Kind::geman_mcclure) {
+      const Lanes share = scale2 / (scale2 + q);
+      weight = count * share * share;
+      rho = share * q;
+      bent = 3.0 * q > scale2 ? one / q : 4.0 / (scale2 + q);
+    }
+    if (f.kernel.majorize) bent = zero;
+    cost += count * rho;
+
+    // Weight matrix of the rows u, v, c after the Schur complement of s, and the kernel's curvature.
+    const Lanes su = f.info_u * eu;
+    const Lanes sv = f.info_v * ev;
+    Lanes bu = f.info_u * us;
+    Lanes bv = f.info_v * vs;
+    Lanes bc = curv_curr * cs;
+    const Lanes h = f.refine ? bu * us + bv * vs + bc * cs + curv : one;
+    if (!f.refine) bu = bv = bc = zero;
+    const Lanes ih = one / h;
+    const Lanes wuu = weight * (f.info_u - bu * bu * ih - bent * su * su);
+    const Lanes wuv = weight * (-bu * bv * ih - bent * su * sv);
+    const Lanes wvv = weight * (f.info_v - bv * bv * ih - bent * sv * sv);
+    const Lanes wuc = weight * (-bu * bc * ih - bent * su * slope_curr);
+    const Lanes wvc = weight * (-bv * bc * ih - bent * sv * slope_curr);
+    const Lanes wcc = weight * (curv_curr - bc * bc * ih - bent * slope_curr * slope_curr);
+    // Rows of d (u', v', c) / d xi.
+    const Lanes ju[6] = {d.fx * c, zero, -d.fx * xn * c, -d.fx * xn * yn, d.fx * (one + xn * xn), -d.fx * yn};
+    const Lanes jv[6] = {zero, d.fy * c, -d.fy * yn * c, -d.fy * (one + yn * yn), d.fy * xn * yn, d.fy * xn};
+    const Lanes jc[6] = {zero, zero, -c * c, -c * yn, c * xn, zero};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      const Lanes wu = wuu * ju[a] + wuv * jv[a] + wuc * jc[a];
+      const Lanes wv = wuv * ju[a] + wvv * jv[a] + wvc * jc[a];
+      const Lanes wc = wuc * ju[a] + wvc * jv[a] + wcc * jc[a];
+      gradient[a] += weight * (su * ju[a] + sv * jv[a] + slope_curr * jc[a]);
+      for (int b = a; b < 6; ++b) hessian[k++] += wu * ju[b] + wv * jv[b] + wc * jc[b];
+    }
+  }
+  const auto total = [](const Lanes& v) { return (v[0] + v[1]) + (v[2] + v[3]); };
+  for (int k = 0; k < n_hessian; ++k) sums[k] = total(hessian[k]);
+  for (int k = 0; k < 6; ++k) sums[n_hessian + k] = total(gradient[k]);
+  sums[n_hessian + 6] = total(cost);
+  sums[n_hessian + 7] = total(behind);
+}
+
+}  // namespace
+
+FlowDepthData::FlowDepthData(const StereoCamera& camera, size_t size) : camera_(camera), size_(size) {
+  const size_t padded = (size + lanes - 1) / lanes * lanes;
+  for (auto* array : {&x_, &y_, &target_u_, &target_v_, &weight_, &has_curr_, &q_, &error_u_, &error_v_,
+                      &slope_u_, &slope_v_}) {
+    array->assign(padded, 0);
+  }
+  for (auto* array : {&inverse_depth_, &inverse_depth_curr_, &depth_weight_, &curr_weight_, &refined_}) {
+    array->assign(padded, 1);
+  }
+  valid_.assign(size, 0);
+  valid_curr_.assign(size, 0);
+}
+
+FlowDepthData::FlowDepthData(const Problem& problem) : FlowDepthData(problem.camera, problem.points.size()) {
+  const Correspondences& p = problem.points;
+  for (size_t i = 0; i < size_; ++i) {
+    const double target_u = p.u[i] + p.flow_u[i];
+    const double target_v = p.v[i] + p.flow_v[i];
+    const double inverse = 1 / p.depth[i];
+    if (!std::isfinite(target_u) || !std::isfinite(target_v) || !std::isfinite(inverse) || inverse <= 0) {
+      continue;
+    }
+    valid_[i] = 1;
+    weight_[i] = 1;
+    x_[i] = (p.u[i] - camera_.left.cx) / camera_.left.fx;
+    y_[i] = (p.v[i] - camera_.left.cy) / camera_.left.fy;
+    target_u_[i] = target_u;
+    target_v_[i] = target_v;
+    inverse_depth_[i] = inverse;
+    const double inverse_curr = 1 / p.depth_curr[i];
+    if (std::isfinite(inverse_curr) && inverse_curr > 0) {
+      valid_curr_[i] = 1;
+      inverse_depth_curr_[i] = inverse_curr;
+      has_curr_[i] = 1;
+    }
+  }
+  refined_ = inverse_depth_;
+}
+
+FlowDepthData FlowDepthData::sample(size_t size) const {
+  const size_t used_points = n_used();
+  const size_t stride = std::max<size_t>(used_points / size, 1);
+  FlowDepthData out(camera_, (used_points + stride - 1) / stride);
+  size_t seen = 0;
+  size_t k = 0;
+  for (size_t i = 0; i < size_; ++i) {
+    if (!used(i) || seen++ % stride != 0) continue;
+    out.valid_[k] = 1;
+    out.weight_[k] = 1;
+    out.x_[k] = x_[i];
+    out.y_[k] = y_[i];
+    out.target_u_[k] = target_u_[i];
+    out.target_v_[k] = target_v_[i];
+    out.inverse_depth_[k] = out.refined_[k] = inverse_depth_[i];
+    out.depth_weight_[k] = depth_weight_[i];
+    ++k;
+  }
+  return out;
+}
+
+void FlowDepthData::use(size_t i, bool point, bool depth_curr) {
+  weight_[i] = point && valid_[i] != 0 ? 1 : 0;
+  has_curr_[i] = depth_curr && measures_depth_curr(i) ? curr_weight_[i] : 0;
+}
+
+size_t FlowDepthData::n_used() const {
+  size_t n = 0;
+  for (size_t i = 0; i < size_; ++i) n += used(i) ? 1 : 0;
+  return n;
+}
+
+PointDepths FlowDepthData::depths(size_t i, const NoiseLevels& levels) const {
+  const auto weight = [&](double delta_d_px, double share) {
+    return delta_d_px > 0 ? camera_.bf / delta_d_px * std::sqrt(share) : 0.0;
+  };
+  return {inverse_depth_[i], weight(levels.delta_d_px, depth_weight_[i]), inverse_depth_curr_[i],
+          weight(levels.delta_d_curr_px, has_curr_[i])};
+}
+
+NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
+                           const RobustKernel& kernel) {
+  std::array<double, n_hessian + 8> sums{};
+  accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev), Factors(levels, data.camera_, kernel),
+                   sums.data());
+  NormalEquations out;
+  int k = 0;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = a; b < 6; ++b) out.hessian(a, b) = out.hessian(b, a) = sums[k++];
+  }
+  for (int a = 0; a < 6; ++a) out.gradient[a] = sums[k++];
+  out.cost = sums[k + 1] > 0 ? infinity : 0.5 * sums[k];
+  return out;
+}
+
+void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
+                     PointEvaluation& out) {
+  accumulate(data, T_curr_prev, levels, {});
+  out = {data.q_, data.error_u_, data.error_v_, data.slope_u_, data.slope_v_, data.refined_, {}};
+  const RigidMotion m(T_curr_prev);
+  out.inverse_depth_curr.resize(data.x_.size());
+  for (size_t i = 0; i < data.size_; ++i) {
+    const double w = m.r[6] * data.x_[i] + m.r[7] * data.y_[i] + m.r[8] + out.inverse_depth[i] * m.t[2];
+    out.inverse_depth_curr[i] = out.inverse_depth[i] / w;
+    if (data.valid_[i] == 0) out.q[i] = infinity;
+  }
+}
+
+SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                                 const RobustKernel& kernel, const SolverOptions& options) {
+  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, levels, kernel); }, start, options);
+}
+
+}  // namespace sextant

@@ -1,0 +1,256 @@
+#include "sextant/estimator/joint_flow_depth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "sextant/estimator/local_planes.h"
+#include "sextant/estimator/motion_only.h"
+#include "sextant/estimator/noise_levels.h"
+
+namespace sextant {
+namespace {
+
+using Kind = RobustKernel::Kind;
+
+constexpr size_t min_points = 3;
+
+/// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
+double chi_square_quantile(int dof, double probability) {
+  // Normal quantile by bisection of erfc: called a few times per estimate.
+  double low = -10;
+  double high = 10;
+  for (int k = 0; k < 60; ++k) {
+    const double x = 0.5 * (low + high);
+    (0.5 * std::erfc(-x / std::sqrt(2.0)) < probability ? low : high) = x;
+  }
+  if (dof == 2) return -2 * std::log1p(-probability);
+  const double h = 2.0 / (9.0 * dof);
+  return dof * std::pow(1 - h + low * std::sqrt(h), 3);
+}
+
+int dimension(const FlowDepthData& data, size_t i) { return data.uses_depth_curr(i) ? 3 : 2; }
+
+/// Numerator and denominator of the estimated variance of a location with this kernel (Huber 1981, ch. 6):
+/// sum of |psi|^2 / d and of div psi / d, psi = weight(q) r.
+struct Spread {
+  double square = 0;
+  double slope = 0;
+  double variance() const { return slope > 0 ? square / (slope * slope) : INFINITY; }
+};
+
+Spread spread_of(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel) {
+  Spread s;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i)) continue;
+    const double d = dimension(data, i);
+    const double w = kernel.weight(q[i]);
+    s.square += w * w * q[i] / d;
+    s.slope += w + 2 * q[i] * kernel.weight_slope(q[i]) / d;
+  }
+  return s;
+}
+
+/// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
+/// heavy.
+double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
+  double best = 0;
+  double least = INFINITY;
+  for (const double scale : {10.0, 6.0, 4.0, 3.0, 2.0, 1.5}) {
+    const double variance = spread_of(data, q, {Kind::geman_mcclure, scale}).variance();
+    if (variance >= least) continue;
+    least = variance;
+    best = scale;
+  }
+  return best > 0 ? best : 1.5;
+}
+
+/// Far from the optimum, and not to convergence.
+SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& levels, RobustKernel kernel,
+                     int iterations) {
+  kernel.majorize = true;
+  return minimize_flow_depth(data, from, levels, kernel,
+                             {.max_iterations = iterations, .step_tolerance = 1e-5});
+}
+
+/// Graduated non-convexity (Blake & Zisserman 1987; Yang et al. 2020): from nearly convex to redescending.
+/// The wide kernels at the beginning can be drawn to where most points are wrong together, so the descent
+/// straight from the start competes: the lower cost under the last kernel wins. A sample of the points is
+/// enough to find the way.
+SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
+  constexpr size_t sample_size = 1000;
+  constexpr double first = 8;
+  constexpr double last = 1.5;
+  constexpr int steps = 12;
+  FlowDepthData data = all.sample(sample_size);
+  const SolverResult direct = descend(data, start, levels, {Kind::geman_mcclure, last}, 10);
+  SolverResult graduated;
+  graduated.T_curr_prev = start;
+  for (int k = 0; k < steps; ++k) {
+    const double scale = first * std::pow(last / first, k / (steps - 1.0));
+    graduated = descend(data, graduated.T_curr_prev, levels, {Kind::geman_mcclure, scale}, 2);
+    if (!std::isfinite(graduated.at_optimum.cost)) break;
+  }
+  return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
+}
+
+/// Uses the points whose q lies in the gate; returns whether that changed anything.
+bool gate_points(FlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double probability) {
+  const double gate2 = chi_square_quantile(2, probability);
+  const double gate3 = chi_square_quantile(3, probability);
+  PointEvaluation flow, both;
+  NoiseLevels without = levels;
+  without.delta_d_curr_px = 0;
+  for (size_t i = 0; i < data.size(); ++i) data.use(i, data.is_measurement(i), true);
+  evaluate_points(data, motion, without, flow);
+  if (levels.delta_d_curr_px > 0) evaluate_points(data, motion, levels, both);
+  bool changed = false;
+  for (size_t i = 0; i < data.size(); ++i) {
+    const bool point = flow.q[i] <= gate2;
+    const bool curr =
+        point && levels.delta_d_curr_px > 0 && data.measures_depth_curr(i) && both.q[i] <= gate3;
+    changed = changed || point != data.used(i) || curr != data.uses_depth_curr(i);
+    data.use(i, point, curr);
+  }
+  return changed;
+}
+
+/// Levels of the options, else of the problem; 0 = to be estimated.
+NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions& options) {
+  const MeasurementNoise noise = problem.noise.value_or(MeasurementNoise{});
+  const auto first = [](double option, double declared) { return option > 0 ? option : declared; };
+  NoiseLevels levels;
+  levels.sigma_flow_u_px = first(options.sigma_flow_u_px, noise.flow_x_px);
+  levels.sigma_flow_v_px = first(options.sigma_flow_v_px, noise.flow_y_px);
+  levels.delta_d_px = first(options.delta_d_px, noise.inverse_depth_per_m * problem.camera.bf);
+  levels.depth_noise = options.depth_noise == "disparity" ? DepthNoise::disparity : DepthNoise::depth;
+  return levels;
+}
+
+/// Measured depths give way to planes through their neighbours (local_planes.h).
+void apply_planes(const Problem& problem, const JointFlowDepthOptions& options, const NoiseLevels& levels,
+                  const SE3& motion, FlowDepthData& data) {
+  if (!(options.plane_radius_px > 0)) return;
+  const std::vector<LocalPlane> planes =
+      fit_local_planes(problem.points, levels.delta_d_px / problem.camera.bf, options.plane_radius_px);
+  // Without a plane, what the current depth loses by being read at a whole pixel is known as a variance only,
+  // and on real edges it is worse than that: used only where the depths are declared independent.
+  const bool independent = problem.noise && problem.noise->independent_gaussian;
+  PointEvaluation at;
+  evaluate_points(data, motion, levels, at);
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.is_measurement(i)) continue;
+    const LocalPlane& plane = planes[i];
+    const double u = problem.points.u[i] + problem.points.flow_u[i] + at.error_u[i];
+    const double v = problem.points.v[i] + problem.points.flow_v[i] + at.error_v[i];
+    // The current depth is compared with the measured one: a plane's bias on curved surfaces has no part in
+    // it.
+    const double ratio = at.inverse_depth_curr[i] / at.inverse_depth[i];
+    data.shift_inverse_depth_curr(i, plane.slope_u * (u - std::round(u)) +
+                                         plane.slope_v * (v - std::round(v)) +
+                                         ratio * ratio * (plane.inverse_depth - 1 / problem.points.depth[i]));
+    const double curr2 = levels.delta_d_curr_px * levels.delta_d_curr_px;
+    const double taken2 = levels.delta_d_px * levels.delta_d_px * (1 - plane.variance_share);
+    if (plane.variance_share == 1 && !independent) data.forget_depth_curr(i);
+    data.set_inverse_depth(i, plane.inverse_depth, plane.variance_share,
+                           curr2 > 0 ? curr2 / (curr2 + taken2) : 1);
+  }
+}
+
+}  // namespace
+
+void JointFlowDepthOptions::check() const {
+  check_option(sigma_flow_u_px >= 0, "sigma_flow_u_px", sigma_flow_u_px, ">= 0");
+  check_option(sigma_flow_v_px >= 0, "sigma_flow_v_px", sigma_flow_v_px, ">= 0");
+  check_option(delta_d_px >= 0, "delta_d_px", delta_d_px, ">= 0");
+  check_option(depth_noise == "depth" || depth_noise == "disparity", "depth_noise", depth_noise,
+               "depth or disparity");
+  check_option(projection_share > 0 && projection_share < 1, "projection_share", projection_share,
+               "in (0, 1)");
+  check_option(robust == "geman_mcclure_gnc" || robust == "huber" || robust == "none", "robust", robust,
+               "geman_mcclure_gnc, huber or none");
+  check_option(huber > 0, "huber", huber, "> 0");
+  check_option(scale >= 0, "scale", scale, ">= 0");
+  check_option(gate > 0 && gate < 1, "gate", gate, "in (0, 1)");
+}
+
+FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
+                        const JointFlowDepthOptions& options, FlowDepthData& data) {
+  FlowDepthProblem out;
+  out.start = start.T_curr_prev;
+  const NoiseLevels declared = declared_levels(problem, options);
+  NoiseLevels& levels = out.levels = declared;
+  const bool graduated = options.robust == "geman_mcclure_gnc";
+  // Points behind the camera at the start never count.
+  PointEvaluation at;
+  evaluate_points(data, out.start, {}, at);
+  for (size_t i = 0; i < data.size(); ++i) {
+    const bool counts = graduated || (i < start.inliers.size() && start.inliers[i] != 0);
+    data.use(i, counts && std::isfinite(at.q[i]), false);
+  }
+  if (data.n_used() >= min_points) {
+    levels = estimate_noise_levels(data, out.start, declared);
+    out.start = graduated ? graduate(data, out.start, levels)
+                          : descend(data, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
+    if (out.start.is_finite()) {
+      levels = estimate_noise_levels(data, out.start, declared);
+    }
+    if (options.use_depth_curr) levels.delta_d_curr_px = estimate_delta_d_curr(data, out.start, levels);
+    apply_planes(problem, options, levels, out.start, data);
+    for (int k = 0; k < 4; ++k) {
+      if (!gate_points(data, out.start, levels, options.gate) && k > 0) break;
+      if (data.n_used() < min_points) break;
+      if (graduated) {
+        evaluate_points(data, out.start, levels, at);
+        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(data, at.q)};
+      } else if (options.robust == "huber") {
+        out.kernel = {Kind::huber, options.huber};
+      }
+      const SolverResult result = descend(data, out.start, levels, out.kernel, 4);
+      if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
+      out.start = result.T_curr_prev;
+    }
+  }
+  for (size_t i = 0; i < data.size(); ++i) {
+    out.inliers.push_back(data.used(i) ? 1 : 0);
+    out.use_depth_curr.push_back(data.used(i) && data.uses_depth_curr(i) ? 1 : 0);
+  }
+  if (data.n_used() >= min_points) out.status = Status::ok;
+  return out;
+}
+
+MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPoint& start) const {
+  MotionEstimate estimate;
+  estimate.refined_flow_u = problem.points.flow_u;
+  estimate.refined_flow_v = problem.points.flow_v;
+  FlowDepthData data(problem);
+  const FlowDepthProblem decided = decide(problem, start, options_, data);
+  estimate.inliers = decided.inliers;
+  estimate.status = decided.status;
+  if (decided.status != Status::ok) return estimate;
+  const SolverResult solution =
+      minimize_flow_depth(data, decided.start, decided.levels, decided.kernel, options_.solver);
+  estimate.T_curr_prev = solution.T_curr_prev;
+  estimate.iterations = solution.iterations;
+  estimate.cost = solution.at_optimum.cost;
+  estimate.status = Status::diverged;
+  PointEvaluation at;
+  evaluate_points(data, solution.T_curr_prev, decided.levels, at);
+  const Matrix6d hessian = accumulate(data, solution.T_curr_prev, decided.levels, {}).hessian;
+  if (!std::isfinite(estimate.cost) || !estimate.T_curr_prev.is_finite() || !is_determined(hessian)) {
+    return estimate;
+  }
+  const double inflation =
+      static_cast<double>(data.n_used()) * spread_of(data, at.q, decided.kernel).variance();
+  estimate.covariance = (decided.kernel.kind == Kind::none ? 1.0 : std::max(inflation, 1.0)) *
+                        hessian.ldlt().solve(Matrix6d::Identity());
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i)) continue;
+    estimate.refined_flow_u[i] += (1 - options_.projection_share) * at.error_u[i];
+    estimate.refined_flow_v[i] += (1 - options_.projection_share) * at.error_v[i];
+  }
+  estimate.status = Status::ok;
+  return estimate;
+}
+
+}  // namespace sextant

@@ -1,0 +1,86 @@
+#pragma once
+
+// Levenberg-Marquardt on SE(3), left perturbation X <- exp(xi) X: the outer loop of all solvers.
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/options.h"
+#include "sextant/geometry/se3.h"
+
+namespace sextant {
+
+struct SolverOptions {
+  int max_iterations = 100;
+  double step_tolerance = 1e-12;
+
+  template <typename V>
+  void visit(V& v) {
+    v("max_iterations", max_iterations, "count", "upper limit of Levenberg-Marquardt steps");
+    v("step_tolerance", step_tolerance, "m, rad", "stop when the largest component of a step is smaller");
+  }
+  void check() const;
+};
+
+/// Cost, gradient and (Gauss-)Newton Hessian at X; cost is +inf if a point is not in front of the camera.
+struct NormalEquations {
+  double cost = 0;
+  Vector6d gradient = Vector6d::Zero();
+  Matrix6d hessian = Matrix6d::Zero();
+};
+
+struct SolverResult {
+  SE3 T_curr_prev;
+  NormalEquations at_optimum;
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// `accumulate`: const SE3& -> NormalEquations.
+template <typename Accumulate>
+SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  SolverResult result;
+  result.T_curr_prev = start;
+  NormalEquations at = accumulate(start);
+  double damping = 1e-6;
+  double last_step_size = infinity;
+  bool usable = std::isfinite(at.cost);
+  while (usable && !result.converged && result.iterations < options.max_iterations) {
+    ++result.iterations;
+    Matrix6d damped = at.hessian;
+    damped.diagonal() *= 1.0 + damping;
+    const Eigen::LDLT<Matrix6d> ldlt(damped);
+    const Vector6d step = ldlt.solve(-at.gradient);
+    if (ldlt.info() != Eigen::Success || !step.allFinite()) {
+      damping = std::max(damping * 10, 1e-6);
+      usable = damping < 1e12;
+      continue;
+    }
+    const SE3 candidate = SE3::exp(step) * result.T_curr_prev;
+    const NormalEquations next = accumulate(candidate);
+    // Near the optimum the cost no longer resolves a step; there the steps themselves must shrink.
+    const double resolution = 1e-12 * at.cost;
+    const double step_size = step.cwiseAbs().maxCoeff();
+    const bool unresolved = std::abs(next.cost - at.cost) <= resolution;
+    const bool improves = unresolved ? step_size < last_step_size : next.cost < at.cost;
+    if (improves) {
+      result.T_curr_prev = candidate;
+      at = next;
+      damping = std::max(damping * 0.1, 1e-15);
+      last_step_size = step_size;
+      result.converged = step_size < options.step_tolerance;
+    } else if (unresolved || step_size < options.step_tolerance) {
+      result.converged = true;  // neither the cost nor the step gets smaller in double precision
+    } else {
+      damping *= 10;
+      usable = damping < 1e12;
+    }
+  }
+  result.at_optimum = at;
+  return result;
+}
+
+}  // namespace sextant

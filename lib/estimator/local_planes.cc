@@ -1,0 +1,105 @@
+#include "sextant/estimator/local_planes.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sextant {
+namespace {
+
+constexpr int min_neighbours = 9;  // three unknowns, six to judge them
+
+/// Points by cell of `side` px, cells row by row.
+class CellGrid {
+ public:
+  CellGrid(const Correspondences& points, const std::vector<unsigned char>& valid, double side)
+      : side_(side) {
+    double max_u = 0, max_v = 0;
+    min_u_ = min_v_ = INFINITY;
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (valid[i] == 0) continue;
+      min_u_ = std::min(min_u_, points.u[i]);
+      min_v_ = std::min(min_v_, points.v[i]);
+      max_u = std::max(max_u, points.u[i] - min_u_);
+      max_v = std::max(max_v, points.v[i] - min_v_);
+    }
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (valid[i] == 0) continue;
+      max_u = std::max(max_u, points.u[i] - min_u_);
+      max_v = std::max(max_v, points.v[i] - min_v_);
+    }
+    columns_ = static_cast<int>(max_u / side) + 1;
+    rows_ = static_cast<int>(max_v / side) + 1;
+    begin_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (valid[i] != 0) ++begin_[cell(points.u[i], points.v[i]) + 1];
+    }
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    members_.resize(begin_.back());
+    std::vector<size_t> next(begin_.begin(), begin_.end() - 1);
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (valid[i] != 0) members_[next[cell(points.u[i], points.v[i])]++] = i;
+    }
+  }
+
+  template <typename F>
+  void for_each_near(double u, double v, F&& f) const {
+    const int column = static_cast<int>((u - min_u_) / side_);
+    const int row = static_cast<int>((v - min_v_) / side_);
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, rows_ - 1); ++y) {
+      const size_t first = static_cast<size_t>(y) * columns_ + std::max(column - 1, 0);
+      const size_t last = static_cast<size_t>(y) * columns_ + std::min(column + 1, columns_ - 1);
+      for (size_t k = begin_[first]; k < begin_[last + 1]; ++k) f(members_[k]);
+    }
+  }
+
+ private:
+  size_t cell(double u, double v) const {
+    return static_cast<size_t>((v - min_v_) / side_) * columns_ + static_cast<size_t>((u - min_u_) / side_);
+  }
+  double side_, min_u_ = 0, min_v_ = 0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<size_t> begin_, members_;
+};
+
+}  // namespace
+
+std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px) {
+  std::vector<LocalPlane> planes(points.size());
+  std::vector<unsigned char> valid(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    planes[i].inverse_depth = 1 / points.depth[i];
+    valid[i] = points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::isfinite(points.u[i]) &&
+               std::isfinite(points.v[i]);
+  }
+  if (points.size() < min_neighbours || !(kappa > 0)) return planes;
+  const CellGrid grid(points, valid, radius_px);
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (valid[i] == 0) continue;
+    // Moments about the point itself.
+    double n = 0, su = 0, sv = 0, suu = 0, suv = 0, svv = 0, s = 0, us = 0, vs = 0, ss = 0;
+    grid.for_each_near(points.u[i], points.v[i], [&](size_t j) {
+      const double u = points.u[j] - points.u[i];
+      const double v = points.v[j] - points.v[i];
+      if (std::abs(u) > radius_px || std::abs(v) > radius_px) return;
+      const double value = 1 / points.depth[j] - 1 / points.depth[i];
+      n += 1, su += u, sv += v, suu += u * u, suv += u * v, svv += v * v;
+      s += value, us += u * value, vs += v * value, ss += value * value;
+    });
+    if (n < min_neighbours) continue;
+    Eigen::Matrix3d normal;
+    normal << n, su, sv, su, suu, suv, sv, suv, svv;
+    if (!(normal.determinant() > 1e-3 * n * suu * svv)) continue;
+    const Eigen::Matrix3d inverse = normal.inverse();
+    const Eigen::Vector3d right(s, us, vs);
+    const Eigen::Vector3d plane = inverse * right;
+    const double dof = n - 3;
+    const double residual = (ss - right.dot(plane)) / (kappa * kappa);
+    if (residual > dof + 2.33 * std::sqrt(2 * dof)) continue;
+    planes[i] = {planes[i].inverse_depth + plane[0], inverse(0, 0), plane[1], plane[2]};
+  }
+  return planes;
+}
+
+}  // namespace sextant
