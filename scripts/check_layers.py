@@ -39,7 +39,7 @@ LAYERS = {
     "eval/experiment": _LIB + _DATASETS,
     "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
     "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
-    "eval/external": _LIB + _DATASETS + ["eval/experiment"],
+    "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
     "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/gate", "eval/external"],
 }
 

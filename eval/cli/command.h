@@ -4,7 +4,7 @@
 //   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags
 //   on a new
 //      subcommand, an example in its footer, and what it does as a callback;
-//   2. declare it here and add one line to the table in program.cc.
+//   2. declare it here and add one line to the table in all_commands.cc.
 // Commands hold no logic of their own: they read flags, call the layers below and print.
 
 #include <nlohmann/json.hpp>
@@ -26,12 +26,16 @@ namespace sextant {
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
 
 /// The program: parses, runs one command, turns exceptions into exit codes and one line on stderr.
+using AddCommand = void (*)(CLI::App&);
+int program(int argc, const char* const* argv, std::span<const AddCommand> commands);
+/// With every command.
 int program(int argc, const char* const* argv);
 
 void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_report_command(CLI::App& app);
+void add_evaluate_command(CLI::App& app);
 void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);
 void add_data_check_command(CLI::App& data);

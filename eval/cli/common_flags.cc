@@ -5,7 +5,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/estimator/estimator.h"
 #include "sextant/eval/cli/command.h"
 
 namespace sextant {
@@ -71,13 +70,6 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
   }
   for (const std::string& assignment : sets) set_option(tree, assignment);
   return tree;
-}
-
-std::string estimator_list() {
-  std::string text;
-  for (const EstimatorEntry& entry : estimators())
-    text += fmt::format("  {:<20} {}\n", entry.name, entry.description);
-  return text;
 }
 
 }  // namespace sextant

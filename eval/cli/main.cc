@@ -1,3 +1,44 @@
-#include "sextant/eval/cli/command.h"
+// The program `sextant`. Commands that read text files alone run here: this program links no image or solver
+// library, whose loading takes longer than evaluating a trajectory. Everything else is done by `sextant-full`
+// in the same folder, which takes over this process.
 
-int main(int argc, char** argv) { return sextant::program(argc, argv); }
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/evaluate.h"
+
+namespace {
+
+/// `evaluate` of files; a SOURCE needs the adapters of data sets.
+bool is_light(int argc, char** argv) {
+  if (argc < 3 || std::string_view(argv[1]) != "evaluate") return false;
+  for (int i = 2; i < argc; ++i) {
+    if (sextant::looks_like_source(argv[i])) return false;
+  }
+  return true;
+}
+
+void add_light_evaluate_command(CLI::App& app) { sextant::add_evaluate_commands(app, {}); }
+
+int hand_over(char** argv) {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path full = self.parent_path() / "sextant-full";
+  ::execv(full.c_str(), argv);
+  fmt::print(stderr, "sextant: error: cannot start {}: {}; it belongs beside `sextant`\n", full.string(),
+             std::strerror(errno));
+  return sextant::exit_internal;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (!is_light(argc, argv)) return hand_over(argv);
+  constexpr sextant::AddCommand commands[] = {add_light_evaluate_command};
+  return sextant::program(argc, argv, commands);
+}

@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -13,17 +12,6 @@
 
 namespace sextant {
 namespace {
-
-constexpr auto command_table = std::to_array<void (*)(CLI::App&)>({
-    add_data_command,
-    add_run_command,
-    add_sweep_command,
-    add_merge_command,
-    add_report_command,
-    add_overlay_command,
-    add_cache_command,
-    add_options_command,
-});
 
 int report(const std::string& message, int code) {
   std::string line = message.substr(0, message.find_last_not_of(" \n") + 1);
@@ -75,7 +63,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
-int program(int argc, const char* const* argv) {
+int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   install_interrupt_handler();
   CLI::App app(
       "Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
@@ -87,7 +75,7 @@ int program(int argc, const char* const* argv) {
       "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
   app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
   app.require_subcommand(1);
-  for (const auto add : command_table) add(app);
+  for (const AddCommand add : commands) add(app);
 
   try {
     app.parse(argc, argv);

@@ -1,0 +1,24 @@
+#include <array>
+
+#include "sextant/eval/cli/command.h"
+
+namespace sextant {
+namespace {
+
+constexpr auto command_table = std::to_array<AddCommand>({
+    add_data_command,
+    add_run_command,
+    add_sweep_command,
+    add_merge_command,
+    add_report_command,
+    add_evaluate_command,
+    add_overlay_command,
+    add_cache_command,
+    add_options_command,
+});
+
+}  // namespace
+
+int program(int argc, const char* const* argv) { return program(argc, argv, command_table); }
+
+}  // namespace sextant

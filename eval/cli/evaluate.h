@@ -1,0 +1,26 @@
+#pragma once
+
+// `sextant evaluate` and its subcommands. Two programs hold them (main.cc, full_main.cc): the light one
+// starts in a few milliseconds because it links no image library, and hands over where a SOURCE is given, for
+// which adapters are needed. So these commands get the reader of sources as a function.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/external/ego_evaluation.h"
+
+namespace sextant {
+
+/// Opens a SOURCE and gives its true camera trajectory.
+using ReferenceLoader = std::function<EgoReference(const std::string& source, const CommonFlags& flags)>;
+
+/// With `load` empty a SOURCE is an Error.
+void add_evaluate_commands(CLI::App& app, const ReferenceLoader& load);
+void add_evaluate_ego_command(CLI::App& evaluate, const ReferenceLoader& load);
+
+/// Whether `text` has the form "adapter:path" and is not the name of a file.
+bool looks_like_source(const std::string& text);
+
+}  // namespace sextant

@@ -1,0 +1,25 @@
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+
+#include "sextant/eval/cli/evaluate.h"
+
+namespace sextant {
+
+bool looks_like_source(const std::string& text) {
+  const size_t colon = text.find(':');
+  if (colon == std::string::npos || colon < 2) return false;
+  const std::string adapter = text.substr(0, colon);
+  if (adapter.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos) return false;
+  std::error_code ignored;
+  return !std::filesystem::exists(text, ignored);
+}
+
+void add_evaluate_commands(CLI::App& app, const ReferenceLoader& load) {
+  CLI::App* evaluate = app.add_subcommand("evaluate", "Recorded results of any system against the truth");
+  evaluate->require_subcommand(1);
+  evaluate->footer("Example:\n  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3");
+  add_evaluate_ego_command(*evaluate, load);
+}
+
+}  // namespace sextant

@@ -1,0 +1,205 @@
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <future>
+#include <memory>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/external/ego_json.h"
+#include "sextant/eval/external/evo_result.h"
+
+namespace sextant {
+namespace {
+
+struct EgoFlags : CommonFlags {
+  std::string reference;
+  std::vector<std::string> estimates;
+  std::string format = "auto", reference_format, estimate_format;
+  std::string alignment = "none", relation = "trans_part", rpe;
+  bool all_pairs = false;
+  double delta_tolerance = PairSelection{}.relative_tolerance;
+  EgoOptions options;
+  std::optional<double> start_s, end_s;
+  std::string zip, tum;
+};
+
+/// "NAME=FILE": a run of the system NAME; a plain file belongs to the system "estimate".
+struct EstimateArgument {
+  std::string system = "estimate";
+  std::string path;
+};
+
+EstimateArgument parse_estimate(const std::string& text) {
+  const size_t equals = text.find('=');
+  std::error_code ignored;
+  if (equals == std::string::npos || equals == 0 || std::filesystem::exists(text, ignored))
+    return {"estimate", text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+EgoOptions options_of(const EgoFlags& flags) {
+  EgoOptions options = flags.options;
+  options.alignment = alignment_from_string(flags.alignment);
+  options.relation = relation_from_string(flags.relation);
+  options.association.start_s = flags.start_s;
+  options.association.end_s = flags.end_s;
+  if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
+  if (!flags.rpe.empty()) {
+    options.rpe = PairSelection::parse(flags.rpe);
+    options.rpe->all_pairs = flags.all_pairs;
+    options.rpe->relative_tolerance = flags.delta_tolerance;
+  } else if (flags.all_pairs || options.pairs_from_reference) {
+    fail(
+        "--all-pairs and --pairs-from-reference select pairs of relative errors: give --rpe too, e.g. --rpe "
+        "1f");
+  }
+  return options;
+}
+
+/// The format of the estimate; evo's EuRoC files are compared with estimates in TUM format.
+std::string estimate_format(const EgoFlags& flags, const std::string& path) {
+  if (!flags.estimate_format.empty()) return flags.estimate_format;
+  if (flags.format == "euroc" && detect_trajectory_format(path) == "tum") return "tum";
+  return flags.format;
+}
+
+EgoReference file_reference(const EgoFlags& flags) {
+  TrajectoryFile file = read_trajectory(
+      flags.reference, flags.reference_format.empty() ? flags.format : flags.reference_format);
+  EgoReference reference;
+  reference.side = {flags.reference, file.comments, file.format};
+  reference.warnings = file.warnings;
+  reference.poses = file.truth ? std::move(*file.truth) : std::move(file.poses);
+  return reference;
+}
+
+EgoReference reference_of(const EgoFlags& flags, const ReferenceLoader& load) {
+  if (!looks_like_source(flags.reference)) return file_reference(flags);
+  if (!load) fail("{}: a source cannot be read here", flags.reference);
+  return load(flags.reference, flags);
+}
+
+void print(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options,
+           const EgoFlags& flags) {
+  if (flags.json) {
+    fmt::print("{}\n", ego_json(runs, reference, options).dump(2));
+    return;
+  }
+  if (flags.quiet) return;
+  for (const std::string& text : reference.warnings) fmt::print(stderr, "sextant: warning: {}\n", text);
+  for (const EgoResult& run : runs) {
+    for (const TrajectoryWarning& w : run.warnings)
+      fmt::print(stderr, "sextant: warning: {}: {}\n", run.name, w.text);
+  }
+  fmt::print("{}\n{}", to_text(ego_error_table(runs, reference, options)),
+             to_text(ego_step_table(runs, reference)));
+  const Table comparison = ego_comparison_table(runs, options);
+  if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
+}
+
+void evaluate(const EgoFlags& flags, const ReferenceLoader& load) {
+  const EgoOptions options = options_of(flags);
+  if (!flags.zip.empty() && flags.estimates.size() > 1)
+    fail("--save-zip holds one result: give one estimate");
+  std::vector<EstimateArgument> arguments;
+  for (const std::string& text : flags.estimates) arguments.push_back(parse_estimate(text));
+  if (arguments.empty()) arguments.push_back({"estimate", flags.reference});
+
+  const auto read = [&](const std::string& path) {
+    return read_trajectory(path, estimate_format(flags, path));
+  };
+  std::future<TrajectoryFile> first = std::async(std::launch::async, read, arguments.front().path);
+  const EgoReference reference = reference_of(flags, load);
+  std::vector<EgoResult> runs;
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    TrajectoryFile file = i == 0 ? first.get() : read(arguments[i].path);
+    if (flags.estimates.empty() && !file.truth)
+      fail("{}: holds no truth of its own: give the estimate after the reference", flags.reference);
+    runs.push_back(evaluate_ego(reference, std::move(file), arguments[i].path, options));
+    runs.back().system = arguments[i].system;
+  }
+  if (!flags.zip.empty()) write_evo_result(flags.zip, runs.front(), options, flags.reference);
+  if (!flags.tum.empty()) {
+    std::filesystem::create_directories(flags.tum);
+    write_file(std::filesystem::path(flags.tum) / "reference.tum", encode_tum(runs.front().reference));
+    for (size_t i = 0; i < runs.size(); ++i)
+      write_file(std::filesystem::path(flags.tum) / fmt::format("estimate_{}.tum", i),
+                 encode_tum(runs[i].estimate));
+  }
+  print(runs, reference, options, flags);
+}
+
+void add_metric_flags(CLI::App& command, EgoFlags& flags) {
+  command.add_option("--align", flags.alignment, "none, origin, se3, sim3 or scale")->capture_default_str();
+  command
+      .add_option("--n-to-align", flags.options.n_to_align,
+                  "Poses that se3, sim3 and scale look at, from the start; 0: all")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--relation", flags.relation,
+                  "trans_part, rot_part, angle_deg, angle_rad, full or point_distance")
+      ->capture_default_str();
+  command.add_option("--rpe", flags.rpe,
+                     "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");
+  command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
+  command
+      .add_option("--delta-tolerance", flags.delta_tolerance,
+                  "Of all pairs by m, deg, rad and s, as a share of the distance")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_flag("--pairs-from-reference", flags.options.pairs_from_reference,
+                   "Select pairs on the reference");
+}
+
+void add_association_flags(CLI::App& command, EgoFlags& flags) {
+  AssociationOptions& a = flags.options.association;
+  command.add_option("--max-difference", a.max_difference_s, "Largest difference of matching time stamps, s")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--offset", a.offset_s, "Added to the time stamps of the estimate, s")
+      ->capture_default_str();
+  command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s");
+  command.add_option("--t-end", flags.end_s, "Last time stamp of the reference to use, s");
+}
+
+}  // namespace
+
+void add_evaluate_ego_command(CLI::App& evaluate_app, const ReferenceLoader& load) {
+  const auto flags = std::make_shared<EgoFlags>();
+  CLI::App* command =
+      evaluate_app.add_subcommand("ego", "Camera trajectories: absolute and relative pose errors");
+  std::string formats;
+  for (const TrajectoryFormat& f : trajectory_formats())
+    formats += fmt::format("  {:<9} {}\n", f.name, f.description);
+  command->add_option("GT", flags->reference, "Reference: a file, or a SOURCE with true poses")->required();
+  command->add_option(
+      "EST", flags->estimates,
+      "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
+  command->add_option("--format", flags->format, "Of both; auto: what the first record fits")
+      ->capture_default_str();
+  command->add_option("--ref-format", flags->reference_format, "Of the reference, where it differs");
+  command->add_option("--est-format", flags->estimate_format, "Of the estimates, where it differs");
+  add_metric_flags(*command, *flags);
+  add_association_flags(*command, *flags);
+  add_data_flag(*command, *flags);
+  add_option_flags(*command, *flags);
+  command->add_option("--save-zip", flags->zip, "Write the result as evo does (evo_res reads it)")
+      ->type_name("FILE");
+  command->add_option("--save-tum", flags->tum, "Write the matched, aligned trajectories as TUM files")
+      ->type_name("DIR");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
+  command->footer(
+      "Formats:\n" + formats +
+      "Examples:\n"
+      "  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3\n"
+      "  sextant evaluate ego --format tum gt.txt estimate.txt --align sim3 --rpe 1s --all-pairs --json\n"
+      "  sextant evaluate ego kitti:kitti_tracking#0003 orbslam3.txt --est-format kitti\n"
+      "  sextant evaluate ego gt.txt orb=orb_1.txt orb=orb_2.txt vdo=vdo_1.txt vdo=vdo_2.txt\n"
+      "Exit codes: 0 done, also with warnings; 2 bad input.");
+  command->callback([flags, load] { evaluate(*flags, load); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "sextant/base/options.h"
+#include "sextant/eval/cli/command.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+Outcome sextant(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  const int code = program(static_cast<int>(arguments.size()), arguments.data());
+  return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
+}
+
+class EvaluateEgo : public testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& text) {
+    const std::string path = testing::TempDir() + "sextant_evaluate_" + name;
+    std::ofstream(path) << text;
+    return path;
+  }
+  std::string gt = write("gt.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 1 0 0 0 0 1\n4 3 1 1 0 0 0 1\n");
+  std::string est =
+      write("est.tum", "1 0 0 0 0 0 0 1\n2 1 0 0.5 0 0 0 1\n3 2 1 0 0 0 0 1\n4 3 1 1 0 0 0 1\n");
+};
+
+TEST_F(EvaluateEgo, PrintsItsJson) {
+  const Outcome r = sextant({"--format", "tum", gt.c_str(), est.c_str(), "--json"});
+  ASSERT_EQ(r.code, 0) << r.err;
+  const Json json = Json::parse(r.out);
+  EXPECT_EQ(json["metric"], "ape");
+  EXPECT_EQ(json["relation"], "trans_part");
+  EXPECT_EQ(json["align"], "none");
+  EXPECT_EQ(json["n"], 4);
+  EXPECT_EQ(json["stats"]["max"], 0.5);
+  EXPECT_EQ(json["stats"]["sse"], 0.25);
+  EXPECT_FALSE(json["kitti_odometry"].contains("translation_percent")) << "too short: left out, never 0";
+  EXPECT_THAT(r.out, Not(HasSubstr("null")));
+}
+
+TEST_F(EvaluateEgo, RelativeErrorsAndText) {
+  const Outcome json = sextant({gt.c_str(), est.c_str(), "--rpe", "1f", "--json"});
+  EXPECT_EQ(Json::parse(json.out)["metric"], "rpe");
+  EXPECT_EQ(Json::parse(json.out)["n"], 3);
+  const Outcome text = sextant({gt.c_str(), est.c_str()});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_THAT(text.out, HasSubstr("APE trans_part [m]"));
+  EXPECT_THAT(text.out, HasSubstr("need 100 m of path"));
+  EXPECT_EQ(sextant({gt.c_str(), est.c_str(), "--quiet"}).out, "");
+}
+
+TEST_F(EvaluateEgo, SeveralSystems) {
+  const std::string orb = "orb=" + est, vdo = "vdo=" + gt;
+  const Json json = Json::parse(sextant({gt.c_str(), orb.c_str(), orb.c_str(), vdo.c_str(), "--json"}).out);
+  EXPECT_EQ(json["systems"].size(), 2);
+  EXPECT_EQ(json["systems"][0]["n"], 8);
+  EXPECT_EQ(json["runs"].size(), 3);
+}
+
+TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
+  const std::string nan = write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
+  for (const std::vector<const char*>& arguments :
+       std::vector<std::vector<const char*>>{{gt.c_str(), nan.c_str()},
+                                             {gt.c_str()},
+                                             {gt.c_str(), "/nowhere.txt"},
+                                             {gt.c_str(), est.c_str(), "--align", "sim4"},
+                                             {gt.c_str(), est.c_str(), "--relation", "x"},
+                                             {gt.c_str(), est.c_str(), "--rpe", "1x"},
+                                             {gt.c_str(), est.c_str(), "--all-pairs"},
+                                             {gt.c_str(), est.c_str(), "--t-start", "3", "--t-end", "2"},
+                                             {gt.c_str(), est.c_str(), "--format", "kitti"},
+                                             {gt.c_str(), est.c_str(), "--save-zip", "/nowhere/x.zip"}}) {
+    const Outcome r = sextant(arguments);
+    EXPECT_EQ(r.code, 2) << r.out;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    EXPECT_EQ(r.out, "");
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,211 @@
+#include "sextant/eval/external/ego_evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sextant {
+namespace {
+
+std::vector<int> counted(size_t n) {
+  std::vector<int> rows(n);
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+/// Frame numbers of a series; rows where it has none.
+std::vector<int> frames_of(const PoseSeries& series) {
+  return series.frames.empty() ? counted(series.size()) : series.frames;
+}
+
+std::vector<double> times_of(const PoseSeries& series) {
+  if (!series.stamps_s.empty()) return series.stamps_s;
+  const std::vector<int> frames = frames_of(series);
+  return {frames.begin(), frames.end()};
+}
+
+Association restricted(Association all, const PoseSeries& reference, const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s) return all;
+  Association kept;
+  for (size_t i = 0; i < all.reference.size(); ++i) {
+    const double t = reference.stamps_s[static_cast<size_t>(all.reference[i])];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    kept.reference.push_back(all.reference[i]);
+    kept.estimate.push_back(all.estimate[i]);
+  }
+  return kept;
+}
+
+/// By time: only the reference within the range can be matched, as when the rest was not recorded.
+Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
+                    const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s)
+    return associate_by_time(reference.stamps_s, estimate.stamps_s, options);
+  std::vector<double> stamps;
+  std::vector<int> rows;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    const double t = reference.stamps_s[i];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    stamps.push_back(t);
+    rows.push_back(static_cast<int>(i));
+  }
+  Association found = associate_by_time(stamps, estimate.stamps_s, options);
+  for (int& row : found.reference) row = rows[static_cast<size_t>(row)];
+  return found;
+}
+
+Association associate(const PoseSeries& reference, const PoseSeries& estimate,
+                      const AssociationOptions& options, const std::string& name) {
+  const bool range = options.start_s || options.end_s;
+  if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
+  if (!estimate.frames.empty() || !reference.frames.empty()) {
+    if (range && reference.stamps_s.empty()) fail("--t-start and --t-end need a reference with time stamps");
+    return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
+  }
+  if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
+    fail(
+        "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
+        "way to "
+        "match them; convert one of them",
+        name);
+  }
+  if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");
+  if (reference.size() != estimate.size()) {
+    fail(
+        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have as many; "
+        "put the "
+        "frame number before the 12 values of each line",
+        name, estimate.size(), reference.size());
+  }
+  return {counted(reference.size()), counted(estimate.size())};
+}
+
+/// Pairs of neighbours in the reference's numbering that the estimate has both.
+PerFrameErrors per_frame_errors(const EgoResult& r) {
+  PerFrameErrors out;
+  std::vector<PosePair> pairs;
+  const std::vector<int> frames = r.reference.frames.empty() ? r.reference_rows : r.reference.frames;
+  const bool by_time = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
+  for (size_t i = 1; i < r.estimate.size(); ++i) {
+    if (!by_time && frames[i] != frames[i - 1] + 1) continue;
+    pairs.emplace_back(static_cast<int>(i) - 1, static_cast<int>(i));
+    out.row.push_back(r.reference_rows[i]);
+  }
+  out.Et_m = relative_errors(r.estimate, r.reference, pairs, PoseRelation::trans_part);
+  out.ER_deg = relative_errors(r.estimate, r.reference, pairs, PoseRelation::angle_deg);
+  return out;
+}
+
+void warn_of_share(const EgoResult& r, const PoseSeries& reference,
+                   std::vector<TrajectoryWarning>& warnings) {
+  constexpr double kLeastShare = 0.8;
+  const size_t shorter = std::min(r.n_reference, r.n_estimate);
+  const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
+  if (share < kLeastShare) {
+    warnings.push_back(
+        {"unmatched", fmt::format("only {} of {} poses ({:.0f} %) have a partner: check the clocks, "
+                                  "--offset and --max-difference",
+                                  r.estimate.size(), shorter, 100 * share)});
+  }
+  const std::vector<double> all = times_of(reference), matched = times_of(r.reference);
+  const double covered = (matched.back() - matched.front()) / (all.back() - all.front());
+  const bool by_row = r.reference.stamps_s.empty() && r.reference.frames.empty();
+  if (!by_row && covered < kLeastShare) {
+    warnings.push_back(
+        {"coverage",
+         fmt::format("the estimate covers {:.0f} % of the reference's duration: what it lost does "
+                     "not count in these errors",
+                     100 * covered)});
+  }
+}
+
+void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+                 std::vector<TrajectoryWarning>& warnings) {
+  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  std::vector<double> a, b;
+  if (seconds) {
+    a = reference.stamps_s;
+    b = estimate.stamps_s;
+  } else {
+    const std::vector<int> fa = frames_of(reference), fb = frames_of(estimate);
+    a.assign(fa.begin(), fa.end());
+    b.assign(fb.begin(), fb.end());
+  }
+  const auto lag = estimate_lag(reference, a, estimate, b);
+  if (!lag) return;
+  const std::string remedy = seconds ? fmt::format("; try --offset {:.4g}", -lag->lag) : "";
+  warnings.push_back(
+      {"lag",
+       fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.2f} with this "
+                   "shift, {:.2f} without{}",
+                   lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
+                   lag->correlation, lag->correlation_0, remedy)});
+}
+
+void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
+                       std::vector<TrajectoryWarning>& warnings) {
+  const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
+  if (!scaled && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+    warnings.push_back(
+        {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
+                              "scale; a system without metric scale needs --align sim3",
+                              r.umeyama_scale, to_string(options.alignment))});
+  }
+  constexpr double kFlat = 1e-12;
+  if (r.alignment.flatness < kFlat) {
+    warnings.push_back({"line",
+                        "the positions lie on a straight line: the rotation about it is arbitrary after this "
+                        "alignment, and errors of rotation mean nothing"});
+  }
+}
+
+}  // namespace
+
+int EgoResult::row_of(size_t i) const {
+  return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
+}
+
+EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
+                       const EgoOptions& options) {
+  EgoResult r;
+  r.name = name;
+  r.n_reference = reference.poses.size();
+  r.n_estimate = estimate.poses.size();
+  for (const std::string& text : estimate.warnings) r.warnings.push_back({"repaired", text});
+  const auto add = [&](std::vector<TrajectoryWarning> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(r.warnings));
+  };
+  add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
+                       {name, estimate.comments, estimate.format}));
+
+  Association match = associate(reference.poses, estimate.poses, options.association, name);
+  if (match.reference.empty()) {
+    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s)", name,
+         reference.side.name, options.association.max_difference_s);
+  }
+  warn_of_lag(reference.poses, estimate.poses, r.warnings);
+  r.reference = reference.poses;
+  r.reference.keep(match.reference);
+  r.reference_rows = std::move(match.reference);
+  r.estimate = std::move(estimate.poses);
+  r.estimate.keep(match.estimate);
+  warn_of_share(r, reference.poses, r.warnings);
+  add(warnings_of_matched(r.reference, r.estimate));
+
+  if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
+    r.umeyama_scale = u->y_from_x.scale;
+  r.alignment = align(r.estimate, r.reference, options.alignment, options.n_to_align);
+  warn_of_alignment(r, options, r.warnings);
+  if (options.rpe) {
+    r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
+    r.errors = relative_errors(r.estimate, r.reference, r.pairs, options.relation);
+  } else {
+    r.errors = absolute_errors(r.estimate, r.reference, options.relation);
+  }
+  r.statistics = error_statistics(r.errors);
+  r.per_frame = per_frame_errors(r);
+  r.kitti = kitti_odometry_errors(r.estimate, r.reference);
+  return r;
+}
+
+}  // namespace sextant

@@ -1,0 +1,67 @@
+#pragma once
+
+// Evaluates recorded camera trajectories against a reference: association, alignment, absolute or relative
+// errors, warnings; of one run or of several runs of several systems. The result holds every raw error, so
+// that tables, figures and evo's zip are functions of it.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/external/trajectory_files.h"
+#include "sextant/eval/external/trajectory_warnings.h"
+#include "sextant/metrics/kitti_odometry.h"
+#include "sextant/metrics/trajectory_association.h"
+#include "sextant/metrics/trajectory_errors.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+struct EgoOptions {
+  Alignment alignment = Alignment::none;
+  int n_to_align = 0;  ///< 0: all poses
+  PoseRelation relation = PoseRelation::trans_part;
+  std::optional<PairSelection> rpe;  ///< empty: absolute errors
+  bool pairs_from_reference = false;
+  AssociationOptions association;
+};
+
+/// A reference trajectory, from a file or from a source.
+struct EgoReference {
+  PoseSeries poses;
+  TrajectorySide side;
+  std::vector<std::string> warnings;
+  std::optional<double> step_floor_m;  ///< SequenceTruth::camera_step_floor_m
+};
+
+/// Pose change errors of consecutive frames (lib/metrics/pose_change.h), the paper's definition.
+struct PerFrameErrors {
+  std::vector<double> Et_m;
+  std::vector<double> ER_deg;
+  std::vector<int> row;  ///< of the reference: the current frame of each pair
+};
+
+struct EgoResult {
+  std::string name;    ///< of the estimate: file
+  std::string system;  ///< to which this run belongs
+  size_t n_reference = 0, n_estimate = 0;
+  PoseSeries reference, estimate;   ///< matched; estimate aligned
+  std::vector<int> reference_rows;  ///< of the matched poses in the reference as given
+  AlignmentResult alignment;
+  double umeyama_scale = 1;     ///< of the matched positions, 1 where it is not determined
+  std::vector<PosePair> pairs;  ///< of relative errors
+  std::vector<double> errors;   ///< one per matched pose, or per pair
+  ErrorStatistics statistics;
+  PerFrameErrors per_frame;  ///< may be empty
+  KittiOdometryErrors kitti;
+  std::vector<TrajectoryWarning> warnings;
+
+  /// Row of the reference that error i belongs to: that of the pose, or of a pair's second pose.
+  int row_of(size_t i) const;
+};
+
+/// Throws Error where nothing matches or the trajectories cannot be aligned.
+EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
+                       const EgoOptions& options);
+
+}  // namespace sextant

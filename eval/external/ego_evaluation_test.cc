@@ -1,0 +1,220 @@
+#include "sextant/eval/external/ego_evaluation.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/external/ego_json.h"
+#include "sextant/eval/external/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
+auto text(const std::string& part) { return Field("text", &TrajectoryWarning::text, HasSubstr(part)); }
+
+/// A drive with speeds and turns that change, sampled at time t = i / rate + shift.
+PoseSeries drive(int n, double rate_hz, double shift_s = 0, double scale = 1) {
+  PoseSeries s;
+  for (int i = 0; i < n; ++i) {
+    const double t = i / rate_hz + shift_s;
+    const double yaw = 0.6 * std::sin(0.7 * t) + 0.3 * std::sin(1.9 * t);
+    s.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+          scale * Eigen::Vector3d(5 * std::sin(0.5 * t), 0.2 * std::sin(t), 8 * t + 3 * std::sin(1.3 * t)));
+    s.stamps_s.push_back(100 + i / rate_hz);
+  }
+  return s;
+}
+
+EgoReference reference_of(PoseSeries poses, const std::string& name = "a.txt") {
+  EgoReference reference;
+  reference.poses = std::move(poses);
+  reference.side.name = name;
+  return reference;
+}
+
+EgoResult evaluate(PoseSeries reference, PoseSeries estimate, const EgoOptions& options = {}) {
+  TrajectoryFile file;
+  file.poses = std::move(estimate);
+  return evaluate_ego(reference_of(std::move(reference)), std::move(file), "b.txt", options);
+}
+
+PoseSeries noisy(PoseSeries s) {
+  for (size_t i = 0; i < s.size(); ++i) s.positions_m[i][0] += 0.01 * std::sin(37.0 * static_cast<double>(i));
+  return s;
+}
+
+TEST(EgoEvaluation, AGoodPairHasNoWarning) {
+  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10))).warnings, IsEmpty());
+  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10, 0.004))).warnings, IsEmpty());
+}
+
+TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
+  const PoseSeries half = noisy(drive(300, 10, 0, 0.5));
+  EgoOptions options{.alignment = Alignment::se3};
+  EXPECT_THAT(evaluate(drive(300, 10), half, options).warnings, Contains(code("scale")));
+  options.alignment = Alignment::sim3;
+  const EgoResult scaled = evaluate(drive(300, 10), half, options);
+  EXPECT_THAT(scaled.warnings, IsEmpty());
+  EXPECT_NEAR(scaled.alignment.ref_from_est.scale, 2, 1e-2);
+}
+
+TEST(EgoEvaluation, DifferentRatesAreTold) {
+  EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, testing::ElementsAre(code("rates")));
+}
+
+TEST(EgoEvaluation, ADenserAndLongerEstimateMayBeTheTruth) {
+  EXPECT_THAT(evaluate(drive(200, 10), noisy(drive(900, 30))).warnings, Contains(code("swapped")));
+}
+
+TEST(EgoEvaluation, NamesAndCommentsTellSwappedSides) {
+  const auto warnings = [](const std::string& reference, const std::string& estimate,
+                           const std::string& comments) {
+    return warnings_of_pair(drive(50, 10), {reference, "", "tum"}, drive(50, 10),
+                            {estimate, comments, "tum"});
+  };
+  EXPECT_THAT(warnings("orb.txt", "groundtruth.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("x/est_1.txt", "x/gt_1.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("a.txt", "b.txt", "# ground truth trajectory\n"), Contains(code("swapped")));
+  EXPECT_THAT(warnings("CameraTrajectory_ORB-SLAM3.txt", "poses.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("gt.txt", "est.txt", ""), IsEmpty());
+  EXPECT_THAT(warnings("groundtruth_slam.txt", "groundtruth_of_b.txt", ""), IsEmpty());
+  EXPECT_THAT(warnings("right.txt", "best.txt", ""),
+              IsEmpty());  // hold "gt"-like and "est" as parts of words
+}
+
+TEST(EgoEvaluation, UnmatchedPosesAndCoverage) {
+  PoseSeries estimate = noisy(drive(300, 10));
+  for (size_t i = 0; i < 100; ++i) estimate.stamps_s[200 + i] += 0.05;
+  const EgoResult r = evaluate(drive(300, 10), estimate);
+  EXPECT_THAT(r.warnings, Contains(code("unmatched")));
+  EXPECT_THAT(r.warnings, Contains(code("coverage")));
+  EXPECT_EQ(r.errors.size(), 200);
+}
+
+TEST(EgoEvaluation, AConstantLagIsFoundWithItsSignAndSize) {
+  // The estimate's poses carry stamps 0.3 s too late: at stamp t it is where the truth was at t - 0.3.
+  for (const double lag_s : {0.3, -0.5}) {
+    const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -lag_s)));
+    EXPECT_THAT(r.warnings, Contains(code("lag")));
+    const auto lag = estimate_lag(drive(600, 10), drive(600, 10).stamps_s, noisy(drive(600, 10, -lag_s)),
+                                  drive(600, 10).stamps_s);
+    ASSERT_TRUE(lag);
+    EXPECT_NEAR(lag->lag, lag_s, 0.051);
+  }
+  EgoOptions repaired;
+  repaired.association.offset_s = -0.3;
+  const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -0.3)), repaired);
+  EXPECT_LT(r.statistics.rmse, 0.02);
+}
+
+TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
+  PoseSeries estimate = noisy(drive(300, 10));
+  for (size_t i = 150; i < 160; ++i) {
+    estimate.positions_m[i] = estimate.positions_m[149];
+    estimate.rotations[i] = estimate.rotations[149];
+  }
+  EXPECT_THAT(evaluate(drive(300, 10), estimate).warnings,
+              Contains(text("repeats its last pose exactly 10 times")));
+}
+
+TEST(EgoEvaluation, AStandstillIsNoLostTracker) {
+  PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
+  for (size_t i = 150; i < 200; ++i) {
+    for (PoseSeries* s : {&reference, &estimate}) {
+      s->positions_m[i] = s->positions_m[149];
+      s->rotations[i] = s->rotations[149];
+    }
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("repeated_poses"))));
+}
+
+TEST(EgoEvaluation, IdentityTruthAndTheSameFileTwice) {
+  PoseSeries reference = drive(300, 10);
+  reference.positions_m[20].setZero();
+  reference.rotations[20].setIdentity();
+  EXPECT_THAT(evaluate(reference, noisy(drive(300, 10))).warnings, Contains(code("identity")));
+  EXPECT_THAT(evaluate(drive(300, 10), drive(300, 10)).warnings, Contains(code("identical")));
+}
+
+TEST(EgoEvaluation, ALineLeavesARotationOpen) {
+  PoseSeries line;
+  for (int i = 0; i < 50; ++i) {
+    line.add(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.3 * i, 0.1 * i, 0.7 * i + (i == 20 ? 1e-6 : 0)));
+    line.frames.push_back(i);
+  }
+  EXPECT_THAT(evaluate(line, line, {.alignment = Alignment::se3}).warnings, Contains(code("line")));
+}
+
+TEST(EgoEvaluation, WhatCannotBeMatchedIsAnError) {
+  PoseSeries far = drive(50, 10);
+  for (double& t : far.stamps_s) t += 1000;
+  EXPECT_THAT(error_of([&] { evaluate(drive(50, 10), far); }), HasSubstr("no pose matches"));
+  PoseSeries rows = drive(50, 10), fewer = drive(49, 10);
+  rows.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, fewer); }),
+              HasSubstr("only one of reference and estimate has time stamps"));
+  fewer.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, fewer); }), HasSubstr("has 49 poses, the reference 50"));
+}
+
+TEST(EgoEvaluation, ATimeRangeLeavesOutTheRestOfTheReference) {
+  EgoOptions options;
+  options.association.start_s = 105;
+  options.association.end_s = 110;
+  const EgoResult r = evaluate(drive(300, 10), noisy(drive(300, 10)), options);
+  EXPECT_EQ(r.errors.size(), 51);
+  EXPECT_EQ(r.reference_rows.front(), 50);
+}
+
+TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {
+  PoseSeries reference = drive(20, 10), estimate = noisy(drive(20, 10));
+  reference.stamps_s.clear();
+  estimate.stamps_s.clear();
+  for (int i = 0; i < 20; ++i) {
+    reference.frames.push_back(i);
+    estimate.frames.push_back(i);
+  }
+  const std::vector<int> kept = {0, 1, 2, 5, 6};
+  estimate.keep(kept);
+  EXPECT_EQ(evaluate(reference, estimate).per_frame.row, (std::vector<int>{1, 2, 6}));
+}
+
+TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
+  std::vector<EgoResult> runs;
+  for (int i = 0; i < 6; ++i) {
+    PoseSeries estimate = drive(300, 10);
+    const double amplitude = (i < 3 ? 0.1 : 0.2) * (1 + 0.1 * (i % 3));
+    for (size_t k = 0; k < estimate.size(); ++k)
+      estimate.positions_m[k][0] += amplitude * (1.5 + std::sin(37.0 * static_cast<double>(k)));
+    runs.push_back(evaluate(drive(300, 10), estimate));
+    runs.back().system = i < 3 ? "good" : "bad";
+  }
+  const std::vector<SystemSummary> systems = summarize_systems(runs);
+  ASSERT_EQ(systems.size(), 2);
+  double sse = 0;
+  for (int i = 0; i < 3; ++i) sse += runs[static_cast<size_t>(i)].statistics.sse;
+  EXPECT_NEAR(systems[0].pooled.rmse, std::sqrt(sse / 900), 1e-12);
+  EXPECT_EQ(systems[0].n_errors, 900);
+  ASSERT_TRUE(systems[0].rmse_interval);
+  EXPECT_LT(systems[0].rmse_interval->low, systems[0].pooled.rmse);
+  EXPECT_GT(systems[0].rmse_interval->high, systems[0].pooled.rmse);
+
+  const std::vector<SystemComparison> comparisons = compare_systems(runs);
+  ASSERT_EQ(comparisons.size(), 1);
+  EXPECT_NEAR(comparisons[0].mean_difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
+  EXPECT_LT(comparisons[0].p, 0.001);
+  runs[3] = runs[0];
+  runs[3].system = "same";
+  runs.resize(4);
+  EXPECT_EQ(ego_json(runs, reference_of(drive(300, 10)), {})["comparisons"].size(), 1);
+}
+
+}  // namespace
+}  // namespace sextant

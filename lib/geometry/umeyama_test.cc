@@ -1,0 +1,60 @@
+#include "sextant/geometry/umeyama.h"
+
+#include <gtest/gtest.h>
+
+#include "sextant/geometry/testing.h"
+
+namespace sextant {
+namespace {
+
+std::vector<Eigen::Vector3d> cloud(int n) {
+  std::mt19937_64 generator(3);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < n; ++i) points.emplace_back(random_twist(generator, 20, 1).head<3>());
+  return points;
+}
+
+TEST(Umeyama, RecoversASimilarity) {
+  std::mt19937_64 generator(5);
+  const SE3 T = SE3::exp(random_twist(generator, 30, 3));
+  const std::vector<Eigen::Vector3d> x = cloud(40);
+  std::vector<Eigen::Vector3d> y;
+  for (const Eigen::Vector3d& p : x) y.push_back(T * (1.7 * p));
+  const auto found = umeyama(x, y, true);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->y_from_x.scale, 1.7, 1e-12);
+  EXPECT_THAT(found->y_from_x.rotation, EigenNear(T.rotation().toRotationMatrix(), 1e-12));
+  EXPECT_THAT(found->y_from_x.translation_m, EigenNear(T.translation(), 1e-11));
+  EXPECT_EQ(umeyama(x, y, false)->y_from_x.scale, 1);
+}
+
+TEST(Umeyama, NeverReflects) {
+  const std::vector<Eigen::Vector3d> x = cloud(40);
+  std::vector<Eigen::Vector3d> mirrored;
+  for (const Eigen::Vector3d& p : x) mirrored.emplace_back(-p[0], p[1], p[2]);
+  EXPECT_NEAR(umeyama(x, mirrored, true)->y_from_x.rotation.determinant(), 1, 1e-12);
+}
+
+TEST(Umeyama, PointsThatLeaveTheRotationOpenGiveNothing) {
+  const std::vector<Eigen::Vector3d> x = cloud(10), still(10, Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(umeyama(x, still, true));
+  EXPECT_FALSE(umeyama(still, x, true));
+  EXPECT_FALSE(umeyama(still, still, false));
+  EXPECT_FALSE(umeyama({}, {}, false));
+  std::vector<Eigen::Vector3d> line;
+  for (int i = 0; i < 10; ++i) line.emplace_back(i, 0, 0);
+  EXPECT_FALSE(umeyama(line, line, false));
+}
+
+TEST(Umeyama, FlatnessTellsALine) {
+  std::vector<Eigen::Vector3d> slanted;
+  for (int i = 0; i < 50; ++i) slanted.emplace_back(0.3 * i, 0.1 * i, 0.7 * i + (i == 20 ? 1e-6 : 0));
+  const auto found = umeyama(slanted, slanted, false);
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->flatness, 1e-12);
+  const std::vector<Eigen::Vector3d> x = cloud(10);
+  EXPECT_GT(umeyama(x, x, false)->flatness, 0.05);
+}
+
+}  // namespace
+}  // namespace sextant

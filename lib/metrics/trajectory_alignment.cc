@@ -1,0 +1,78 @@
+#include "sextant/metrics/trajectory_alignment.h"
+
+#include <array>
+
+#include "sextant/base/error.h"
+#include "sextant/base/text.h"
+
+namespace sextant {
+namespace {
+
+constexpr std::array<std::string_view, 5> kNames = {"none", "origin", "se3", "sim3", "scale"};
+
+Similarity origin_alignment(const PoseSeries& estimate, const PoseSeries& reference) {
+  Similarity s;
+  s.rotation = reference.rotations[0] * estimate.rotations[0].transpose();
+  s.translation_m = reference.positions_m[0] - s.rotation * estimate.positions_m[0];
+  return s;
+}
+
+UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& reference, bool with_scale,
+                                int first_n) {
+  const size_t n = first_n > 0 ? std::min(static_cast<size_t>(first_n), estimate.size()) : estimate.size();
+  const auto result = umeyama(std::span(estimate.positions_m).first(n),
+                              std::span(reference.positions_m).first(n), with_scale);
+  if (!result) {
+    fail(
+        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which "
+        "leaves the rotation open; use --align origin or --align none",
+        n);
+  }
+  return *result;
+}
+
+void apply(PoseSeries& series, const Similarity& s) {
+  for (Eigen::Vector3d& p : series.positions_m) p = s.rotation * (s.scale * p) + s.translation_m;
+  for (Eigen::Matrix3d& r : series.rotations) r = s.rotation * r;
+}
+
+}  // namespace
+
+std::string_view to_string(Alignment alignment) { return kNames.at(static_cast<size_t>(alignment)); }
+
+Alignment alignment_from_string(std::string_view name) {
+  for (size_t i = 0; i < kNames.size(); ++i) {
+    if (kNames[i] == name) return static_cast<Alignment>(i);
+  }
+  fail("unknown alignment '{}': {}", name,
+       suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
+}
+
+AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n) {
+  SEXTANT_CHECK(!estimate.empty() && estimate.size() == reference.size());
+  AlignmentResult result;
+  switch (alignment) {
+    case Alignment::none:
+      return result;
+    case Alignment::origin:
+      result.ref_from_est = origin_alignment(estimate, reference);
+      break;
+    case Alignment::se3:
+    case Alignment::sim3: {
+      const UmeyamaResult u = umeyama_alignment(estimate, reference, alignment == Alignment::sim3, first_n);
+      result = {u.y_from_x, u.flatness};
+      break;
+    }
+    case Alignment::scale: {
+      const UmeyamaResult u = umeyama_alignment(estimate, reference, true, first_n);
+      result.ref_from_est.scale = u.y_from_x.scale;
+      result.flatness = u.flatness;
+      for (Eigen::Vector3d& p : estimate.positions_m) p *= u.y_from_x.scale;
+      return result;
+    }
+  }
+  apply(estimate, result.ref_from_est);
+  return result;
+}
+
+}  // namespace sextant

@@ -1,0 +1,116 @@
+#include "sextant/metrics/trajectory_errors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/base/error.h"
+#include "sextant/base/text.h"
+
+namespace sextant {
+namespace {
+
+constexpr std::array<std::string_view, 6> kNames = {"trans_part", "rot_part", "angle_deg",
+                                                    "angle_rad",  "full",     "point_distance"};
+constexpr std::array<std::string_view, 6> kUnits = {"m", "1", "deg", "rad", "1", "m"};
+
+double value_of(const RelativePose& E, PoseRelation relation) {
+  switch (relation) {
+    case PoseRelation::trans_part:
+      return E.translation_m.norm();
+    case PoseRelation::rot_part:
+      return (E.rotation - Eigen::Matrix3d::Identity()).norm();
+    case PoseRelation::full:
+      return std::sqrt((E.rotation - Eigen::Matrix3d::Identity()).squaredNorm() +
+                       E.translation_m.squaredNorm());
+    case PoseRelation::angle_rad:
+      return rotation_angle_rad(Eigen::Quaterniond(E.rotation));
+    case PoseRelation::angle_deg:
+      return rotation_angle_rad(Eigen::Quaterniond(E.rotation)) * (180 / std::numbers::pi);
+    case PoseRelation::point_distance:
+      break;  // is no function of E
+  }
+  SEXTANT_CHECK(false);
+}
+
+/// inverse(a) b
+RelativePose difference(const RelativePose& a, const RelativePose& b) {
+  return {a.rotation.transpose() * b.rotation, a.rotation.transpose() * (b.translation_m - a.translation_m)};
+}
+
+}  // namespace
+
+std::string_view to_string(PoseRelation relation) { return kNames.at(static_cast<size_t>(relation)); }
+std::string_view unit_of(PoseRelation relation) { return kUnits.at(static_cast<size_t>(relation)); }
+
+PoseRelation relation_from_string(std::string_view name) {
+  for (size_t i = 0; i < kNames.size(); ++i) {
+    if (kNames[i] == name) return static_cast<PoseRelation>(i);
+  }
+  fail("unknown relation '{}': {}", name,
+       suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
+}
+
+std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
+                                    PoseRelation relation) {
+  SEXTANT_CHECK(estimate.size() == reference.size());
+  const bool positions_alone =
+      relation == PoseRelation::trans_part || relation == PoseRelation::point_distance;
+  std::vector<double> errors(estimate.size());
+  for (size_t i = 0; i < errors.size(); ++i) {
+    if (positions_alone) {
+      errors[i] = (estimate.positions_m[i] - reference.positions_m[i]).norm();
+    } else {
+      errors[i] = value_of(difference({estimate.rotations[i], estimate.positions_m[i]},
+                                      {reference.rotations[i], reference.positions_m[i]}),
+                           relation);
+    }
+  }
+  return errors;
+}
+
+std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries& reference,
+                                    std::span<const PosePair> pairs, PoseRelation relation) {
+  SEXTANT_CHECK(estimate.size() == reference.size());
+  std::vector<double> errors;
+  errors.reserve(pairs.size());
+  for (const auto& [a, b] : pairs) {
+    const auto i = static_cast<size_t>(a), j = static_cast<size_t>(b);
+    if (relation == PoseRelation::point_distance) {
+      errors.push_back(std::abs((reference.positions_m[i] - reference.positions_m[j]).norm() -
+                                (estimate.positions_m[i] - estimate.positions_m[j]).norm()));
+    } else {
+      errors.push_back(
+          value_of(difference(relative_pose(reference, i, j), relative_pose(estimate, i, j)), relation));
+    }
+  }
+  return errors;
+}
+
+ErrorStatistics error_statistics(std::span<const double> errors) {
+  SEXTANT_CHECK(!errors.empty());
+  const auto n = static_cast<double>(errors.size());
+  ErrorStatistics s;
+  double sum = 0;
+  for (const double e : errors) {
+    sum += e;
+    s.sse += e * e;
+  }
+  if (!std::isfinite(s.sse)) fail("the errors overflow: the positions are no metres");
+  s.mean = sum / n;
+  s.rmse = std::sqrt(s.sse / n);
+  double spread = 0;
+  for (const double e : errors) spread += (e - s.mean) * (e - s.mean);
+  s.std = std::sqrt(spread / n);
+  std::vector<double> values(errors.begin(), errors.end());
+  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), half, values.end());
+  s.median = values.size() % 2 == 1 ? *half : 0.5 * (*half + *std::max_element(values.begin(), half));
+  const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
+  s.min = *low;
+  s.max = *high;
+  return s;
+}
+
+}  // namespace sextant
