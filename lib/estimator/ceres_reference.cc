@@ -67,12 +67,18 @@ MotionEstimate prepare(const Problem& problem, const StartingPoint& start) {
   return estimate;
 }
 
+double huber_threshold(const std::string& robust, double huber) {
+  if (robust == "geman_mcclure_gnc")
+    fail("option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber and none");
+  return robust == "huber" ? huber : 1e100;
+}
+
 }  // namespace
 
 MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingPoint& start) const {
   MotionEstimate estimate = prepare(problem, start);
   if (estimate.status == Status::too_few_points) return estimate;
-  ceres::HuberLoss loss(options_.huber);
+  ceres::HuberLoss loss(huber_threshold(options_.robust, options_.huber));
   SE3Manifold manifold;
   MotionBlock motion = to_block(start.T_curr_prev);
   ceres::Problem ceres_problem(borrow());
@@ -94,8 +100,8 @@ MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingP
 MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPoint& start) const {
   MotionEstimate estimate = prepare(problem, start);
   if (estimate.status == Status::too_few_points) return estimate;
-  ceres::HuberLoss projection_loss(options_.huber_projection);
-  ceres::HuberLoss flow_loss(options_.huber_flow);
+  ceres::HuberLoss projection_loss(huber_threshold(options_.robust, options_.huber_projection));
+  ceres::HuberLoss flow_loss(huber_threshold(options_.robust, options_.huber_flow));
   SE3Manifold manifold;
   MotionBlock motion = to_block(start.T_curr_prev);
   std::vector<std::array<double, 2>> flows(problem.points.size());

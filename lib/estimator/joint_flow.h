@@ -17,6 +17,7 @@ struct JointFlowOptions {
   double sigma_flow_px = 0.8;
   double huber_projection = 1.345;
   double huber_flow = 1.345;
+  std::string robust = "huber";
   SolverOptions solver;
 
   template <typename V>
@@ -26,12 +27,17 @@ struct JointFlowOptions {
     v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
+    v("robust", robust, "", robust_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
 
-  HuberKernel projection_kernel() const { return {sigma_projection_px, huber_projection}; }
-  HuberKernel flow_kernel() const { return {sigma_flow_px, huber_flow}; }
+  HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }
+  HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
+  /// Kernels that redescend share the residual by variance, as none at all does.
+  double threshold(double huber) const {
+    return robust == "huber" ? huber : std::numeric_limits<double>::infinity();
+  }
   HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
 };
 

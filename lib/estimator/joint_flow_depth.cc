@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "sextant/estimator/graduation.h"
 #include "sextant/estimator/local_planes.h"
 #include "sextant/estimator/motion_only.h"
 #include "sextant/estimator/noise_levels.h"
@@ -29,69 +30,18 @@ double chi_square_quantile(int dof, double probability) {
   return dof * std::pow(1 - h + low * std::sqrt(h), 3);
 }
 
-int dimension(const FlowDepthData& data, size_t i) { return data.uses_depth_curr(i) ? 3 : 2; }
-
-/// Numerator and denominator of the estimated variance of a location with this kernel (Huber 1981, ch. 6):
-/// sum of |psi|^2 / d and of div psi / d, psi = weight(q) r.
-struct Spread {
-  double square = 0;
-  double slope = 0;
-  double variance() const { return slope > 0 ? square / (slope * slope) : INFINITY; }
-};
-
-Spread spread_of(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel) {
-  Spread s;
-  for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.used(i)) continue;
-    const double d = dimension(data, i);
-    const double w = kernel.weight(q[i]);
-    s.square += w * w * q[i] / d;
-    s.slope += w + 2 * q[i] * kernel.weight_slope(q[i]) / d;
-  }
-  return s;
-}
-
 /// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
 /// heavy.
 double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
   double best = 0;
   double least = INFINITY;
   for (const double scale : {10.0, 6.0, 4.0, 3.0, 2.0, 1.5}) {
-    const double variance = spread_of(data, q, {Kind::geman_mcclure, scale}).variance();
+    const double variance = variance_factor(data, q, {Kind::geman_mcclure, scale});
     if (variance >= least) continue;
     least = variance;
     best = scale;
   }
   return best > 0 ? best : 1.5;
-}
-
-/// Far from the optimum, and not to convergence.
-SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& levels, RobustKernel kernel,
-                     int iterations) {
-  kernel.majorize = true;
-  return minimize_flow_depth(data, from, levels, kernel,
-                             {.max_iterations = iterations, .step_tolerance = 1e-5});
-}
-
-/// Graduated non-convexity (Blake & Zisserman 1987; Yang et al. 2020): from nearly convex to redescending.
-/// The wide kernels at the beginning can be drawn to where most points are wrong together, so the descent
-/// straight from the start competes: the lower cost under the last kernel wins. A sample of the points is
-/// enough to find the way.
-SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
-  constexpr size_t sample_size = 1000;
-  constexpr double first = 8;
-  constexpr double last = 1.5;
-  constexpr int steps = 12;
-  FlowDepthData data = all.sample(sample_size);
-  const SolverResult direct = descend(data, start, levels, {Kind::geman_mcclure, last}, 10);
-  SolverResult graduated;
-  graduated.T_curr_prev = start;
-  for (int k = 0; k < steps; ++k) {
-    const double scale = first * std::pow(last / first, k / (steps - 1.0));
-    graduated = descend(data, graduated.T_curr_prev, levels, {Kind::geman_mcclure, scale}, 2);
-    if (!std::isfinite(graduated.at_optimum.cost)) break;
-  }
-  return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
 }
 
 /// Uses the points whose q lies in the gate; returns whether that changed anything.
@@ -167,8 +117,7 @@ void JointFlowDepthOptions::check() const {
                "depth or disparity");
   check_option(projection_share > 0 && projection_share < 1, "projection_share", projection_share,
                "in (0, 1)");
-  check_option(robust == "geman_mcclure_gnc" || robust == "huber" || robust == "none", "robust", robust,
-               "geman_mcclure_gnc, huber or none");
+  check_robust(robust);
   check_option(huber > 0, "huber", huber, "> 0");
   check_option(scale >= 0, "scale", scale, ">= 0");
   check_option(gate > 0 && gate < 1, "gate", gate, "in (0, 1)");
@@ -240,8 +189,7 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   if (!std::isfinite(estimate.cost) || !estimate.T_curr_prev.is_finite() || !is_determined(hessian)) {
     return estimate;
   }
-  const double inflation =
-      static_cast<double>(data.n_used()) * spread_of(data, at.q, decided.kernel).variance();
+  const double inflation = variance_factor(data, at.q, decided.kernel);
   estimate.covariance = (decided.kernel.kind == Kind::none ? 1.0 : std::max(inflation, 1.0)) *
                         hessian.ldlt().solve(Matrix6d::Identity());
   for (size_t i = 0; i < data.size(); ++i) {

@@ -11,6 +11,7 @@
 
 #include "sextant/estimator/estimator.h"
 #include "sextant/estimator/flow_depth_solver.h"
+#include "sextant/estimator/robust_choice.h"
 
 namespace sextant {
 
@@ -41,7 +42,7 @@ struct JointFlowDepthOptions {
       "off");
     v("projection_share", projection_share, "fraction of the variance",
       "of the flow that its reprojection term has; decides the refined flow only, not the motion");
-    v("robust", robust, "", "geman_mcclure_gnc, huber or none");
+    v("robust", robust, "", robust_meaning);
     v("huber", huber, "sigmas", "threshold of robust = huber");
     v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
     v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");

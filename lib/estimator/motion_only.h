@@ -5,18 +5,21 @@
 
 #include "sextant/estimator/estimator.h"
 #include "sextant/estimator/reprojection_solver.h"
+#include "sextant/estimator/robust_choice.h"
 
 namespace sextant {
 
 struct MotionOnlyOptions {
   double sigma_px = 1.0;
   double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
+  std::string robust = "huber";
   SolverOptions solver;
 
   template <typename V>
   void visit(V& v) {
     v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
     v("huber", huber, "sigmas", "Huber threshold");
+    v("robust", robust, "", robust_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
@@ -36,7 +39,9 @@ class MotionOnly : public Estimator {
 bool is_determined(const Matrix6d& hessian);
 
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
-MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start,
-                                    const HuberKernel& kernel, const SolverOptions& options);
+/// robust = none: no threshold; geman_mcclure_gnc: graduation.h on all points, scale estimated from their
+/// residuals, inliers = points within three times that scale.
+MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
+                                    const std::string& robust, const SolverOptions& options);
 
 }  // namespace sextant

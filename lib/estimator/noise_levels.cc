@@ -95,6 +95,18 @@ NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, c
   return levels;
 }
 
+NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_prev) {
+  const PointEvaluation at = evaluate_measured(data, T_curr_prev);
+  std::vector<double> errors;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i) || !std::isfinite(at.q[i])) continue;
+    errors.push_back(std::abs(at.error_u[i]));
+    errors.push_back(std::abs(at.error_v[i]));
+  }
+  const double sigma = std::max(robust_scale(std::move(errors)), min_sigma_px);
+  return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
+}
+
 double estimate_delta_d_curr(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
   const PointEvaluation at = evaluate_measured(data, T_curr_prev);
   std::vector<double> disparity;

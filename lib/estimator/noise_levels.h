@@ -21,6 +21,9 @@ double robust_scale(std::vector<double> absolute);
 /// Fills in the levels that are 0. `data` tells which points count.
 NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& declared);
 
+/// The whole reprojection error taken as flow noise, one level for both axes; the depth as exact.
+NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_prev);
+
 /// Standard deviation of the current disparity (px) at X.
 double estimate_delta_d_curr(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 

@@ -1,0 +1,46 @@
+#include "sextant/estimator/graduation.h"
+
+#include <cmath>
+
+namespace sextant {
+
+SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& levels, RobustKernel kernel,
+                     int iterations) {
+  kernel.majorize = true;
+  return minimize_flow_depth(data, from, levels, kernel,
+                             {.max_iterations = iterations, .step_tolerance = 1e-5});
+}
+
+SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
+  constexpr size_t sample_size = 1000;
+  constexpr double first = 8;
+  constexpr double last = last_graduated_scale;
+  constexpr int steps = 12;
+  FlowDepthData data = all.sample(sample_size);
+  const SolverResult direct = descend(data, start, levels, {RobustKernel::Kind::geman_mcclure, last}, 10);
+  SolverResult graduated;
+  graduated.T_curr_prev = start;
+  for (int k = 0; k < steps; ++k) {
+    const double scale = first * std::pow(last / first, k / (steps - 1.0));
+    graduated = descend(data, graduated.T_curr_prev, levels, {RobustKernel::Kind::geman_mcclure, scale}, 2);
+    if (!std::isfinite(graduated.at_optimum.cost)) break;
+  }
+  return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
+}
+
+double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel) {
+  double square = 0;
+  double slope = 0;
+  size_t n = 0;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i)) continue;
+    const double d = data.uses_depth_curr(i) ? 3 : 2;
+    const double w = kernel.weight(q[i]);
+    square += w * w * q[i] / d;
+    slope += w + 2 * q[i] * kernel.weight_slope(q[i]) / d;
+    ++n;
+  }
+  return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;
+}
+
+}  // namespace sextant
