@@ -69,7 +69,9 @@ MotionEstimate prepare(const Problem& problem, const StartingPoint& start) {
 
 double huber_threshold(const std::string& robust, double huber) {
   if (robust == "geman_mcclure_gnc")
-    fail("option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber and none");
+    fail(
+        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber "
+        "and none");
   return robust == "huber" ? huber : 1e100;
 }
 
