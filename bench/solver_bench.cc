@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "sextant/estimator/estimator.h"
+#include "sextant/estimator/joint_flow_depth.h"
 #include "sextant/estimator/reprojection_solver.h"
 #include "sextant/estimator/robust_start.h"
 #include "sextant/estimator/testing.h"
@@ -34,18 +35,30 @@ void estimate(benchmark::State& state, const char* name) {
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
-/// Ours and Ceres alternately: same cost and pose, ratio of the medians of their times.
+/// Ours and Ceres alternately: same cost and pose, ratio of the medians of their times. For joint_flow_depth
+/// `decide_ms` is what both spend on points, levels and kernel; `ratio_solve` leaves it out on both sides.
 void against_ceres(benchmark::State& state, const char* name, const Json& options) {
   const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const std::unique_ptr<Estimator> ours = make_estimator(name, options);
   const std::unique_ptr<Estimator> reference = make_estimator(std::string(name) + "_ceres", options);
+  const bool decides = std::string_view(name) == "joint_flow_depth";
+  JointFlowDepthOptions decide_options;
+  if (decides) read_options(options, decide_options);
   MotionEstimate fast, slow;
-  std::vector<double> fast_ms, slow_ms;
+  std::vector<double> fast_ms, slow_ms, decide_ms;
   for (auto _ : state) {
     for (int k = 0; k < 10; ++k) fast_ms.push_back(solve_ms(*ours, random, fast));
     slow_ms.push_back(solve_ms(*reference, random, slow));
+    for (int k = 0; decides && k < 10; ++k) {
+      const auto start = std::chrono::steady_clock::now();
+      FlowDepthData data(random.problem);
+      benchmark::DoNotOptimize(decide(random.problem, random.start, decide_options, data).status);
+      decide_ms.push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    }
   }
   const auto median = [](std::vector<double>& ms) {
+    if (ms.empty()) return 0.0;
     std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
     return ms[ms.size() / 2];
   };
@@ -54,6 +67,11 @@ void against_ceres(benchmark::State& state, const char* name, const Json& option
   state.counters["ours_ms"] = ours_ms;
   state.counters["ceres_ms"] = ceres_ms;
   state.counters["ratio"] = ceres_ms / ours_ms;
+  if (decides) {
+    const double both_ms = median(decide_ms);
+    state.counters["decide_ms"] = both_ms;
+    state.counters["ratio_solve"] = (ceres_ms - both_ms) / (ours_ms - both_ms);
+  }
   state.counters["pose_difference"] = testing::pose_difference(fast.T_curr_prev, slow.T_curr_prev);
   state.counters["cost_difference"] = std::abs(fast.cost - slow.cost) / slow.cost;
 }

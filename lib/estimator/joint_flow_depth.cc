@@ -83,8 +83,10 @@ void apply_planes(const Problem& problem, const JointFlowDepthOptions& options, 
   if (!(options.plane_radius_px > 0)) return;
   const std::vector<LocalPlane> planes =
       fit_local_planes(problem.points, levels.delta_d_px / problem.camera.bf, options.plane_radius_px);
-  // Without a plane, what the current depth loses by being read at a whole pixel is known as a variance only,
-  // and on real edges it is worse than that: used only where the depths are declared independent.
+  // The current depth is read at a whole pixel. On a plane its slope corrects that. Where a plane is
+  // rejected, neighbours err alike (their flows round alike), so it is not used. Single points err each for
+  // itself, which is a variance; but on real edges it is worse, so they count only where depths are declared
+  // independent.
   const bool independent = problem.noise && problem.noise->independent_gaussian;
   PointEvaluation at;
   evaluate_points(data, motion, levels, at);
@@ -101,7 +103,7 @@ void apply_planes(const Problem& problem, const JointFlowDepthOptions& options, 
                                          ratio * ratio * (plane.inverse_depth - 1 / problem.points.depth[i]));
     const double curr2 = levels.delta_d_curr_px * levels.delta_d_curr_px;
     const double taken2 = levels.delta_d_px * levels.delta_d_px * (1 - plane.variance_share);
-    if (plane.variance_share == 1 && !independent) data.forget_depth_curr(i);
+    if (plane.variance_share == 1 && (plane.tested || !independent)) data.forget_depth_curr(i);
     data.set_inverse_depth(i, plane.inverse_depth, plane.variance_share,
                            curr2 > 0 ? curr2 / (curr2 + taken2) : 1);
   }

@@ -14,6 +14,7 @@
 namespace sextant {
 
 struct LocalPlane {
+  bool tested = false;        ///< there were enough neighbours to accept or reject a plane
   double inverse_depth = 0;   ///< 1/m
   double variance_share = 1;  ///< of the value, over kappa^2; 1 = measured
   double slope_u = 0;         ///< d inverse depth / d u, 1/(m px); 0 where no plane was accepted
