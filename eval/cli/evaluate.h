@@ -16,9 +16,13 @@ namespace sextant {
 /// Opens a SOURCE and gives its true camera trajectory.
 using ReferenceLoader = std::function<EgoReference(const std::string& source, const CommonFlags& flags)>;
 
-/// With `load` empty a SOURCE is an Error.
-void add_evaluate_commands(CLI::App& app, const ReferenceLoader& load);
+/// ego, flow and depth: what needs no images of data sets. With `load` empty a SOURCE is an Error.
+CLI::App* add_light_evaluate_commands(CLI::App& app, const ReferenceLoader& load);
 void add_evaluate_ego_command(CLI::App& evaluate, const ReferenceLoader& load);
+void add_evaluate_flow_command(CLI::App& evaluate);
+void add_evaluate_depth_command(CLI::App& evaluate);
+/// Needs the definitions of velocity, and with them the estimators.
+void add_evaluate_objects_command(CLI::App& evaluate);
 
 /// Whether `text` has the form "adapter:path" and is not the name of a file.
 bool looks_like_source(const std::string& text);

@@ -14,16 +14,18 @@
 
 namespace {
 
-/// `evaluate` of files; a SOURCE needs the adapters of data sets.
+/// `evaluate ego`, `flow` and `depth` of files; a SOURCE needs the adapters of data sets.
 bool is_light(int argc, char** argv) {
   if (argc < 3 || std::string_view(argv[1]) != "evaluate") return false;
-  for (int i = 2; i < argc; ++i) {
+  const std::string_view what = argv[2];
+  if (what != "ego" && what != "flow" && what != "depth") return false;
+  for (int i = 3; i < argc; ++i) {
     if (sextant::looks_like_source(argv[i])) return false;
   }
   return true;
 }
 
-void add_light_evaluate_command(CLI::App& app) { sextant::add_evaluate_commands(app, {}); }
+void add_light_evaluate_command(CLI::App& app) { sextant::add_light_evaluate_commands(app, {}); }
 
 int hand_over(char** argv) {
   std::error_code error;

@@ -1,0 +1,64 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/external/dense_files.h"
+
+namespace sextant {
+namespace {
+
+struct DenseFlags : CommonFlags {
+  DenseOptions options;
+};
+
+void print(const Table& table, const CommonFlags& flags) {
+  if (flags.json) {
+    fmt::print("{}\n", Json({{"schema", 1}, {"rows", rows_to_json(table)}}).dump(2));
+  } else if (!flags.quiet) {
+    fmt::print("{}", to_text(table));
+  }
+}
+
+CLI::App* add_dense_command(CLI::App& evaluate, const char* name, const char* what, const char* formats,
+                            const std::shared_ptr<DenseFlags>& flags) {
+  CLI::App* command = evaluate.add_subcommand(name, what);
+  DenseOptions& o = flags->options;
+  command->add_option("EST", o.estimate, "Image, or folder of images")->required();
+  command->add_option("GT", o.truth, "Truth: image, or folder with the same names")->required();
+  command->add_option("--est-format", o.estimate_format, formats);
+  command->add_option("--gt-format", o.truth_format, formats);
+  command->add_option("--mask", o.mask, "Label image (PNG) or folder of them: errors per label");
+  command->add_option("--noc", o.visible_truth,
+                      "Truth of the pixels visible in both images: errors inside and outside");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
+  return command;
+}
+
+}  // namespace
+
+void add_evaluate_flow_command(CLI::App& evaluate) {
+  const auto flags = std::make_shared<DenseFlags>();
+  CLI::App* command =
+      add_dense_command(evaluate, "flow", "Optical flow of whole images", "flo, kitti or vkitti", flags);
+  command->footer(
+      "Example:\n  sextant evaluate flow 000002_10.flo flow_occ/000002_10.png --gt-format kitti --noc "
+      "flow_noc/000002_10.png");
+  command->callback([flags] { print(evaluate_flow(flags->options), *flags); });
+}
+
+void add_evaluate_depth_command(CLI::App& evaluate) {
+  const auto flags = std::make_shared<DenseFlags>();
+  flags->options.estimate_format = flags->options.truth_format = "metres256";
+  CLI::App* command =
+      add_dense_command(evaluate, "depth", "Depth of whole images", "disparity256, metres256 or cm", flags);
+  command->add_option("--bf", flags->options.bf, "Focal length times baseline, px m: for disparities and D1");
+  command->footer(
+      "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
+      "disparity256 "
+      "--bf 387.57");
+  command->callback([flags] { print(evaluate_depth(flags->options), *flags); });
+}
+
+}  // namespace sextant

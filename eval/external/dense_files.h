@@ -1,0 +1,33 @@
+#pragma once
+
+// Flow and depth images of any system against the truth, from files or folders of files with equal names.
+//
+//   flow   flo | kitti | vkitti         .flo is found by its name; the two kinds of PNG must be told apart
+//   depth  disparity256 | metres256 | cm   16-bit PNG; disparity needs bf (px m)
+//
+// Subsets: every label of a mask image (8 or 16-bit PNG, 0 background), and, with KITTI's flow_noc or
+// disp_noc as second truth, the pixels that are visible in both images (noc) and those that are not (occ).
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/base/options.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+struct DenseOptions {
+  std::string estimate, truth;                ///< files, or folders
+  std::string estimate_format, truth_format;  ///< empty: by name
+  std::string mask;                           ///< file or folder; may be empty
+  std::string visible_truth;                  ///< truth of the pixels visible in both (noc); may be empty
+  double bf = 0;                              ///< px m, for disparity
+};
+
+/// One row per subset ("all", "noc", "occ", "mask 3"): over all images together. Throws Error on files that
+/// are missing, damaged or of another size, and when no pixel has both estimate and truth.
+Table evaluate_flow(const DenseOptions& options);
+Table evaluate_depth(const DenseOptions& options);
+
+}  // namespace sextant

@@ -1,0 +1,253 @@
+#include "sextant/eval/external/object_logs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <tuple>
+
+#include "sextant/eval/external/pose_collector.h"
+#include "sextant/metrics/pose_change.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+int whole(const NumberFile& file, size_t i, const char* what) {
+  const double value = file.values()[i];
+  if (value != std::trunc(value) || value < -1 || value > 1e9)
+    file.fail_here("expected {} for value {}, got {}", what, i + 1, value);
+  return static_cast<int>(value);
+}
+
+bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
+
+SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
+  return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
+}
+
+std::vector<std::string> file_names(const std::string& folder) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, error)) names.push_back(entry.path().filename());
+  if (error) fail("{}: cannot read this folder: {}", folder, error.message());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void expect(const NumberFile& file, size_t n, const char* what) {
+  if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
+}
+
+constexpr const char* kDynosamObject =
+    "frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
+
+/// Calls add(id and frame, estimate, truth unless it is an exact identity) for each line.
+template <typename Add>
+void read_dynosam_objects(const std::string& path, ObjectLog& out, const Add& add) {
+  RepairLog log;
+  for (NumberFile file(path, ','); file.next();) {
+    expect(file, 16, kDynosamObject);
+    const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
+    const SE3 estimate = quaternion_pose(file, 2, log), truth = quaternion_pose(file, 9, log);
+    if (is_identity(truth)) log.note("truth is an exact identity: taken as missing", file.line());
+    if (!add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth)))
+      file.fail_here("object {} is given twice in frame {}", key.first, key.second);
+  }
+  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+}
+
+void read_dynosam_cameras(const std::string& path, ObjectLog& out) {
+  RepairLog log;
+  for (NumberFile file(path, ','); file.next();) {
+    expect(file, 15, "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw");
+    const int frame = whole(file, 0, "a frame number");
+    out.camera.set(frame, quaternion_pose(file, 1, log));
+    out.true_camera.set(frame, quaternion_pose(file, 8, log));
+  }
+  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+}
+
+std::vector<ObjectLog> read_dynosam(const std::string& folder) {
+  constexpr std::string_view kEnd = "_object_motion_log.csv";
+  std::vector<ObjectLog> logs;
+  for (const std::string& name : file_names(folder)) {
+    if (!name.ends_with(kEnd)) continue;
+    ObjectLog log;
+    log.estimator = name.substr(0, name.size() - kEnd.size());
+    const auto beside = [&](const char* what) {
+      return (fs::path(folder) / (log.estimator + what)).string();
+    };
+    read_dynosam_objects(beside("_object_motion_log.csv"), log,
+                         [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+                           return log.motions.emplace(key, LoggedMotion{e, std::move(t)}).second;
+                         });
+    if (fs::exists(beside("_object_pose_log.csv"))) {
+      read_dynosam_objects(beside("_object_pose_log.csv"), log,
+                           [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+                             if (t) log.true_poses.emplace(key, *t);
+                             return log.poses.emplace(key, e).second;
+                           });
+    }
+    if (fs::exists(beside("_camera_pose_log.csv"))) read_dynosam_cameras(beside("_camera_pose_log.csv"), log);
+    logs.push_back(std::move(log));
+  }
+  if (logs.empty())
+    fail("{}: holds no <module>_object_motion_log.csv: expected a folder of DynOSAM logs", folder);
+  return logs;
+}
+
+std::map<ObjectFrame, SE3> read_vdo_motions(const std::string& path, ObjectLog& out) {
+  RepairLog log;
+  std::map<ObjectFrame, SE3> motions;
+  for (NumberFile file(path, ' '); file.next();) {
+    expect(file, 18, "frame, label and 16 values of a 4x4 motion");
+    const ObjectFrame key = {whole(file, 1, "a label"), whole(file, 0, "a frame number")};
+    PoseSeries one;
+    add_matrix(one, file, 2, log);
+    if (!motions.emplace(key, one.pose(0)).second)
+      file.fail_here("label {} is given twice in frame {}", key.first, key.second);
+  }
+  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+  return motions;
+}
+
+void read_vdo_cameras(const std::string& path, Trajectory& camera, ObjectLog& out) {
+  RepairLog log;
+  for (NumberFile file(path, ' '); file.next();) {
+    expect(file, 17, "a frame number and 16 values of a 4x4 pose");
+    PoseSeries one;
+    add_matrix(one, file, 1, log);
+    camera.set(whole(file, 0, "a frame number"), one.pose(0));
+  }
+  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+}
+
+std::vector<ObjectLog> read_vdo(const std::string& folder) {
+  std::string motions, truth, refined, initial, true_camera;
+  for (const std::string& name : file_names(folder)) {
+    const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
+    const std::string path = (fs::path(folder) / name).string();
+    if (!name.ends_with(".txt")) continue;
+    if (holds("obj_mot_gt"))
+      truth = path;
+    else if (holds("obj_mot")) {
+      if (!motions.empty()) fail("{}: holds several obj_mot_*.txt: keep one run a folder", folder);
+      motions = path;
+    } else if (holds("cam_pose_gt"))
+      true_camera = path;
+    else if (holds("refined_"))
+      refined = path;
+    else if (holds("initial_"))
+      initial = path;
+  }
+  if (motions.empty()) fail("{}: holds no obj_mot_*.txt: expected a folder of VDO-SLAM's results", folder);
+  ObjectLog log;
+  log.estimator = "vdo";
+  log.frame = MotionFrame::body;
+  for (const auto& [key, motion] : read_vdo_motions(motions, log)) log.motions[key].estimate = motion;
+  if (!truth.empty()) {
+    for (const auto& [key, motion] : read_vdo_motions(truth, log)) {
+      const auto known = log.motions.find(key);
+      if (known != log.motions.end()) known->second.truth = motion;
+    }
+  }
+  const std::string& cameras = refined.empty() ? initial : refined;
+  if (!cameras.empty()) read_vdo_cameras(cameras, log.camera, log);
+  if (!true_camera.empty()) read_vdo_cameras(true_camera, log.true_camera, log);
+  return {log};
+}
+
+// ---- association
+
+/// H in the world of one true step; empty when a pose is missing.
+std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto after = poses.find(key), before = poses.find({key.first, key.second - 1});
+  if (after == poses.end() || before == poses.end()) return std::nullopt;
+  return after->second * before->second.inverse();
+}
+
+bool agrees(const ObjectLog& log, const SE3& estimate, const std::map<ObjectFrame, SE3>& poses,
+            ObjectFrame key) {
+  constexpr double kAgrees_m = 0.5;
+  const auto H = true_motion(poses, key);
+  if (!H) return false;
+  const SE3& L = poses.at({key.first, key.second - 1});
+  const SE3 truth = body_motion(*H, L);
+  return pose_change_error(log.frame == MotionFrame::world ? body_motion(estimate, L) : estimate, truth)
+             .Et_m < kAgrees_m;
+}
+
+/// Logged id -> true id.
+std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses) {
+  constexpr int kFewest = 3;
+  std::set<int> true_ids;
+  for (const auto& [key, pose] : poses) true_ids.insert(key.first);
+  std::map<std::pair<int, int>, int> shared;  // logged id, true id -> steps
+  for (const auto& [key, motion] : log.motions) {
+    for (const int id : true_ids)
+      shared[{key.first, id}] += agrees(log, motion.estimate, poses, {id, key.second});
+  }
+  std::vector<std::tuple<int, int, int, int>> best;  // most steps first, then equal ids, then small ids
+  for (const auto& [ids, n] : shared) {
+    if (n >= kFewest) best.emplace_back(-n, ids.first != ids.second, ids.first, ids.second);
+  }
+  std::sort(best.begin(), best.end());
+  std::map<int, int> matched;
+  std::set<int> taken;
+  for (const auto& [n, differs, logged, id] : best) {
+    if (!matched.contains(logged) && taken.insert(id).second) matched[logged] = id;
+  }
+  return matched;
+}
+
+}  // namespace
+
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format) {
+  if (format == "dynosam") return read_dynosam(folder);
+  if (format == "vdo") return read_vdo(folder);
+  fail("unknown format '{}' of object logs: expected dynosam or vdo", format);
+}
+
+void take_truth(ObjectLog& log, const SequenceTruth& truth) {
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [frame, objects] : truth.objects) {
+    const std::optional<SE3> camera = truth.camera.pose(frame);
+    for (const ObjectTruth& object : objects) {
+      if (camera && object.moving.value_or(true))
+        poses[{object.id, frame}] = *camera * object.T_camera_object;
+    }
+  }
+  const std::map<int, int> ids = matched_ids(log, poses);
+  int unmatched = 1'000'000'000;  // ids of objects without truth, apart from all true ones
+  std::map<int, int> renamed;
+  const auto new_id = [&](int id) {
+    const auto known = ids.find(id);
+    if (known != ids.end()) return known->second;
+    return renamed.try_emplace(id, unmatched + id).first->second;
+  };
+  std::map<ObjectFrame, LoggedMotion> motions;
+  for (const auto& [key, motion] : log.motions) {
+    const ObjectFrame own = {new_id(key.first), key.second};
+    LoggedMotion& m = motions[own];
+    m.estimate = motion.estimate;
+    const auto H = true_motion(poses, own);
+    if (!H) continue;
+    m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at({own.first, own.second - 1}));
+  }
+  std::map<ObjectFrame, SE3> estimated;
+  for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
+  log.motions = std::move(motions);
+  log.poses = std::move(estimated);
+  log.true_poses = std::move(poses);
+  log.true_camera = truth.camera;
+  for (const auto& [logged, id] : ids) {
+    if (logged != id)
+      log.warnings.push_back(fmt::format("logged object {} is true object {}, by overlap", logged, id));
+  }
+  for (const auto& [logged, id] : renamed)
+    log.warnings.push_back(fmt::format("logged object {} agrees with no true object: no truth", logged));
+}
+
+}  // namespace sextant

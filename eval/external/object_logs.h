@@ -1,0 +1,54 @@
+#pragma once
+
+// Object motions as other systems log them.
+//
+//   dynosam  a folder with <m>_object_motion_log.csv and, where they are, <m>_object_pose_log.csv and
+//            <m>_camera_pose_log.csv; lines frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw (camera:
+//            no object_id). Motions from frame k-1 to k in the world. An exact identity as truth is missing
+//            truth
+//   vdo      a folder as VDO-SLAM writes it: <p>obj_mot_<what>.txt and <p>obj_mot_gt.txt, lines frame label
+//   and 16
+//            values; motions in the object's own frame at k-1. Cameras: <p>refined_*.txt, else
+//            <p>initial_*.txt, and <p>cam_pose_gt.txt
+//
+// Limits and repairs as in trajectory_files.h.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sextant/geometry/trajectory.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+enum class MotionFrame { world, body };
+
+struct LoggedMotion {
+  SE3 estimate;
+  std::optional<SE3> truth;
+};
+
+/// Object id and frame k (the current one of a motion).
+using ObjectFrame = std::pair<int, int>;
+
+struct ObjectLog {
+  std::string estimator;  ///< the module <m>, or "vdo"
+  MotionFrame frame = MotionFrame::world;
+  std::map<ObjectFrame, LoggedMotion> motions;
+  std::map<ObjectFrame, SE3> poses, true_poses;  ///< T_world_object
+  Trajectory camera, true_camera;                ///< T_world_camera
+  std::vector<std::string> warnings;
+};
+
+/// One per module. Throws Error on folders without logs and on damaged files.
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format);
+
+/// Replaces the log's truth by that of a data set. Ids of the log and of the truth may differ: each logged
+/// object takes the id of the true one that shares most of its steps, counting those whose motion in the body
+/// frame agrees within 0.5 m, each true object once. What agrees in fewer than 3 steps keeps no truth.
+void take_truth(ObjectLog& log, const SequenceTruth& truth);
+
+}  // namespace sextant
