@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t kBlock = size_t{1} << 20;
+constexpr size_t kBlock = size_t{1} << 18;
 constexpr size_t kLongestLine = size_t{1} << 16;
 constexpr size_t kMostComments = 4096;
 
@@ -45,6 +45,7 @@ NumberFile::NumberFile(std::string path, char separator) : path_(std::move(path)
     ::close(file_);
     fail("{}: expected a file, got {}", path_, S_ISDIR(status.st_mode) ? "a folder" : "something else");
   }
+  file_bytes_ = static_cast<size_t>(status.st_size);
   buffer_.resize(kBlock);
   if (refill() && std::string_view(buffer_.data(), end_).starts_with("\xef\xbb\xbf")) begin_ = 3;
   const std::string_view start(buffer_.data(), end_);
@@ -69,7 +70,6 @@ bool NumberFile::refill() {
   if (n < 0) fail("{}: cannot read: {}", path_, std::strerror(errno));
   at_end_ = n == 0;
   end_ += static_cast<size_t>(n);
-  bytes_ += static_cast<size_t>(n);
   return n > 0;
 }
 
@@ -107,6 +107,7 @@ bool NumberFile::next() {
       header_ = line.substr(0, kMostComments);
       continue;
     }
+    line_bytes_ = line.size();
     parse(line);
     ++records_;
     return true;

@@ -9,6 +9,7 @@
 // A file whose first record does not begin with a number has a header there, which header() gives. Every
 // other field must be a finite number in C notation; all messages start "PATH:LINE: " and say what to do.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -34,7 +35,8 @@ class NumberFile {
 
   std::span<const double> values() const { return values_; }
   int64_t line() const { return line_; }  ///< 1 for the first of the file
-  uint64_t bytes() const { return bytes_; }
+  /// About how many records the file has, judged by the first; at most 2^20, as later ones may be longer.
+  size_t expected_records() const { return std::min(file_bytes_ / (line_bytes_ + 1) + 16, size_t{1} << 20); }
   const std::string& path() const { return path_; }
   const std::string& header() const { return header_; }      ///< without blanks at the ends; may be empty
   const std::string& comments() const { return comments_; }  ///< of the first lines, at most 4 kB
@@ -56,7 +58,8 @@ class NumberFile {
   std::vector<char> buffer_;
   size_t begin_ = 0, end_ = 0;  // of what is read and not yet used
   bool at_end_ = false;
-  uint64_t bytes_ = 0;
+  size_t file_bytes_ = 0;
+  size_t line_bytes_ = 0;  // of the present record
   int64_t line_ = 0;
   int64_t records_ = 0;
   std::vector<double> values_;

@@ -31,6 +31,7 @@ class TextReader {
     while (file_.next()) {
       const size_t count = file_.values().size();
       if (n == 0 && !accepts(count)) file_.fail_here("expected {}, got {} values", expected, count);
+      if (n == 0) result_.poses.reserve(file_.expected_records());
       if (n != 0 && count != n)
         file_.fail_here("expected {} values as in the lines before, got {}", n, count);
       n = count;

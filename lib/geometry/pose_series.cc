@@ -14,12 +14,20 @@ void keep_in(std::vector<T>& values, std::span<const int> indices) {
 
 }  // namespace
 
+void PoseSeries::reserve(size_t n) {
+  rotations.reserve(n);
+  positions_m.reserve(n);
+}
+
 void PoseSeries::add(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position_m) {
   rotations.push_back(rotation);
   positions_m.push_back(position_m);
 }
 
 void PoseSeries::keep(std::span<const int> indices) {
+  bool all = indices.size() == size();
+  for (size_t i = 0; all && i < indices.size(); ++i) all = indices[i] == static_cast<int>(i);
+  if (all) return;
   keep_in(rotations, indices);
   keep_in(positions_m, indices);
   keep_in(stamps_s, indices);

@@ -21,6 +21,7 @@ struct PoseSeries {
   size_t size() const { return positions_m.size(); }
   bool empty() const { return positions_m.empty(); }
 
+  void reserve(size_t n);
   void add(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position_m);
   /// The poses with the given indices, in that order; an index may come twice.
   void keep(std::span<const int> indices);
