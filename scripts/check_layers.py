@@ -38,9 +38,12 @@ LAYERS = {
     "datasets": _MEASUREMENT + ["truth", "noise", "datasets/codec", "datasets/channels", "datasets/synthetic"],
     "eval/experiment": _LIB + _DATASETS,
     "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
+    "eval/report/figures": ["base", "stats", "eval/experiment", "eval/report"],
+    "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report"],
     "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
     "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
-    "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/gate", "eval/external"],
+    "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures",
+                               "eval/report/claims", "eval/gate", "eval/external"],
 }
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".

@@ -57,7 +57,7 @@ void pack(const CacheFlags& flags) {
   const std::unique_ptr<Sequence> sequence = open_source(source);
   check_runnable(source, *sequence);
   const PackCache::Packed packed =
-      flags.cache().load(source, *sequence, options.extraction, flags.jobs, flags.quiet);
+      flags.cache().load(source, *sequence, options.extraction, Noise(), flags.jobs, flags.quiet);
   const double size = megabytes(std::filesystem::file_size(packed.file));
   if (flags.json) {
     fmt::print("{}\n", Json{{"file", packed.file.string()},

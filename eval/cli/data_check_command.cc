@@ -13,8 +13,6 @@ namespace {
 
 constexpr size_t kPageWidth = 116;
 
-Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
-
 std::string outcome(const SourceCheck& c) { return std::string(to_string(c.outcome)); }
 
 std::string present(const SourceCheck& c) {

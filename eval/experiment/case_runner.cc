@@ -8,10 +8,10 @@ namespace sextant {
 CaseRunner::CaseRunner(const Sequence& sequence, CaseSettings settings)
     : sequence_(sequence),
       settings_(std::move(settings)),
-      noise_name_(settings_.noise.name()),
+      point_noise_(settings_.noise.without_masks()),
       pipeline_(settings_.pipeline, settings_.estimator) {
   const SequenceInfo& info = sequence.info();
-  if (!settings_.noise.none()) draws_.emplace(settings_.seed, info.dataset, info.sequence);
+  if (!point_noise_.none()) draws_.emplace(settings_.seed, info.dataset, info.sequence);
   const std::optional<SE3> first = sequence.truth().camera.pose(info.first_frame);
   motions_.starts_at_truth = first.has_value();
   motions_.estimated.set(info.first_frame, first.value_or(SE3()));
@@ -21,7 +21,7 @@ CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
   static const Trajectory none;
   Outcome out;
   if (draws_) {
-    const NoisyPair noisy = settings_.noise.apply(extracted.pair, *draws_);
+    const NoisyPair noisy = point_noise_.apply(extracted.pair, *draws_);
     achieved_.merge(noisy.achieved);
     out.result = pipeline_.process(noisy.pair);
   } else {
@@ -29,11 +29,11 @@ CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
   }
   extend_motions(out.result);
   const SequenceInfo& info = sequence_.info();
-  out.records =
-      evaluate_pair(out.result, {info.dataset, info.sequence, settings_.estimator_label, info.camera.left,
-                                 sequence_.truth(), motions_.starts_at_truth ? motions_.estimated : none,
-                                 extracted.true_flow ? &*extracted.true_flow : nullptr, noise_name_,
-                                 settings_.level, settings_.seed, draws_ ? &extracted.pair : nullptr});
+  out.records = evaluate_pair(out.result,
+                              {info.dataset, info.sequence, settings_.estimator_label, info.camera.left,
+                               sequence_.truth(), motions_.starts_at_truth ? motions_.estimated : none,
+                               extracted.true_flow ? &*extracted.true_flow : nullptr, settings_.noise.name(),
+                               settings_.level, settings_.seed, draws_ ? &extracted.pair : nullptr});
   out.records.front().time_ms["extraction"] = extracted.extraction_ms;
   out.records.front().time_ms["decode"] = extracted.decode_ms;
   return out;

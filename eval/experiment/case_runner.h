@@ -23,7 +23,7 @@ struct CaseSettings {
   std::string estimator_label;  ///< in records
   std::shared_ptr<const Estimator> estimator;
   PipelineOptions pipeline;
-  Noise noise;       ///< without mask models: those come before extraction
+  Noise noise;       ///< of its mask models only the name counts here: they come before extraction
   double level = 0;  ///< in records
   uint64_t seed = 0;
 };
@@ -56,7 +56,7 @@ class CaseRunner {
 
   const Sequence& sequence_;
   CaseSettings settings_;
-  std::string noise_name_;
+  Noise point_noise_;
   std::optional<Draws> draws_;  ///< with noise only
   FrameEstimator pipeline_;
   CaseMotions motions_;

@@ -18,22 +18,25 @@ int64_t change_time(const fs::path& path, std::error_code& error) {
 }
 
 /// What a request is about: everything that decides the pairs besides the bytes of the inputs.
-Json request_of(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options) {
+Json request_of(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options,
+                const Noise& masks) {
   const SequenceInfo& info = sequence.info();
   const PinholeCamera& left = info.camera.left;
   std::error_code ignored;
   const fs::path path =
       fs::exists(source.path, ignored) ? fs::absolute(source.path).lexically_normal() : fs::path(source.path);
-  return {{"version", pack_version},
-          {"adapter", source.adapter},
-          {"path", path.string()},
-          {"sequence", info.sequence},
-          {"frames", {info.first_frame, info.last_frame}},
-          {"camera", {left.fx, left.fy, left.cx, left.cy, info.camera.bf}},
-          {"rate_hz", info.rate_hz},
-          {"source_options", source.options},
-          {"provenance", info.provenance},
-          {"extraction", write_options(options)}};
+  Json request = {{"version", pack_version},
+                  {"adapter", source.adapter},
+                  {"path", path.string()},
+                  {"sequence", info.sequence},
+                  {"frames", {info.first_frame, info.last_frame}},
+                  {"camera", {left.fx, left.fy, left.cx, left.cy, info.camera.bf}},
+                  {"rate_hz", info.rate_hz},
+                  {"source_options", source.options},
+                  {"provenance", info.provenance},
+                  {"extraction", write_options(options)}};
+  if (!masks.none()) request["mask_noise"] = masks.options();
+  return request;
 }
 
 /// The request without where the data lie, and with what is in them.
@@ -97,10 +100,10 @@ std::optional<std::vector<ExtractedPair>> read_pack(const fs::path& path) {
   }
 }
 
-std::vector<ExtractedPair> read_all(const Sequence& sequence, const ExtractionOptions& options, int jobs,
-                                    bool quiet) {
+std::vector<ExtractedPair> read_all(const Sequence& sequence, const ExtractionOptions& options,
+                                    const Noise& masks, int jobs, bool quiet) {
   const SequenceInfo& info = sequence.info();
-  PairReader reader(sequence, options, Noise(), jobs);
+  PairReader reader(sequence, options, masks, jobs);
   Progress progress("packing " + info.sequence, info.last_frame - info.first_frame, quiet);
   std::vector<ExtractedPair> pairs;
   for (std::vector<ExtractedPair> window = reader.next(); !window.empty(); window = reader.next()) {
@@ -137,15 +140,17 @@ fs::path default_cache_folder() {
 }
 
 PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequence,
-                                  const ExtractionOptions& options, int jobs, bool quiet) const {
-  const Json request = request_of(source, sequence, options);
+                                  const ExtractionOptions& options, const Noise& noise, int jobs,
+                                  bool quiet) const {
+  const Noise masks = noise.only_masks();
+  const Json request = request_of(source, sequence, options, masks);
   const fs::path link_path = folder_ / (sha256(request.dump()) + ".json");
   if (const std::optional<Link> link = read_link(link_path)) {
     const fs::path file = folder_ / (link->content + ".pack");
     if (auto pairs = read_pack(file)) return {std::move(*pairs), link->inputs, file, true};
   }
   Packed packed;
-  packed.pairs = read_all(sequence, options, jobs, quiet);
+  packed.pairs = read_all(sequence, options, masks, jobs, quiet);
   packed.inputs = sequence.inputs().entries();
   const std::string content = content_id(request, packed.inputs);
   packed.file = folder_ / (content + ".pack");

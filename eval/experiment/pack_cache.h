@@ -36,10 +36,11 @@ class PackCache {
     bool was_there = false;  ///< read from the pack, not decoded now
   };
 
-  /// The pairs of a source, from its pack or by decoding (which writes the pack). Throws Error on bad
-  /// inputs and when the folder cannot be written, Interrupted on Ctrl-C.
-  Packed load(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options, int jobs,
-              bool quiet) const;
+  /// The pairs of a source, from its pack or by decoding (which writes the pack). Of `noise`, the mask models
+  /// count: they decide which points there are, so each has packs of its own. Throws Error on bad inputs and
+  /// when the folder cannot be written, Interrupted on Ctrl-C.
+  Packed load(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options,
+              const Noise& noise, int jobs, bool quiet) const;
 
   struct Entry {
     std::string source;  ///< as given when it was made

@@ -26,7 +26,7 @@ class PackTest : public testing::Test {
 
   PackCache::Packed load(const std::string& name = "vdo") const {
     const SourceSpec source = SourceSpec::parse("vdo:" + (folder_.path() / name).string());
-    return cache_.load(source, *open_source(source), options_, 1, true);
+    return cache_.load(source, *open_source(source), options_, Noise(), 1, true);
   }
   static std::string bytes_of(const std::vector<ExtractedPair>& pairs) {
     return encode_pack({Json::object(), pairs});

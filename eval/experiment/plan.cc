@@ -192,15 +192,7 @@ class PlanReader {
     return json.get<double>();
   }
 
-  static Noise checked(const Json& options) {
-    Noise noise(options);
-    if (noise.changes_masks()) {
-      fail(
-          "'mask' noise changes which points there are: it cannot be swept from packs; use `sextant run "
-          "--noise`");
-    }
-    return noise;
-  }
+  static Noise checked(const Json& options) { return Noise(options); }
 
   static void read_seeds(const Json& json, Plan& plan) {
     const Json seeds = json.value("seeds", Json(1));

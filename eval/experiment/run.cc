@@ -34,9 +34,8 @@ class SeedRunners {
               const std::shared_ptr<const Estimator>& estimator, const Sequence& sequence)
       : config_(config), records_(static_cast<size_t>(config.n_seeds)) {
     for (int seed = 0; seed < config.n_seeds; ++seed) {
-      runners_.emplace_back(
-          sequence, CaseSettings{config.estimator, estimator, options.pipeline, config.noise.without_masks(),
-                                 config.level, static_cast<uint64_t>(seed)});
+      runners_.emplace_back(sequence, CaseSettings{config.estimator, estimator, options.pipeline,
+                                                   config.noise, config.level, static_cast<uint64_t>(seed)});
     }
   }
 

@@ -25,7 +25,10 @@ double seconds_since(Clock::time_point start) {
 /// A source of the plan, ready to run.
 struct OpenSource {
   std::unique_ptr<Sequence> sequence;
-  PackCache::Packed packed;
+  std::map<std::string, PackCache::Packed> by_masks;  ///< by the options of the noise on its masks
+
+  static std::string key(const Noise& noise) { return noise.only_masks().options().dump(); }
+  const PackCache::Packed& packed(const Noise& noise) const { return by_masks.at(key(noise)); }
 };
 
 /// A plan with its sources and estimators at hand; runs single cases.
@@ -36,8 +39,12 @@ class PlanRunner {
       OpenSource source;
       source.sequence = open_source(spec);
       check_runnable(spec, *source.sequence);
-      source.packed =
-          config.cache.load(spec, *source.sequence, config.plan.extraction, config.jobs, config.quiet);
+      for (const PlanLevel& level : config.plan.levels) {
+        const std::string key = OpenSource::key(level.noise);
+        if (source.by_masks.contains(key)) continue;
+        source.by_masks[key] = config.cache.load(spec, *source.sequence, config.plan.extraction, level.noise,
+                                                 config.jobs, config.quiet);
+      }
       sources_.push_back(std::move(source));
     }
     for (const PlanEstimator& estimator : config.plan.estimators) {
@@ -60,10 +67,10 @@ class PlanRunner {
       }
     };
     if (config_.use_packs) {
-      process(source.packed.pairs);
+      process(source.packed(level.noise).pairs);
       return records;
     }
-    PairReader reader(*source.sequence, config_.plan.extraction, Noise(), 1);
+    PairReader reader(*source.sequence, config_.plan.extraction, level.noise, 1);
     for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
     return records;
   }
@@ -71,7 +78,9 @@ class PlanRunner {
   /// What plan.json holds of the data.
   Json data_json() const {
     Json json = Json::array();
-    for (const OpenSource& source : sources_) json.push_back(source.packed.file.stem().string());
+    for (const OpenSource& source : sources_) {
+      for (const auto& [key, packed] : source.by_masks) json.push_back(packed.file.stem().string());
+    }
     return json;
   }
 
@@ -149,8 +158,8 @@ Json level_noise_json(const SweepConfig& config, const PlanRunner& runner, size_
   for (const uint64_t seed : config.plan.seeds) {
     check_interrupt();
     const Draws draws(seed, info.dataset, info.sequence);
-    for (const ExtractedPair& pair : data.packed.pairs) {
-      achieved.merge(wanted.noise.apply(pair.pair, draws).achieved);
+    for (const ExtractedPair& pair : data.packed(wanted.noise).pairs) {
+      achieved.merge(wanted.noise.without_masks().apply(pair.pair, draws).achieved);
     }
   }
   Json entry = {{"source", config.plan.sources[source].text}, {"level", wanted.level}};
@@ -184,11 +193,15 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {
   for (size_t s = 0; s < runner.sources().size(); ++s) {
     const OpenSource& source = runner.sources()[s];
     Json inputs = Json::object();
-    for (const auto& [path, entry] : source.packed.inputs) {
-      inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+    Json packs = Json::array();
+    for (const auto& [key, packed] : source.by_masks) {
+      packs.push_back(packed.file.stem().string());
+      for (const auto& [path, entry] : packed.inputs) {
+        inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+      }
     }
     json["sources"].push_back({{"source", config.plan.sources[s].text},
-                               {"pack", source.packed.file.stem().string()},
+                               {"packs", packs},
                                {"provenance", source.sequence->info().provenance},
                                {"warnings", source.sequence->info().warnings},
                                {"inputs", inputs}});
@@ -261,7 +274,7 @@ SweepEstimate estimate_sweep(const SweepConfig& config) {
       it->second = seconds_since(start);
     }
     total_s += it->second;
-    estimate.n_pairs += runner.sources()[c.source].packed.pairs.size();
+    estimate.n_pairs += runner.sources()[c.source].packed(config.plan.levels[c.level].noise).pairs.size();
   }
   estimate.seconds = total_s / config.jobs;
   return estimate;

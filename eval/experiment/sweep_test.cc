@@ -85,6 +85,30 @@ TEST_F(SweepTest, RecordsAreThoseOfARunWithTheSameNoise) {
   EXPECT_TRUE(untimed("a").ends_with(expected));  // joint_flow at the last level comes last
 }
 
+TEST_F(SweepTest, NoiseOnMasksHasItsOwnPacksAndEqualsARun) {
+  SweepConfig masks = config("masks");
+  const std::string grid =
+      R"({"parameter":"mask.erode_px","levels":[0,1,2],"base":{"depth":{"delta_d_px":0.2}}})";
+  masks.plan = parse_plan(plan_text(grid, "1"), "plan.json", "");
+  sweep(masks);
+  EXPECT_EQ(masks.cache.list().size(), 3U);
+  RunConfig run_config;
+  run_config.sources = {SourceSpec::parse(source_)};
+  run_config.estimator = "joint_flow";
+  run_config.noise = Noise::parse(R"({"depth":{"delta_d_px":0.2},"mask":{"erode_px":2}})");
+  run_config.level = 2;
+  run_config.quiet = true;
+  std::string expected;
+  for (const Record& record : run(run_config).records) expected += write_records({strip_times(record)});
+  EXPECT_THAT(expected, testing::HasSubstr("mask"));
+  EXPECT_TRUE(untimed("masks").ends_with(expected));
+  masks.out = file("masks_without");
+  masks.use_packs = false;
+  sweep(masks);
+  EXPECT_EQ(untimed("masks"), untimed("masks_without"));
+  EXPECT_NE(read_records(file("masks") / "records.jsonl").front().n_points, 0);
+}
+
 TEST_F(SweepTest, JobsAndPacksDoNotChangeTheRecords) {
   const SweepOutcome outcome = sweep(config("a"));
   EXPECT_EQ(outcome.n_cases, 12U);
@@ -235,7 +259,6 @@ TEST_F(SweepTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[]})"); }, "list that is not empty");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,-0.2]})"); }, "got -0.2");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.1]})"); }, "there twice");
-  expect_error([&] { noisy(R"({"parameter":"mask.erode_px","levels":[1]})"); }, "cannot be swept from packs");
   expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
   expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "there are none");

@@ -39,11 +39,9 @@ std::optional<Consistency> consistency(const std::vector<const Record*>& records
 }
 
 void add_cells(const std::optional<Efficiency>& value, std::vector<Cell>& cells) {
-  const bool interval = value && value->interval;
-  cells.emplace_back(value ? Cell(value->bound) : Cell());
-  cells.emplace_back(value ? Cell(value->efficiency) : Cell());
-  cells.emplace_back(interval ? Cell(value->interval->low) : Cell());
-  cells.emplace_back(interval ? Cell(value->interval->high) : Cell());
+  cells.push_back(cell(value ? std::optional(value->bound) : std::nullopt));
+  cells.push_back(cell(value ? std::optional(value->efficiency) : std::nullopt));
+  add_interval(value ? value->interval : std::nullopt, cells);
 }
 
 }  // namespace
@@ -70,10 +68,9 @@ std::vector<Column> limit_columns() {
 void add_limit_cells(const LimitSummary& limit, std::vector<Cell>& cells) {
   add_cells(limit.Et, cells);
   add_cells(limit.ER, cells);
-  const auto& consistency = limit.consistency;
-  cells.emplace_back(consistency ? Cell(consistency->anees) : Cell());
-  cells.emplace_back(consistency ? Cell(consistency->expected.low) : Cell());
-  cells.emplace_back(consistency ? Cell(consistency->expected.high) : Cell());
+  const std::optional<Consistency>& consistency = limit.consistency;
+  cells.push_back(cell(consistency ? std::optional(consistency->anees) : std::nullopt));
+  add_interval(consistency ? std::optional(consistency->expected) : std::nullopt, cells);
 }
 
 }  // namespace sextant

@@ -1,42 +1,32 @@
 #include "sextant/eval/report/noise_levels.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
-#include <set>
 #include <tuple>
 
+#include "sextant/base/parallel_for.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
-std::optional<ErrorSummary> summarize(const std::vector<const Record*>& records, const std::string& key,
-                                      const BootstrapOptions& options) {
-  std::vector<double> values;
-  std::vector<uint64_t> seeds;
-  for (const Record* record : records) {
-    if (const auto value = find_number(record->errors, key)) {
-      values.push_back(*value);
-      seeds.push_back(record->seed);
-    }
-  }
-  if (values.empty()) return std::nullopt;
-  ErrorSummary out{mean(values), median(values), rmse(values), std::nullopt};
-  out.interval = bootstrap_by_cluster(
-      values, seeds, [](std::span<const double> sample) { return mean(sample); }, options);
-  return out;
+std::optional<SampleSummary> summarize(const std::vector<const Record*>& records, const std::string& key,
+                                       const Clusters& clusters, const BootstrapOptions& options) {
+  const ErrorSample sample = error_sample(records, key, clusters);
+  if (sample.values.empty()) return std::nullopt;
+  return summarize_sample(ClusteredSample(sample.values, sample.clusters), options);
 }
 
 NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const BootstrapOptions& options) {
   const Record& first = *records.front();
-  NoiseLevelRow row{first.dataset, first.sequence, first.body, first.estimator, first.noise, first.level};
-  std::set<uint64_t> seeds;
+  NoiseLevelRow row{{}, first.dataset, first.sequence, first.body, first.estimator, first.noise, first.level};
+  const Clusters clusters(records);
   std::vector<const Record*> estimated;
   std::vector<double> epe;
   for (const Record* record : records) {
     if (!has_truth(*record)) continue;
-    seeds.insert(record->seed);
     ++row.n_truth;
     if (record->status != Status::ok) continue;
     estimated.push_back(record);
@@ -45,83 +35,111 @@ NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const B
       epe.push_back(*value);
     }
   }
-  row.n_seeds = static_cast<int>(seeds.size());
+  row.n_seeds = clusters.n_seeds();
   row.n_estimated = static_cast<int>(estimated.size());
-  row.Et_m = summarize(estimated, "Et_m", options);
-  row.ER_deg = summarize(estimated, "ER_deg", options);
+  row.Et_m = summarize(estimated, "Et_m", clusters, options);
+  row.ER_deg = summarize(estimated, "ER_deg", clusters, options);
   row.limit = summarize_limit(estimated, options);
   if (!epe.empty()) row.epe_initial_px = mean(epe);
   return row;
 }
 
-Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
+/// One statistic of SampleSummary as a column; `detail` columns are in CSV and JSON only.
+struct StatisticColumn {
+  IntervalEstimate SampleSummary::*member;
+  const char* name;
+  const char* title;
+  bool detail;
+  bool interval_in_text;
+};
+constexpr std::array<StatisticColumn, 7> statistic_columns = {{
+    {&SampleSummary::mean, "mean", "mean", false, true},
+    {&SampleSummary::rmse, "rmse", "RMSE", false, false},
+    {&SampleSummary::q05, "q05", "q05", true, false},
+    {&SampleSummary::q25, "q25", "q25", true, false},
+    {&SampleSummary::median, "median", "median", false, false},
+    {&SampleSummary::q75, "q75", "q75", true, false},
+    {&SampleSummary::q95, "q95", "q95", false, false},
+}};
 
-void add_summary(const std::optional<ErrorSummary>& error, std::vector<Cell>& cells) {
-  const bool interval = error && error->interval;
-  cells.emplace_back(error ? Cell(error->mean) : Cell());
-  cells.emplace_back(interval ? Cell(error->interval->low) : Cell());
-  cells.emplace_back(interval ? Cell(error->interval->high) : Cell());
-  cells.emplace_back(error ? Cell(error->median) : Cell());
-  cells.emplace_back(error ? Cell(error->rmse) : Cell());
+/// `symbol` "E_t", `key` "Et", `unit` "m".
+void add_columns(const std::string& symbol, const std::string& key, const std::string& unit, Table& table) {
+  for (const StatisticColumn& c : statistic_columns) {
+    const std::string title =
+        c.interval_in_text ? fmt::format("{} {} [{}]", symbol, c.title, unit) : std::string(c.title);
+    table.columns.push_back(
+        {fmt::format("{}_{}_{}", key, c.name, unit), title, Align::right, 5, false, c.detail});
+    for (const char* end : {"low", "high"}) {
+      table.columns.push_back({fmt::format("{}_{}_{}_{}", key, c.name, end, unit), end, Align::right, 5,
+                               false, !c.interval_in_text});
+    }
+  }
+}
+
+void add_cells(const std::optional<SampleSummary>& summary, std::vector<Cell>& cells) {
+  for (const StatisticColumn& c : statistic_columns) {
+    std::optional<IntervalEstimate> estimate;
+    if (summary) estimate = (*summary).*c.member;
+    cells.push_back(cell(estimate ? std::optional(estimate->value) : std::nullopt));
+    add_interval(estimate ? estimate->interval : std::nullopt, cells);
+  }
 }
 
 }  // namespace
 
-std::vector<NoiseLevelRow> noise_levels(const std::vector<Record>& records, const BootstrapOptions& options) {
+std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const BootstrapOptions& options) {
   using Key = std::tuple<std::string, std::string, int, std::string, double, std::string>;
-  std::map<Key, std::vector<const Record*>> levels;
-  for (const Record& r : records) {
-    levels[{r.dataset, r.sequence, body_order(r), r.estimator, r.level, r.noise}].push_back(&r);
+  std::map<Key, std::vector<const Record*>> by_key;
+  for (const Record& r : sweep.records) {
+    by_key[{r.dataset, r.sequence, body_order(r), r.estimator, r.level, r.noise}].push_back(&r);
   }
-  std::vector<NoiseLevelRow> rows;
-  for (const auto& [key, of_level] : levels) {
-    NoiseLevelRow row = summarize_level(of_level, options);
-    if (row.n_truth > 0) rows.push_back(std::move(row));
-  }
-  return rows;
+  std::vector<const std::vector<const Record*>*> levels;
+  for (const auto& [key, of_level] : by_key) levels.push_back(&of_level);
+  std::vector<NoiseLevelRow> all(levels.size());
+  parallel_for(static_cast<int>(levels.size()), jobs, [&](int i) {
+    const auto at = static_cast<size_t>(i);
+    all[at] = summarize_level(*levels[at], options);
+    all[at].parameter = sweep.parameter;
+  });
+  std::erase_if(all, [](const NoiseLevelRow& row) { return row.n_truth == 0; });
+  return all;
 }
 
 Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
   Table table;
   table.title = "Errors by noise level";
   table.caption =
-      "Over the estimated pairs of all seeds; low and high: 95 % interval of the mean, bootstrap with a "
-      "seed's "
-      "pairs as one cluster. Objects: motion in the camera frame. Efficiency: Cramer-Rao bound (RMS) / RMSE, "
-      "1 "
-      "at best but for bias and current depths; ANEES: mean normalised error squared, within its interval "
-      "for "
-      "an estimator that knows its own error.";
-  table.columns = {{"dataset", "dataset", Align::left, 0, true},
+      "Over the estimated pairs of all seeds. low, high: 95 % interval of the mean, bootstrap with a seed's "
+      "pairs as one cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: "
+      "Cramer-Rao "
+      "bound (RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, "
+      "within its interval for an estimator that knows its own error. CSV and JSON have more quantiles and "
+      "every "
+      "interval.";
+  table.columns = {{"parameter", "parameter", Align::left, 0, true},
+                   {"dataset", "dataset", Align::left, 0, true},
                    {"sequence", "sequence", Align::left, 0, true},
                    {"body", "body", Align::left},
                    {"estimator", "estimator", Align::left, 0, true},
                    {"level", "level", Align::right, 3},
                    {"n_seeds", "seeds", Align::right, 0},
-                   {"coverage_percent", "coverage [%]", Align::right, 1},
-                   {"Et_mean_m", "E_t mean [m]", Align::right, 5},
-                   {"Et_low_m", "low", Align::right, 5},
-                   {"Et_high_m", "high", Align::right, 5},
-                   {"Et_median_m", "median", Align::right, 5},
-                   {"Et_rmse_m", "RMSE", Align::right, 5},
-                   {"ER_mean_deg", "E_R mean [deg]", Align::right, 5},
-                   {"ER_low_deg", "low", Align::right, 5},
-                   {"ER_high_deg", "high", Align::right, 5},
-                   {"ER_median_deg", "median", Align::right, 5},
-                   {"ER_rmse_deg", "RMSE", Align::right, 5},
-                   {"epe_initial_px", "EPE [px]", Align::right, 3}};
+                   {"coverage_percent", "coverage [%]", Align::right, 1}};
+  add_columns("E_t", "Et", "m", table);
+  add_columns("E_R", "ER", "deg", table);
+  table.columns.push_back({"epe_initial_px", "EPE [px]", Align::right, 3});
   std::ranges::move(limit_columns(), std::back_inserter(table.columns));
-  table.columns.push_back({"noise", "noise", Align::left, 0, true});
+  table.columns.push_back({"noise", "noise", Align::left, 0, false, true});
   for (const NoiseLevelRow& row : rows) {
-    std::vector<Cell> cells = {row.dataset,
+    std::vector<Cell> cells = {row.parameter,
+                               row.dataset,
                                row.sequence,
                                row.body,
                                row.estimator,
                                row.level,
                                static_cast<double>(row.n_seeds),
                                100.0 * row.n_estimated / row.n_truth};
-    add_summary(row.Et_m, cells);
-    add_summary(row.ER_deg, cells);
+    add_cells(row.Et_m, cells);
+    add_cells(row.ER_deg, cells);
     cells.push_back(cell(row.epe_initial_px));
     add_limit_cells(row.limit, cells);
     cells.emplace_back(row.noise);

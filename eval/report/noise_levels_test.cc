@@ -36,19 +36,19 @@ TEST(NoiseLevels, MeansAndIntervalsByHand) {
   parked.values["dynamic_gt"] = 0;
   records.push_back(parked);
 
-  const std::vector<NoiseLevelRow> rows = noise_levels(records);
+  const std::vector<NoiseLevelRow> rows = noise_levels({"depth.delta_d_px", records, {}});
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows[0].level, 0.1);
-  EXPECT_FALSE(rows[0].Et_m->interval);  // one seed: nothing is known of the spread
+  EXPECT_FALSE(rows[0].Et_m->mean.interval);  // one seed: nothing is known of the spread
   EXPECT_EQ(rows[1].body, "ego");
   EXPECT_EQ(rows[1].n_seeds, 12);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->median, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->rmse, std::sqrt(5.0));
-  EXPECT_DOUBLE_EQ(rows[1].ER_deg->mean, 4);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.value, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->median.value, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->rmse.value, std::sqrt(5.0));
+  EXPECT_DOUBLE_EQ(rows[1].ER_deg->mean.value, 4);
   // Every seed has the same mean, so its mean is certain; were pairs the clusters, it would not be.
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->interval->low, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->interval->high, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.interval->low, 2);
+  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.interval->high, 2);
   EXPECT_EQ(rows[2].body, "object:2");  // before object:10
   EXPECT_EQ(rows[2].n_truth, 2);
   EXPECT_EQ(rows[2].n_estimated, 1);

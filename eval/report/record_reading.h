@@ -4,8 +4,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sextant/eval/experiment/record.h"
+#include "sextant/eval/report/table.h"
+#include "sextant/stats/clustered_sample.h"
 
 namespace sextant {
 
@@ -17,5 +20,31 @@ bool has_truth(const Record& record);
 
 /// Where a body stands in tables: 0 for ego, else its id.
 int body_order(const Record& record);
+
+/// "camera", "object 3".
+std::string body_title(const std::string& body);
+
+/// What was drawn independently (stats/bootstrap.h): a seed; of records that all have the same seed, a frame.
+class Clusters {
+ public:
+  explicit Clusters(const std::vector<const Record*>& records);
+  uint64_t of(const Record& record) const;
+  bool are_frames() const { return n_seeds_ < 2; }
+  int n_seeds() const { return n_seeds_; }
+
+ private:
+  int n_seeds_;
+};
+
+/// One error of the records that have it, ready for intervals.
+struct ErrorSample {
+  std::vector<double> values;
+  std::vector<uint64_t> clusters;
+};
+ErrorSample error_sample(const std::vector<const Record*>& records, const std::string& key,
+                         const Clusters& clusters);
+
+/// Its two ends as cells; empty ones where there is none.
+void add_interval(const std::optional<Interval>& interval, std::vector<Cell>& cells);
 
 }  // namespace sextant

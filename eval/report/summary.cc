@@ -76,8 +76,6 @@ std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   return notes;
 }
 
-Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
-
 }  // namespace
 
 std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset) {

@@ -10,9 +10,14 @@ namespace {
 
 std::string rounded(const Cell& cell, const Column& column) {
   if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
-  if (const auto* number = std::get_if<double>(&cell))
-    return fmt::format("{:.{}f}", *number, column.decimals);
-  return "-";
+  const auto* number = std::get_if<double>(&cell);
+  if (number == nullptr) return "-";
+  const double half_unit = 0.5 * std::pow(10.0, -column.decimals);
+  if (column.below && *number > 0 && *number < half_unit) {
+    return fmt::format("<{:.{}f}", 2 * half_unit, column.decimals);
+  }
+  const bool is_zero = std::abs(*number) < half_unit;  // not "-0.000"
+  return fmt::format("{:.{}f}", is_zero ? 0.0 : *number, column.decimals);
 }
 
 /// Number of characters on screen of UTF-8 text (continuation bytes take no room).
@@ -68,26 +73,43 @@ struct FoldedTable {
   std::string said_once;  ///< "dataset vdo, sequence 0003"
 };
 
+/// Without the columns for which `leave_out(column index)` holds.
+template <typename Predicate>
+Table without_columns(Table table, const Predicate& leave_out) {
+  for (size_t j = table.columns.size(); j-- > 0;) {
+    if (!leave_out(j)) continue;
+    const auto at = static_cast<std::ptrdiff_t>(j);
+    table.columns.erase(table.columns.begin() + at);
+    for (std::vector<Cell>& row : table.rows) row.erase(row.begin() + at);
+  }
+  return table;
+}
+
+Table without_details(const Table& table) {
+  return without_columns(table, [&](size_t j) { return table.columns[j].detail; });
+}
+
 /// Takes out the columns marked `fold` that say the same in every row.
 FoldedTable fold_columns(const Table& table) {
-  FoldedTable out{table, ""};
-  if (table.rows.empty()) return out;
-  for (size_t j = table.columns.size(); j-- > 0;) {
-    const auto same = [&](const std::vector<Cell>& row) { return row[j] == table.rows.front()[j]; };
-    if (!table.columns[j].fold || !std::all_of(table.rows.begin(), table.rows.end(), same)) continue;
+  if (table.rows.empty()) return {table, ""};
+  const auto folds = [&](size_t j) {
+    return table.columns[j].fold && std::ranges::all_of(table.rows, [&](const std::vector<Cell>& row) {
+             return row[j] == table.rows.front()[j];
+           });
+  };
+  std::string said_once;
+  for (size_t j = 0; j < table.columns.size(); ++j) {
     const Cell& cell = table.rows.front()[j];
-    if (!std::holds_alternative<std::monostate>(cell)) {
-      const std::string said = table.columns[j].title + " " + rounded(cell, table.columns[j]);
-      out.said_once = out.said_once.empty() ? said : said + ", " + out.said_once;
-    }
-    const auto at = static_cast<std::ptrdiff_t>(j);
-    out.table.columns.erase(out.table.columns.begin() + at);
-    for (std::vector<Cell>& row : out.table.rows) row.erase(row.begin() + at);
+    if (!folds(j) || std::holds_alternative<std::monostate>(cell)) continue;
+    said_once +=
+        (said_once.empty() ? "" : ", ") + table.columns[j].title + " " + rounded(cell, table.columns[j]);
   }
-  return out;
+  return {without_columns(table, folds), said_once};
 }
 
 }  // namespace
+
+Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 
 void Table::add_row(std::vector<Cell> row) {
   SEXTANT_CHECK(row.size() == columns.size());
@@ -98,8 +120,27 @@ void Table::add_row(std::vector<Cell> row) {
   rows.push_back(std::move(row));
 }
 
+std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys) {
+  std::vector<size_t> columns;
+  for (size_t j = 0; j < table.columns.size(); ++j) {
+    if (std::ranges::find(keys, table.columns[j].key) != keys.end()) columns.push_back(j);
+  }
+  std::vector<Table> parts;
+  for (const std::vector<Cell>& row : table.rows) {
+    const bool continues = !parts.empty() && std::ranges::all_of(columns, [&](size_t j) {
+      return parts.back().rows.back()[j] == row[j];
+    });
+    if (!continues) {
+      parts.push_back(table);
+      parts.back().rows.clear();
+    }
+    parts.back().rows.push_back(row);
+  }
+  return parts;
+}
+
 std::string to_text(const Table& whole) {
-  const auto [table, folded] = fold_columns(whole);
+  const auto [table, folded] = fold_columns(without_details(whole));
   const Layout layout = lay_out(table, 1);
   std::string text;
   if (!table.title.empty()) text += table.title + "\n";
@@ -123,7 +164,8 @@ std::string to_text(const Table& whole) {
   return text;
 }
 
-std::string to_markdown(const Table& table) {
+std::string to_markdown(const Table& whole) {
+  const Table table = without_details(whole);
   const Layout layout = lay_out(table, 3);
   std::string text;
   if (!table.title.empty()) text += fmt::format("## {}\n\n", table.title);

@@ -4,6 +4,7 @@
 // cannot disagree. Text and Markdown round to each column's decimals; CSV and JSON keep every digit. A cell
 // without a value is "-" in text and Markdown, empty in CSV and left out in JSON: never 0.
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,12 +20,18 @@ struct Column {
   std::string title;  ///< as people read it, with unit: "E_t [m]"
   Align align = Align::right;
   int decimals = 3;  ///< of numbers in text and Markdown
-  bool fold =
-      false;  ///< to_text: said once above the table, not in a column, when all rows agree; empty: not at all
+  /// to_text: said once above the table, not in a column, when all rows agree; empty: not at all.
+  bool fold = false;
+  bool detail = false;  ///< only in CSV and JSON
+  /// Text and Markdown: "<0.0001" for a positive number that rounds to 0, as for p-values.
+  bool below = false;
 };
 
 /// Empty, text, or a finite number.
 using Cell = std::variant<std::monostate, std::string, double>;
+
+/// The value, or an empty cell.
+Cell cell(const std::optional<double>& value);
 
 struct Table {
   std::string title;
@@ -36,6 +43,10 @@ struct Table {
   /// Throws InternalError when the row's length is wrong or a number is not finite.
   void add_row(std::vector<Cell> row);
 };
+
+/// The runs of rows that agree in these columns, each with title, caption and notes of the whole; so that
+/// `fold` says once what they agree in.
+std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
 
 std::string to_text(const Table& table);
 std::string to_markdown(const Table& table);

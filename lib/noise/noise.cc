@@ -79,6 +79,12 @@ Noise Noise::without_masks() const {
   return rest;
 }
 
+Noise Noise::only_masks() const {
+  Noise masks = *this;
+  std::erase_if(masks.models_, [](const auto& m) { return !m.model->changes_masks(); });
+  return masks;
+}
+
 void Noise::corrupt_mask(Image<uint16_t>& mask) const {
   for (const NamedModel& named : models_) named.model->corrupt_mask(mask);
 }

@@ -55,6 +55,8 @@ class Noise {
   bool changes_masks() const;
   /// This noise without its mask models: for points extracted from masks that are already corrupted.
   Noise without_masks() const;
+  /// Its mask models alone.
+  Noise only_masks() const;
   void corrupt_mask(Image<uint16_t>& mask) const;
 
   /// Throws Error when changes_masks().

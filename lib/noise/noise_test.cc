@@ -249,6 +249,8 @@ TEST(Noise, MasksAreForFramesNotForPoints) {
   EXPECT_THROW(some.apply(make_pair(prev, curr, 4), draws), Error);
   EXPECT_NO_THROW(some.without_masks().apply(make_pair(prev, curr, 4), draws));
   EXPECT_EQ(some.without_masks().name(), "depth 0.2 px");
+  EXPECT_TRUE(some.only_masks().changes_masks());
+  EXPECT_TRUE(some.only_masks().without_masks().none());
   const NoisyFrame noisy = some.apply(prev, camera, draws);
   Image<uint16_t> mask = prev.mask;
   some.corrupt_mask(mask);

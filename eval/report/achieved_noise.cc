@@ -1,0 +1,92 @@
+#include "sextant/eval/report/achieved_noise.h"
+
+namespace sextant {
+namespace {
+
+/// The number at a path of keys, if there is one.
+std::optional<double> number_at(const Json& json, std::initializer_list<const char*> path) {
+  const Json* at = &json;
+  for (const char* key : path) {
+    if (!at->is_object() || !at->contains(key)) return std::nullopt;
+    at = &(*at)[key];
+  }
+  return at->is_number() ? std::optional<double>(at->get<double>()) : std::nullopt;
+}
+
+void add_depth(const AchievedNoise& entry, AchievedNoiseRow row, std::vector<AchievedNoiseRow>& rows) {
+  const auto requested = number_at(entry.noise, {"requested", "depth", "delta_d_px"});
+  const auto achieved = number_at(entry.noise, {"depth", "normalised_sigma"});
+  if (!requested || !achieved) return;
+  row.channel = "depth";
+  row.requested_px = *requested;
+  row.achieved_px = *achieved * *requested;
+  row.n = number_at(entry.noise, {"depth", "n"}).value_or(0);
+  row.neighbours = number_at(entry.noise, {"neighbours", "depth", "correlation"});
+  row.share_invalidated = number_at(entry.noise, {"depth", "share_invalidated"});
+  rows.push_back(row);
+}
+
+void add_flow(const AchievedNoise& entry, const std::string& body, const Json& flow, AchievedNoiseRow row,
+              std::vector<AchievedNoiseRow>& rows) {
+  row.body = body;
+  row.n = number_at(flow, {"n"}).value_or(0);
+  row.outlier_share = number_at(flow, {"outlier_share"});
+  const auto add = [&](const char* channel, std::optional<double> requested, std::optional<double> achieved) {
+    if (!requested || !achieved) return;
+    row.channel = channel;
+    row.requested_px = *requested;
+    row.achieved_px = *achieved;
+    rows.push_back(row);
+  };
+  add("flow EPE", number_at(flow, {"requested_epe_px"}), number_at(flow, {"epe_px"}));
+  add("flow y", number_at(flow, {"y", "requested_sigma_px"}), number_at(flow, {"y", "sigma_px"}));
+  row.neighbours = number_at(entry.noise, {"neighbours", "flow_x", "correlation"});
+  add("flow x", number_at(flow, {"x", "requested_sigma_px"}), number_at(flow, {"x", "sigma_px"}));
+}
+
+}  // namespace
+
+std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
+  std::vector<AchievedNoiseRow> rows;
+  for (const AchievedNoise& entry : sweep.achieved) {
+    AchievedNoiseRow row;
+    row.parameter = sweep.parameter;
+    row.source = entry.source;
+    row.level = entry.level;
+    row.body = "all";
+    add_depth(entry, row, rows);
+    if (!entry.noise.contains("flow") || !entry.noise["flow"].is_object()) continue;
+    for (const auto& [body, flow] : entry.noise["flow"].items()) add_flow(entry, body, flow, row, rows);
+  }
+  return rows;
+}
+
+Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
+  Table table;
+  table.title = "Noise: requested and achieved";
+  table.caption =
+      "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
+      "neighbours: correlation between neighbouring pixels.";
+  table.columns = {{"parameter", "parameter", Align::left, 0, true},
+                   {"source", "source", Align::left, 0, true},
+                   {"level", "level", Align::right, 3},
+                   {"body", "body", Align::left, 0, true},
+                   {"channel", "channel", Align::left},
+                   {"requested_px", "requested [px]", Align::right, 4},
+                   {"achieved_px", "achieved [px]", Align::right, 4},
+                   {"ratio", "ratio", Align::right, 4},
+                   {"n", "draws", Align::right, 0},
+                   {"neighbours", "neighbours", Align::right, 4},
+                   {"share_invalidated", "invalidated", Align::right, 6},
+                   {"outlier_share", "outliers", Align::right, 4}};
+  for (const AchievedNoiseRow& row : rows) {
+    std::optional<double> ratio;
+    if (row.requested_px > 0) ratio = row.achieved_px / row.requested_px;
+    table.add_row({row.parameter, row.source, row.level, row.body, row.channel, row.requested_px,
+                   row.achieved_px, cell(ratio), row.n, cell(row.neighbours), cell(row.share_invalidated),
+                   cell(row.outlier_share)});
+  }
+  return table;
+}
+
+}  // namespace sextant

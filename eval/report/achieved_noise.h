@@ -1,0 +1,34 @@
+#pragma once
+
+// What was asked of the noise and what came out, from the run.json of runs and sweeps: one row per source,
+// level and channel. The draws that every estimator saw are those counted here.
+//
+//   depth      delta_d [px]: standard deviation of the depth error times f b / z^2
+//   flow x, y  standard deviation [px], per body;   flow EPE: mean length of the error vector [px], per body
+//   neighbours correlation between horizontally neighbouring pixels
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+struct AchievedNoiseRow {
+  std::string parameter, source, body, channel;
+  double level = 0;
+  double requested_px = 0;
+  double achieved_px = 0;
+  double n = 0;  ///< draws
+  std::optional<double> neighbours;
+  std::optional<double> share_invalidated;  ///< depth only
+  std::optional<double> outlier_share;      ///< flow only
+};
+
+std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep);
+
+Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows);
+
+}  // namespace sextant

@@ -1,0 +1,62 @@
+#include "sextant/eval/report/claims/claim.h"
+
+#include "sextant/eval/report/record_reading.h"
+
+namespace sextant {
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::reproduced:
+      return "reproduced";
+    case Verdict::not_reproduced:
+      return "not reproduced";
+    case Verdict::undecided:
+      return "undecided";
+  }
+  return "undecided";
+}
+
+Verdict is_below(double limit, double value, const std::optional<Interval>& interval) {
+  if (!interval) return Verdict::undecided;
+  if (value < limit && interval->high < limit) return Verdict::reproduced;
+  if (value > limit && interval->low > limit) return Verdict::not_reproduced;
+  return Verdict::undecided;
+}
+
+Verdict is_above(double limit, double value, const std::optional<Interval>& interval) {
+  const std::optional<Interval> mirrored =
+      interval ? std::optional(Interval{-interval->high, -interval->low}) : std::nullopt;
+  return is_below(-limit, -value, mirrored);
+}
+
+Table claim_table(const std::vector<NoiseSweep>& sweeps) {
+  Table table;
+  table.title = "Statements of the paper";
+  table.caption =
+      "low, high: 95 % interval (bootstrap over seeds). Reproduced or not: the whole interval agrees with "
+      "the "
+      "statement or contradicts it. Objects are numbered by distance, as in the paper.";
+  table.columns = {{"claim", "claim", Align::left, 0, true}, {"statement", "statement", Align::left, 0, true},
+                   {"place", "place", Align::left, 0, true}, {"dataset", "dataset", Align::left},
+                   {"sequence", "sequence", Align::left},    {"estimator", "estimator", Align::left},
+                   {"subject", "subject", Align::left},      {"quantity", "quantity", Align::left},
+                   {"value", "value", Align::right, 4},      {"low", "low", Align::right, 4},
+                   {"high", "high", Align::right, 4},        {"stated", "stated", Align::left},
+                   {"verdict", "verdict", Align::left}};
+  for (const Claim& claim : claims()) {
+    const std::vector<ClaimResult> results = claim.check(sweeps);
+    if (results.empty())
+      table.notes.push_back("Not tested here: " + claim.statement + " (" + claim.place + ").");
+    for (const ClaimResult& r : results) {
+      std::vector<Cell> cells = {claim.name,  claim.statement, claim.place, r.dataset, r.sequence,
+                                 r.estimator, r.subject,       r.quantity,  r.value};
+      add_interval(r.interval, cells);
+      cells.emplace_back(r.stated);
+      cells.emplace_back(to_string(r.verdict));
+      table.add_row(std::move(cells));
+    }
+  }
+  return table;
+}
+
+}  // namespace sextant

@@ -1,0 +1,54 @@
+#pragma once
+
+// Statements of the paper, checked on records. How to add one:
+//   1. write eval/report/claims/<name>.{h,cc}: a function from sweeps to results;
+//   2. add one line to the table in registry.cc.
+//
+// A result is one number with its 95 % interval beside what the paper states. Verdicts:
+//   reproduced      the whole interval agrees with the statement
+//   not_reproduced  the whole interval contradicts it
+//   undecided       the interval holds both, or there is no interval
+// A claim that the records say nothing about has no results: it was not tested.
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/table.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+enum class Verdict { reproduced, not_reproduced, undecided };
+std::string to_string(Verdict verdict);
+
+struct ClaimResult {
+  std::string dataset, sequence, estimator;
+  std::string subject;   ///< "camera", "object 2 (id 3)"
+  std::string quantity;  ///< "largest mean E_t, delta_d <= 0.2 [m]"
+  double value = 0;
+  std::optional<Interval> interval;
+  std::string stated;  ///< "< 0.02"
+  Verdict verdict = Verdict::undecided;
+};
+
+struct Claim {
+  std::string name;
+  std::string statement;  ///< of the paper, shortened
+  std::string place;      ///< where the paper says so
+  std::function<std::vector<ClaimResult>(const std::vector<NoiseSweep>&)> check;
+};
+
+std::span<const Claim> claims();
+
+/// The verdict on "value < limit" and on "value > limit".
+Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
+Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
+
+/// One row a result; claims without results are listed in the notes as not tested here.
+Table claim_table(const std::vector<NoiseSweep>& sweeps);
+
+}  // namespace sextant

@@ -1,0 +1,51 @@
+#pragma once
+
+// Estimators compared pair by pair, from records alone: one row per dataset, sequence, body, level and two
+// estimators, over the frame pairs and seeds that both have estimated.
+//
+//   difference   mean of second - first: below 0 the second is better; 95 % interval by cluster bootstrap
+//   p            Wilcoxon's signed ranks on the means of the clusters (seeds; with one seed: frames)
+//   p_corrected  Holm's correction over all rows and both errors of the table
+//   detectable   the smallest difference that so many clusters find at 5 % with probability 80 %
+//   verdict      which has the lower error, where p_corrected <= 0.05 and the interval leaves out 0;
+//                "identical" where no pair differs by more than 1e-9; else "no difference seen"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/table.h"
+#include "sextant/stats/trend.h"
+
+namespace sextant {
+
+struct ErrorComparison {
+  double mean_first = 0;
+  PairedDifference difference;
+  std::optional<double> p;  ///< none with fewer than 2 clusters; so are the next two
+  std::optional<double> p_corrected;
+  std::optional<double> detectable;
+  bool identical = false;
+};
+
+struct ComparisonRow {
+  std::string parameter, dataset, sequence, body, noise, first, second;
+  double level = 0;
+  int n_pairs = 0;        ///< that both have estimated
+  int n_only_first = 0;   ///< estimated by the first alone
+  int n_only_second = 0;  ///< by the second alone
+  ErrorComparison Et_m;
+  ErrorComparison ER_deg;
+};
+
+/// Estimators in the order of the records, every two of them; rows in order of dataset, sequence, body,
+/// level.
+std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& sweeps, int jobs = 1,
+                                              const BootstrapOptions& options = {});
+
+std::string verdict(const ErrorComparison& comparison, const ComparisonRow& row);
+
+Table comparison_table(const std::vector<ComparisonRow>& rows);
+
+}  // namespace sextant

@@ -1,0 +1,44 @@
+#pragma once
+
+// One figure: data as CSV and a gnuplot script, drawn as SVG, PDF and PNG. The script is complete: with
+// <name>.csv beside it, `gnuplot <name>.gp` draws the same three files again. Same figure, same bytes (the
+// PDF's date is fixed).
+//
+//   colours  Okabe and Ito's set, which colour-blind readers can tell apart; each line also has its own point
+//   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
+
+#include <string>
+#include <vector>
+
+#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+struct Figure {
+  std::string name;     ///< stem of the files: letters, digits, '.', '-', '_'
+  std::string caption;  ///< one paragraph, for the report
+  Table data;           ///< becomes <name>.csv
+  std::string script;   ///< gnuplot commands; `data` is the CSV's name, `column("key")` works
+  double width_cm = 8.8;
+  double height_cm = 6.6;
+};
+
+/// "s18/clone" -> "s18-clone": text as part of a file name.
+std::string file_stem(const std::string& text);
+
+/// "#0072B2" ...: colour of the i-th line. Repeats after 7.
+std::string line_colour(size_t i);
+/// Filled gnuplot point type of the i-th line, and its open twin.
+int filled_point(size_t i);
+int open_point(size_t i);
+/// Text inside gnuplot's double quotes: quotes and backslashes escaped.
+std::string gp_text(const std::string& text);
+
+/// <name>.csv, .gp, .svg, .pdf, .png. Throws Error with gnuplot's own words when it refuses, and one that
+/// names the package when it is missing.
+OutputFiles draw(const Figure& figure);
+/// All of them, on up to `jobs` threads.
+OutputFiles draw(const std::vector<Figure>& figures, int jobs);
+
+}  // namespace sextant

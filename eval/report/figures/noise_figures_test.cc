@@ -1,0 +1,77 @@
+#include "sextant/eval/report/figures/noise_figures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/datasets/codec/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<NoiseLevelRow> rows() {
+  std::vector<NoiseLevelRow> rows;
+  for (const std::string body : {"ego", "object:2"}) {
+    for (const std::string estimator : {"motion_only", "joint_flow"}) {
+      for (const double level : {0.1, 0.2, 0.4}) {
+        NoiseLevelRow row{"depth.delta_d_px", "vkitti1", "0018/clone", body, estimator, "depth", level, 20};
+        SampleSummary error;
+        error.mean = {0.01 * level, Interval{0.009 * level, 0.012 * level}};
+        row.Et_m = error;
+        row.ER_deg = error;
+        rows.push_back(row);
+      }
+    }
+  }
+  return rows;
+}
+
+TEST(NoiseFigures, OneAnEstimatorAndOneABody) {
+  const std::vector<Figure> figures = noise_level_figures(rows());
+  ASSERT_EQ(figures.size(), 4U);
+  EXPECT_EQ(figures[0].name, "error_depth.delta_d_px_vkitti1_0018-clone_joint_flow");
+  EXPECT_EQ(figures[2].name, "estimators_depth.delta_d_px_vkitti1_0018-clone_ego");
+  EXPECT_EQ(figures[0].data.rows.size(), 3U);
+  EXPECT_THAT(figures[0].script, HasSubstr("[deg]"));
+  EXPECT_THAT(figures[0].script, HasSubstr("\"object 2\""));
+}
+
+TEST(NoiseFigures, DrawnTwiceTheBytesAreTheSameAndFollowTheData) {
+  std::vector<NoiseLevelRow> data = rows();
+  const Figure figure = noise_level_figures(data).front();
+  const OutputFiles files = draw(figure);
+  ASSERT_EQ(files.size(), 5U);
+  EXPECT_TRUE(files.at(figure.name + ".pdf").starts_with("%PDF"));
+  EXPECT_TRUE(files.at(figure.name + ".png").starts_with("\x89PNG"));
+  EXPECT_THAT(files.at(figure.name + ".svg"), HasSubstr("object 2"));
+  EXPECT_TRUE(draw(figure) == files);
+  EXPECT_EQ(draw(noise_level_figures(data), 2).size(), 20U);
+  data.erase(data.begin() + 3);  // the camera of joint_flow at the lowest level
+  EXPECT_TRUE(draw(noise_level_figures(data).front()).at(figure.name + ".svg") !=
+              files.at(figure.name + ".svg"));
+}
+
+TEST(NoiseFigures, GnuplotsWordsReachTheUser) {
+  Figure figure;
+  figure.name = "broken";
+  figure.data.columns = {{"x", "x"}};
+  figure.script = "plot nonsense nonsense\n";
+  expect_error([&] { draw(figure); }, "gnuplot refused a figure");
+}
+
+TEST(NoiseFigures, AchievedNoiseIsDrawnByChannel) {
+  AchievedNoiseRow row;
+  row.parameter = "depth.delta_d_px";
+  row.source = "synthetic:s18";
+  row.channel = "depth";
+  row.requested_px = 0.2;
+  row.achieved_px = 0.201;
+  const std::vector<Figure> figures = achieved_noise_figures({row});
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures[0].name, "achieved_depth.delta_d_px_synthetic-s18");
+  EXPECT_THAT(figures[0].script, HasSubstr("column(\"depth\")"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,146 @@
+// Comparisons, trends and the reading of sweeps, on records made by hand.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sextant/base/philox.h"
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/report/achieved_noise.h"
+#include "sextant/eval/report/comparisons.h"
+#include "sextant/eval/report/trends.h"
+
+namespace sextant {
+namespace {
+
+Record record_of(const std::string& estimator, double level, uint64_t seed, int frame, double Et_m) {
+  Record r;
+  r.dataset = "d";
+  r.sequence = "s";
+  r.estimator = estimator;
+  r.noise = fmt::format("depth {}", level);
+  r.level = level;
+  r.seed = seed;
+  r.frame = frame;
+  r.body = "ego";
+  r.values["step_gt_m"] = 1;
+  r.errors = {{"Et_m", Et_m}, {"ER_deg", 2 * Et_m}};
+  return r;
+}
+
+/// error = level (1 + gain) + 0.01 x noise of the seed, frame and level, which estimators share.
+NoiseSweep sweep_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
+  NoiseSweep sweep{"depth.delta_d_px", {}, {}};
+  for (const auto& [estimator, gain] : gains) {
+    for (const double level : {0.1, 0.2, 0.3}) {
+      for (uint64_t seed = 0; seed < n_seeds; ++seed) {
+        for (int frame = 1; frame <= 5; ++frame) {
+          PhiloxStream random(seed, static_cast<uint64_t>(frame + 100 * level));
+          const double noise = static_cast<double>(random.below(1000)) / 1000 - 0.5;
+          sweep.records.push_back(
+              record_of(estimator, level, seed, frame, level * (1 + gain) + 0.01 * noise));
+        }
+      }
+    }
+  }
+  return sweep;
+}
+
+TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
+  const std::vector<ComparisonRow> rows =
+      compare_estimators({sweep_of({{"a", 0}, {"b", -0.1}, {"c", 0}}, 20)}, 2);
+  ASSERT_EQ(rows.size(), 9U);  // 3 levels x (a b, a c, b c)
+  const ComparisonRow& ab = rows[0];
+  EXPECT_EQ(ab.first + ab.second, "ab");
+  EXPECT_EQ(ab.n_pairs, 100);
+  EXPECT_NEAR(ab.Et_m.difference.mean, -0.01, 1e-12);
+  EXPECT_NEAR(ab.ER_deg.difference.mean, -0.02, 1e-12);
+  EXPECT_EQ(verdict(ab.Et_m, ab), "b lower");
+  // 18 p-values at once; the smallest one possible of 20 signed ranks is 2 / 2^20.
+  EXPECT_NEAR(*ab.Et_m.p, std::pow(2.0, -19), 1e-9);
+  EXPECT_GT(*ab.Et_m.p_corrected, *ab.Et_m.p);
+  EXPECT_EQ(verdict(rows[1].Et_m, rows[1]), "identical");
+  EXPECT_EQ(verdict(rows[2].Et_m, rows[2]), "b lower");  // of b and c
+}
+
+TEST(Comparisons, NoiseAloneIsNoDifference) {
+  NoiseSweep sweep = sweep_of({{"a", 0}}, 30);
+  const size_t n = sweep.records.size();
+  for (size_t i = 0; i < n; ++i) {
+    Record other = sweep.records[i];
+    PhiloxStream random(77, i);
+    other.estimator = "b";
+    other.errors["Et_m"] += 0.001 * (static_cast<double>(random.below(2001)) / 1000 - 1);
+    sweep.records.push_back(other);
+  }
+  for (const ComparisonRow& row : compare_estimators({sweep})) {
+    EXPECT_EQ(verdict(row.Et_m, row), "no difference seen") << row.level;
+    EXPECT_GT(*row.Et_m.detectable, 0);
+    EXPECT_LT(*row.Et_m.detectable, 1e-3);
+  }
+}
+
+TEST(Comparisons, CountWhatOnlyOneHasEstimated) {
+  NoiseSweep sweep = sweep_of({{"a", 0}, {"b", 0}}, 4);
+  for (Record& r : sweep.records) {
+    if (r.estimator == "b" && r.frame <= 2) r.status = Status::lost;
+    if (r.estimator == "a" && r.frame == 5) r.status = Status::lost;
+  }
+  const ComparisonRow row = compare_estimators({sweep}).front();
+  EXPECT_EQ(row.n_pairs, 8);
+  EXPECT_EQ(row.n_only_first, 8);
+  EXPECT_EQ(row.n_only_second, 4);
+  sweep = sweep_of({{"a", 0}, {"b", -0.5}}, 1);  // one seed: frames are the clusters
+  EXPECT_TRUE(compare_estimators({sweep}).front().Et_m.p);
+}
+
+TEST(Trends, SlopeRisesAndTest) {
+  const std::vector<TrendRow> rows = noise_trends({sweep_of({{"a", 0}, {"b", 1}}, 20)}, 2);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].n_levels, 3);
+  EXPECT_EQ(rows[0].n_clusters, 20);
+  EXPECT_EQ(rows[0].Et_m.n_rises, 2);
+  EXPECT_NEAR(rows[0].Et_m.slope.slope, 1, 0.01);
+  EXPECT_LE(rows[0].Et_m.slope.interval->low, rows[0].Et_m.slope.slope);
+  EXPECT_NEAR(rows[1].Et_m.slope.slope, 2, 0.01);
+  EXPECT_LT(*rows[0].Et_m.p_corrected, 0.001);
+  EXPECT_TRUE(noise_trends({NoiseSweep{"", {record_of("a", 1, 0, 1, 1)}, {}}}).empty());
+}
+
+TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
+  const TempFolder folder;
+  const auto write = [&](const std::string& name, const NoiseSweep& sweep) {
+    std::filesystem::create_directories(folder.path() / name);
+    write_file(folder.path() / name / "records.jsonl", write_records(sweep.records));
+    Json run;
+    run["configuration"]["noise"] = Json::array();
+    run["noise"] = Json::array();
+    for (const double level : {0.1, 0.2, 0.3}) {
+      run["configuration"]["noise"].push_back(
+          {{"level", level}, {"noise", {{"depth", {{"delta_d_px", level}, {"baseline_m", 0.5}}}}}});
+      run["noise"].push_back({{"source", "x"},
+                              {"level", level},
+                              {"noise",
+                               {{"requested", {{"depth", {{"delta_d_px", level}}}}},
+                                {"depth", {{"n", 10}, {"normalised_sigma", 1.01}}}}}});
+    }
+    write_file(folder.path() / name / "run.json", run.dump());
+    return folder.path() / name;
+  };
+  const auto a = write("a", sweep_of({{"a", 0}}, 2));
+  const auto b = write("b", sweep_of({{"b", 0}}, 2));
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps({a, b});
+  ASSERT_EQ(sweeps.size(), 1U);
+  EXPECT_EQ(sweeps[0].parameter, "depth.delta_d_px");
+  EXPECT_EQ(sweeps[0].n_estimators(), 2U);
+  EXPECT_EQ(sweeps[0].n_levels(), 3U);
+  const std::vector<AchievedNoiseRow> achieved = achieved_noise_rows(sweeps[0]);
+  ASSERT_EQ(achieved.size(), 6U);
+  EXPECT_DOUBLE_EQ(achieved[1].achieved_px, 0.2 * 1.01);
+  expect_error([&] { read_noise_sweeps({a, b, a}); }, "give each case once");
+  expect_error([&] { read_noise_sweeps({folder.path() / "none"}); }, "no records.jsonl");
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,42 @@
+#pragma once
+
+// Folders of runs and sweeps as reports read them: records.jsonl, and of run.json what was asked of the noise
+// and what came out. Folders that vary the same parameter of the noise belong together, whichever estimator
+// they hold.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/experiment/record.h"
+
+namespace sextant {
+
+/// Noise of one source at one level, of run.json.
+struct AchievedNoise {
+  std::string source;
+  double level = 0;
+  Json noise;  ///< NoiseVerification::json()
+};
+
+struct NoiseSweep {
+  std::string parameter;  ///< "depth.delta_d_px": the key of the noise whose value is the level; "" = none
+  std::vector<Record> records;
+  std::vector<AchievedNoise> achieved;
+
+  size_t n_levels() const;
+  size_t n_estimators() const;
+};
+
+/// In order of parameter; within one, in the order of the folders. Throws Error for a folder without
+/// records.jsonl, and for the same case (all of a record's keys) in two folders.
+std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
+
+/// The dotted key of the noise that has the value of the level at every level of a run.json's configuration;
+/// "" where there is none, or only one level.
+std::string swept_parameter(const Json& configuration);
+
+/// An axis of that parameter: "disparity noise delta_d [px]".
+std::string parameter_title(const std::string& parameter);
+
+}  // namespace sextant
