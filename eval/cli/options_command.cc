@@ -7,6 +7,7 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 namespace {
@@ -27,8 +28,10 @@ Table options_table(const std::string& estimator) {
   add_rows(describe_options(ExtractionOptions{}, "extraction"), table);
   add_rows(describe_options(PipelineOptions{}, "pipeline"), table);
   add_rows(find_entry(estimators(), estimator, "estimator").options(), table);
+  add_rows(describe_noise_options(), table);
   table.title = "Options of a run with " + estimator;
-  table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`."};
+  table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
+                 "'noise.*' is what --noise and plans take: {\"depth\": {\"delta_d_px\": 0.2}}."};
   return table;
 }
 

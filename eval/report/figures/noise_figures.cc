@@ -115,12 +115,12 @@ std::string axes_script(const Table& data, const std::string& x_title, const Con
   const double highest_ER = std::max(largest(data, "_ER_high_deg"), largest(data, "_ER_deg"));
   std::string script = fmt::format("set xlabel {}\nset xrange [{}:{}]\n{}", gp_text(x_title), first - half,
                                    last + half, level_tics(data));
-  script += fmt::format("set ylabel \"{} translation error E_t [m]{}\"\nset yrange [0:{}]\n", content.word,
+  script += fmt::format("set ylabel \"{} error E_t [m]{}\"\nset yrange [0:{}]\n", content.word,
                         content.bars ? " (curves)" : "", highest_Et > 0 ? 1.45 * highest_Et : 1.0);
   if (!content.bars) return script;
   return script + fmt::format(
                       "set border 11\nset ytics nomirror\nset y2tics\n"
-                      "set y2label \"{} rotation error E_R [deg] (bars)\"\nset y2range [0:{}]\n",
+                      "set y2label \"{} error E_R [deg] (bars)\"\nset y2range [0:{}]\n",
                       content.word, highest_ER > 0 ? 1.9 * highest_ER : 1.0);
 }
 
@@ -165,7 +165,7 @@ std::string curves_script(const std::vector<Line>& lines, const Table& data, con
   }
   const bool has_bound = largest(data, "_Et_bound_m") > 0;
   for (size_t i = 0; has_bound && i < (content.bars ? lines.size() : 1); ++i) {
-    const std::string title = i == 0 ? "title \"Cram\u00e9r-Rao bound (RMS)\"" : "notitle";
+    const std::string title = i == 0 ? "title \"bound (RMS)\"" : "notitle";
     parts.push_back(fmt::format("data using (column(\"level\")):{} with lines lc rgb \"{}\" lw 1.2 dt 3 {}",
                                 column(lines[i], "Et_bound_m"), content.bars ? line_colour(i) : "#606060",
                                 title));
