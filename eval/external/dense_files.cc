@@ -125,8 +125,8 @@ void check_any(int64_t n, const DenseOptions& options) {
   if (n == 0) fail("{}: no pixel has both an estimate and truth in {}", options.estimate, options.truth);
 }
 
-Cell cell(double value) { return std::isfinite(value) ? Cell(value) : Cell(); }
-Cell percent(double share) { return cell(100 * share); }
+Cell finite_cell(double value) { return cell(std::isfinite(value) ? std::optional(value) : std::nullopt); }
+Cell percent(double share) { return finite_cell(100 * share); }
 
 }  // namespace
 
@@ -152,7 +152,7 @@ Table evaluate_flow(const DenseOptions& options) {
     const DenseFlowError e = pooled(images);
     if (subset == "all") check_any(e.n, options);
     table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   cell(e.epe_px), cell(e.x_px), cell(e.y_px), percent(e.outlier_share)});
+                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px), percent(e.outlier_share)});
   }
   return table;
 }
@@ -192,11 +192,11 @@ Table evaluate_depth(const DenseOptions& options) {
       for (size_t i = 0; i < truths.size(); ++i)
         each.push_back(dense_disparity_error(estimates[i], truths[i], options.bf));
       const DenseDisparityError all = pooled(each);
-      disparity = cell(all.mean_px);
+      disparity = finite_cell(all.mean_px);
       d1 = percent(all.outlier_share);
     }
     table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   cell(e.mean_m), cell(e.rmse_m), percent(e.relative), percent(e.bias),
+                   finite_cell(e.mean_m), finite_cell(e.rmse_m), percent(e.relative), percent(e.bias),
                    percent(e.within_125), disparity, d1});
   }
   return table;

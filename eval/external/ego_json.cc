@@ -82,7 +82,6 @@ std::vector<Cell> cells(const ErrorStatistics& s) {
 }
 
 Cell number(size_t n) { return static_cast<double>(n); }
-Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 
 }  // namespace
 
