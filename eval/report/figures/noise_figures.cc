@@ -128,17 +128,18 @@ std::string column(const Line& line, const char* name) {
   return fmt::format("(column(\"{}_{}\"))", line.key, name);
 }
 
-/// E_R of one line as bars on the right axis, with whiskers.
+/// E_R of one line as bars on the right axis, with their intervals.
 void add_bars(const Line& line, size_t i, double shift, double width, std::vector<std::string>& parts) {
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:({}) axes x1y2 with boxes fc rgb \"{}\" fs "
                   "transparent solid 0.25 noborder notitle",
                   shift, column(line, "ER_deg"), 0.9 * width, line_colour(i)));
+  // As vectors: error bars would blank a disc around the top of each bar.
+  const std::string low = column(line, "ER_low_deg");
   parts.push_back(
-      fmt::format("data using (column(\"level\")+{}):{}:{}:{} axes x1y2 with yerrorbars lc rgb \"{}\" lw "
-                  "0.5 pt 0 ps 0 notitle",
-                  shift, column(line, "ER_deg"), column(line, "ER_low_deg"), column(line, "ER_high_deg"),
-                  line_colour(i)));
+      fmt::format("data using (column(\"level\")+{}):{}:(0):({}-{}) axes x1y2 with vectors nohead lc rgb "
+                  "\"{}\" lw 0.75 notitle",
+                  shift, low, column(line, "ER_high_deg"), low, line_colour(i)));
 }
 
 void add_curve(const Line& line, size_t i, double width, std::vector<std::string>& parts) {
