@@ -40,10 +40,11 @@ LAYERS = {
     "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
     "eval/report/figures": ["base", "stats", "eval/experiment", "eval/report"],
     "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report"],
+    "eval/report/html": ["base", "eval/experiment", "eval/report"],
     "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
     "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
     "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures",
-                               "eval/report/claims", "eval/gate", "eval/external"],
+                               "eval/report/claims", "eval/report/html", "eval/gate", "eval/external"],
 }
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".

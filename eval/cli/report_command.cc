@@ -5,9 +5,11 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/version.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/comparisons.h"
 #include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/trends.h"
 
@@ -20,88 +22,75 @@ struct ReportFlags : CommonFlags {
   bool no_figures = false;
 };
 
-struct NamedTable {
-  std::string name;
-  Table table;
-};
-
-struct Report {
-  std::vector<NamedTable> tables;
-  std::vector<Figure> figures;
-};
-
-Report make_report(const std::vector<NoiseSweep>& sweeps, int jobs) {
-  Report report;
-  std::vector<NoiseLevelRow> levels;
-  std::vector<AchievedNoiseRow> achieved;
-  for (const NoiseSweep& sweep : sweeps) {
-    for (NoiseLevelRow& row : noise_levels(sweep, jobs)) levels.push_back(std::move(row));
-    for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
-  }
-  report.figures = noise_level_figures(levels);
-  for (Figure& figure : achieved_noise_figures(achieved)) report.figures.push_back(std::move(figure));
-  const auto add = [&](const char* name, Table table) {
-    if (!table.rows.empty()) report.tables.push_back({name, std::move(table)});
-  };
-  add("claims", claim_table(sweeps));
-  add("noise_levels", noise_level_table(levels));
-  add("trends", trend_table(noise_trends(sweeps, jobs)));
-  add("comparisons", comparison_table(compare_estimators(sweeps, jobs)));
-  add("achieved_noise", achieved_noise_table(achieved));
-  return report;
-}
-
-std::vector<Table> parts_of(const Table& table) {
-  return split_rows(table, {"claim", "parameter", "source", "dataset", "sequence"});
-}
-
-/// Every table and figure on one page.
-std::string page(const Report& report) {
-  std::string text = "# Noise and errors\n\n";
-  for (const Figure& figure : report.figures) {
-    text += fmt::format("![{0}](figures/{1}.svg)\n\n{0}\n\n", figure.caption, figure.name);
-  }
-  for (const NamedTable& named : report.tables) text += to_markdown(named.table) + "\n";
+std::string joined(const std::vector<std::string>& texts) {
+  std::string text;
+  for (const std::string& part : texts) text += (text.empty() ? "" : ", ") + part;
   return text;
 }
 
-OutputFiles report_files(const Report& report, bool with_figures, int jobs) {
-  OutputFiles files;
-  for (const auto& [name, table] : report.tables) {
-    files[name + ".md"] = to_markdown(table);
-    files[name + ".csv"] = to_csv(table);
-    files[name + ".json"] = rows_to_json(table).dump(2) + "\n";
+/// Errors by noise level of all folders, as one document.
+ReportDocument noise_document(const ReportFlags& flags) {
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps({flags.folders.begin(), flags.folders.end()});
+  std::vector<NoiseLevelRow> levels;
+  std::vector<AchievedNoiseRow> achieved;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (NoiseLevelRow& row : noise_levels(sweep, flags.jobs)) levels.push_back(std::move(row));
+    for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
   }
-  if (!with_figures) return files;
-  for (auto& [name, bytes] : draw(report.figures, jobs)) files["figures/" + name] = std::move(bytes);
-  files["report.md"] = page(report);
-  return files;
+  const std::vector<CheckedClaim> checked = check_claims(sweeps);
+  ReportDocument document;
+  document.title = "Noise and errors";
+  document.abstract =
+      "Errors of camera and objects by noise level, from the records of " + joined(flags.folders) +
+      ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
+  document.verdicts = claim_verdicts(checked, "#claims");
+  const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
+    if (table.rows.empty()) return;
+    document.sections.push_back(
+        {std::string(name) + "-section", heading, {}, {{name, std::move(table)}}, std::move(figures), {}});
+  };
+  add("claims", "Statements", claim_table(checked));
+  add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
+  add("trends", "Growth", trend_table(noise_trends(sweeps, flags.jobs)));
+  add("comparisons", "Estimators compared", comparison_table(compare_estimators(sweeps, flags.jobs)));
+  add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
+  document.provenance = {{"records", joined(flags.folders)}, {"report by", "sextant " + version()}};
+  document.citation = citation();
+  return document;
 }
 
-Json report_json(const Report& report) {
-  Json json = Json::object();
-  for (const auto& [name, table] : report.tables) json[name] = rows_to_json(table);
-  return json;
+std::vector<NamedTable> tables_of(const ReportDocument& document) {
+  std::vector<NamedTable> tables;
+  for (const ReportSection& section : document.sections)
+    tables.insert(tables.end(), section.tables.begin(), section.tables.end());
+  return tables;
+}
+
+void print(const ReportFlags& flags, const ReportDocument& document) {
+  if (flags.json) {
+    Json json = Json::object();
+    for (const auto& [name, table] : tables_of(document)) json[name] = rows_to_json(table);
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  for (const NamedTable& named : tables_of(document)) {
+    for (const Table& part :
+         split_rows(named.table, {"claim", "parameter", "source", "dataset", "sequence"})) {
+      fmt::print("{}\n", to_text(part));
+    }
+  }
+  if (flags.out.empty()) fmt::print("Give --out DIR for figures and pages\n");
 }
 
 void run_report(const ReportFlags& flags) {
-  const Report report =
-      make_report(read_noise_sweeps({flags.folders.begin(), flags.folders.end()}), flags.jobs);
-  if (report.tables.empty())
+  const ReportDocument document = noise_document(flags);
+  if (document.sections.empty())
     fail("no pair with truth in any of the {} folders: nothing to report", flags.folders.size());
-  if (!flags.out.empty()) write_output_folder(flags.out, report_files(report, !flags.no_figures, flags.jobs));
-  if (flags.json) {
-    fmt::print("{}\n", report_json(report).dump(2));
-  } else if (!flags.quiet) {
-    for (const NamedTable& named : report.tables) {
-      for (const Table& part : parts_of(named.table)) fmt::print("{}\n", to_text(part));
-    }
-    if (!flags.out.empty())
-      fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.md").string());
-    if (flags.out.empty() && !report.figures.empty()) {
-      fmt::print("{} figures: give --out DIR to draw them\n", report.figures.size());
-    }
-  }
+  if (!flags.out.empty())
+    write_output_folder(flags.out, report_folder(document, {!flags.no_figures, flags.jobs}));
+  if (flags.json || !flags.quiet) print(flags, document);
+  if (flags.json || flags.quiet || flags.out.empty() || flags.no_figures) return;
+  fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.html").string());
 }
 
 }  // namespace
@@ -111,7 +100,7 @@ void add_report_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "report", "Errors by noise level, their growth, estimators compared, figures; from records");
   command->add_option("dir", flags->folders, "Folders of runs or sweeps")->required()->type_name("DIR");
-  command->add_option("--out", flags->out, "Folder for report.md, tables (Markdown, CSV, JSON) and figures")
+  command->add_option("--out", flags->out, "Folder for report.html, report.md, tables and figures")
       ->type_name("DIR");
   command->add_flag("--no-figures", flags->no_figures, "Tables only");
   add_jobs_flag(*command, *flags);

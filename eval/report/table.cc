@@ -4,21 +4,10 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
 namespace {
-
-std::string rounded(const Cell& cell, const Column& column) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
-  const auto* number = std::get_if<double>(&cell);
-  if (number == nullptr) return "-";
-  const double half_unit = 0.5 * std::pow(10.0, -column.decimals);
-  if (column.below && *number > 0 && *number < half_unit) {
-    return fmt::format("<{:.{}f}", 2 * half_unit, column.decimals);
-  }
-  const bool is_zero = std::abs(*number) < half_unit;  // not "-0.000"
-  return fmt::format("{:.{}f}", is_zero ? 0.0 : *number, column.decimals);
-}
 
 /// Number of characters on screen of UTF-8 text (continuation bytes take no room).
 size_t width_of(const std::string& text) {
@@ -47,7 +36,7 @@ Layout lay_out(const Table& table, size_t min_width) {
   for (const std::vector<Cell>& row : table.rows) {
     layout.lines.emplace_back();
     for (size_t i = 0; i < row.size(); ++i) {
-      layout.lines.back().push_back(rounded(row[i], table.columns[i]));
+      layout.lines.back().push_back(shown(row[i], table.columns[i]));
       layout.widths[i] = std::max(layout.widths[i], width_of(layout.lines.back().back()));
     }
   }
@@ -66,45 +55,6 @@ std::string exact(const Cell& cell) {
   if (const auto* text = std::get_if<std::string>(&cell)) return csv_field(*text);
   if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{}", *number);
   return "";
-}
-
-struct FoldedTable {
-  Table table;
-  std::string said_once;  ///< "dataset vdo, sequence 0003"
-};
-
-/// Without the columns for which `leave_out(column index)` holds.
-template <typename Predicate>
-Table without_columns(Table table, const Predicate& leave_out) {
-  for (size_t j = table.columns.size(); j-- > 0;) {
-    if (!leave_out(j)) continue;
-    const auto at = static_cast<std::ptrdiff_t>(j);
-    table.columns.erase(table.columns.begin() + at);
-    for (std::vector<Cell>& row : table.rows) row.erase(row.begin() + at);
-  }
-  return table;
-}
-
-Table without_details(const Table& table) {
-  return without_columns(table, [&](size_t j) { return table.columns[j].detail; });
-}
-
-/// Takes out the columns marked `fold` that say the same in every row.
-FoldedTable fold_columns(const Table& table) {
-  if (table.rows.empty()) return {table, ""};
-  const auto folds = [&](size_t j) {
-    return table.columns[j].fold && std::ranges::all_of(table.rows, [&](const std::vector<Cell>& row) {
-             return row[j] == table.rows.front()[j];
-           });
-  };
-  std::string said_once;
-  for (size_t j = 0; j < table.columns.size(); ++j) {
-    const Cell& cell = table.rows.front()[j];
-    if (!folds(j) || std::holds_alternative<std::monostate>(cell)) continue;
-    said_once +=
-        (said_once.empty() ? "" : ", ") + table.columns[j].title + " " + rounded(cell, table.columns[j]);
-  }
-  return {without_columns(table, folds), said_once};
 }
 
 }  // namespace

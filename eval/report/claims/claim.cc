@@ -29,7 +29,13 @@ Verdict is_above(double limit, double value, const std::optional<Interval>& inte
   return is_below(-limit, -value, mirrored);
 }
 
-Table claim_table(const std::vector<NoiseSweep>& sweeps) {
+std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
+  std::vector<CheckedClaim> checked;
+  for (const Claim& claim : claims()) checked.push_back({&claim, claim.check(sweeps)});
+  return checked;
+}
+
+Table claim_table(const std::vector<CheckedClaim>& checked) {
   Table table;
   table.title = "Statements of the paper";
   table.caption =
@@ -43,13 +49,12 @@ Table claim_table(const std::vector<NoiseSweep>& sweeps) {
                    {"value", "value", Align::right, 4},      {"low", "low", Align::right, 4},
                    {"high", "high", Align::right, 4},        {"stated", "stated", Align::left},
                    {"verdict", "verdict", Align::left}};
-  for (const Claim& claim : claims()) {
-    const std::vector<ClaimResult> results = claim.check(sweeps);
+  for (const auto& [claim, results] : checked) {
     if (results.empty())
-      table.notes.push_back("Not tested here: " + claim.statement + " (" + claim.place + ").");
+      table.notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");
     for (const ClaimResult& r : results) {
-      std::vector<Cell> cells = {claim.name,  claim.statement, claim.place, r.dataset, r.sequence,
-                                 r.estimator, r.subject,       r.quantity,  r.value};
+      std::vector<Cell> cells = {claim->name, claim->statement, claim->place, r.dataset, r.sequence,
+                                 r.estimator, r.subject,        r.quantity,   r.value};
       add_interval(r.interval, cells);
       cells.emplace_back(r.stated);
       cells.emplace_back(to_string(r.verdict));
@@ -57,6 +62,20 @@ Table claim_table(const std::vector<NoiseSweep>& sweeps) {
     }
   }
   return table;
+}
+
+std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link) {
+  std::vector<VerdictLine> lines;
+  for (const auto& [claim, results] : checked) {
+    std::vector<std::string> verdicts;
+    for (const ClaimResult& result : results) verdicts.push_back(to_string(result.verdict));
+    const std::string counts = results.empty()
+                                   ? "no records of it"
+                                   : fmt::format("{} ({} results)", count_words(verdicts), results.size());
+    lines.push_back({claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
+                     results.empty() ? "" : link});
+  }
+  return lines;
 }
 
 }  // namespace sextant

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
@@ -48,7 +49,17 @@ std::span<const Claim> claims();
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
 Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
 
+struct CheckedClaim {
+  const Claim* claim;
+  std::vector<ClaimResult> results;
+};
+/// All of claims(), in order.
+std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps);
+
 /// One row a result; claims without results are listed in the notes as not tested here.
-Table claim_table(const std::vector<NoiseSweep>& sweeps);
+Table claim_table(const std::vector<CheckedClaim>& checked);
+
+/// One line a claim, with the verdict that its results share; linked to `link`.
+std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link);
 
 }  // namespace sextant

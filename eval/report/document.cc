@@ -1,0 +1,127 @@
+#include "sextant/eval/report/document.h"
+
+#include <algorithm>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/version.h"
+
+namespace sextant {
+namespace {
+
+std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
+  if (verdicts.empty()) return "";
+  Table table;
+  table.title = "Summary";
+  table.caption = count_verdicts(verdicts) + ".";
+  table.columns = {{"subject", "subject", Align::left},
+                   {"verdict", "verdict", Align::left},
+                   {"evidence", "evidence", Align::left}};
+  for (const VerdictLine& line : verdicts) {
+    const bool linked = !line.link.empty();
+    table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,
+                   line.evidence});
+  }
+  return to_markdown(table) + "\n";
+}
+
+std::string section_markdown(const ReportSection& section) {
+  std::string text = fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, section.heading);
+  for (const std::string& paragraph : section.paragraphs) text += paragraph + "\n\n";
+  for (const Picture& picture : section.pictures) {
+    text += fmt::format("![{}](pictures/{}.png)\n\n*{}*\n\n", picture.alt, picture.name, picture.caption);
+  }
+  for (const Figure& figure : section.figures) {
+    text += fmt::format("![{0}](figures/{1}.svg)\n\n*{0}*\n\n", figure.caption, figure.name);
+  }
+  for (const NamedTable& named : section.tables) {
+    // A table's own title is one level below the section's.
+    text += fmt::format("<a id=\"{}\"></a>\n\n{}{}\n", named.name, named.table.title.empty() ? "" : "#",
+                        to_markdown(named.table));
+  }
+  return text;
+}
+
+}  // namespace
+
+Tone tone_of(const std::string& verdict) {
+  const auto is_one_of = [&](std::initializer_list<const char*> words) {
+    return std::ranges::find(words, verdict) != words.end();
+  };
+  if (is_one_of({"reproduced", "within", "passed"})) return Tone::agrees;
+  if (is_one_of({"not reproduced", "outside", "failed"})) return Tone::differs;
+  return Tone::open;
+}
+
+std::string count_words(const std::vector<std::string>& words) {
+  std::vector<std::pair<std::string, int>> counts;
+  for (const std::string& word : words) {
+    auto it = std::ranges::find(counts, word, &std::pair<std::string, int>::first);
+    if (it == counts.end()) it = counts.insert(counts.end(), {word, 0});
+    ++it->second;
+  }
+  std::string text;
+  for (const auto& [word, count] : counts)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, word);
+  return text;
+}
+
+std::string count_verdicts(const std::vector<VerdictLine>& verdicts) {
+  std::vector<std::string> words;
+  for (const VerdictLine& line : verdicts) words.push_back(line.verdict);
+  return count_words(words);
+}
+
+std::string joint_verdict(const std::vector<std::string>& verdicts) {
+  if (verdicts.empty()) return "not measured here";
+  const bool agree = std::ranges::all_of(verdicts, [&](const auto& v) { return v == verdicts.front(); });
+  return agree ? verdicts.front() : "partly";
+}
+
+std::string citation() {
+  return fmt::format(
+      "@inproceedings{{zhang2020robust,\n"
+      "  author    = {{Zhang, Jun and Henein, Mina and Mahony, Robert and Ila, Viorela}},\n"
+      "  title     = {{Robust Ego and Object 6-DoF Motion Estimation and Tracking}},\n"
+      "  booktitle = {{IEEE/RSJ International Conference on Intelligent Robots and Systems (IROS)}},\n"
+      "  year      = {{2020}}\n"
+      "}}\n"
+      "@software{{sextant,\n"
+      "  title   = {{Sextant: evaluation of multi-body visual odometry}},\n"
+      "  version = {{{}}},\n"
+      "  note    = {{commit {}}}\n"
+      "}}\n",
+      version(), git_commit());
+}
+
+std::string to_markdown(const ReportDocument& document) {
+  std::string text = fmt::format("# {}\n\n{}\n\n", document.title, document.abstract);
+  text += verdicts_markdown(document.verdicts);
+  for (const ReportSection& section : document.sections) text += section_markdown(section);
+  if (!document.provenance.empty()) text += "## Provenance\n\n";
+  for (const auto& [key, value] : document.provenance) text += fmt::format("- **{}**: {}\n", key, value);
+  if (!document.citation.empty())
+    text += fmt::format("\n## How to cite\n\n```bibtex\n{}```\n", document.citation);
+  return text;
+}
+
+void check_names(const ReportDocument& document) {
+  std::set<std::string> names;
+  const auto check = [&](const std::string& name) {
+    const bool plain = !name.empty() && std::ranges::all_of(name, [](char c) {
+      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
+             c == '-' || c == '_';
+    });
+    if (!plain || !names.insert(name).second) {
+      throw InternalError(fmt::format("report: '{}' is no name of a part, or that of another part", name));
+    }
+  };
+  for (const ReportSection& section : document.sections) {
+    check(section.name);
+    for (const NamedTable& table : section.tables) check(table.name);
+    for (const Figure& figure : section.figures) check(figure.name);
+    for (const Picture& picture : section.pictures) check(picture.name);
+  }
+}
+
+}  // namespace sextant

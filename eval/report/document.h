@@ -1,0 +1,79 @@
+#pragma once
+
+// A report as data, and its writers: report.md here, report.html in html/html.h, all files of a report folder
+// in html/report_folder.h. Same document, same bytes.
+//
+//   DIR/report.html, report.md
+//   DIR/tables/<name>.md .tex .csv .json
+//   DIR/figures/<name>.svg .pdf .png .gp .csv     drawn by gnuplot
+//   DIR/pictures/<name>.png                       overlays on images
+//
+// Names are stems of files and anchors of the page: letters, digits, '.', '-', '_', unique in the document.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sextant/eval/report/figure.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+/// One line of the summary.
+struct VerdictLine {
+  std::string subject;   ///< what was judged: a statement, a table
+  std::string verdict;   ///< in words: "reproduced", "outside", "not measured here"
+  std::string evidence;  ///< one line
+  std::string link;      ///< "#<name>" of a section or table, a path in the report folder, or empty
+};
+
+/// How a verdict looks. Words decide, so that a table's cell and the summary cannot differ.
+enum class Tone { agrees, differs, open };
+/// "reproduced", "within", "passed": agrees. "not reproduced", "outside", "failed": differs. Any other: open.
+Tone tone_of(const std::string& verdict);
+/// "12 reproduced, 3 not reproduced, 1 undecided": in order of first appearance.
+std::string count_words(const std::vector<std::string>& words);
+std::string count_verdicts(const std::vector<VerdictLine>& verdicts);
+/// One verdict of several: theirs where all agree, else "partly"; "not measured here" of none.
+std::string joint_verdict(const std::vector<std::string>& verdicts);
+
+struct NamedTable {
+  std::string name;
+  Table table;
+};
+
+/// A drawing that is not made by gnuplot.
+struct Picture {
+  std::string name;
+  std::string caption;
+  std::string alt;  ///< what is to be seen, for those who cannot
+  std::string png;  ///< bytes
+};
+
+struct ReportSection {
+  std::string name;
+  std::string heading;
+  std::vector<std::string> paragraphs;
+  std::vector<NamedTable> tables;
+  std::vector<Figure> figures;
+  std::vector<Picture> pictures;
+};
+
+struct ReportDocument {
+  std::string title;
+  std::string abstract;  ///< one paragraph
+  std::vector<VerdictLine> verdicts;
+  std::vector<ReportSection> sections;
+  std::vector<std::pair<std::string, std::string>> provenance;
+  std::string citation;  ///< BibTeX; see citation()
+};
+
+/// BibTeX of the paper whose experiments these are, and of this program.
+std::string citation();
+
+std::string to_markdown(const ReportDocument& document);
+
+/// Throws InternalError where two parts have one name, or a name cannot be a file's.
+void check_names(const ReportDocument& document);
+
+}  // namespace sextant

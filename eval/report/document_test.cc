@@ -1,0 +1,44 @@
+#include "sextant/eval/report/document.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Document, WordsOfVerdictsHaveATone) {
+  EXPECT_EQ(tone_of("reproduced"), Tone::agrees);
+  EXPECT_EQ(tone_of("within"), Tone::agrees);
+  EXPECT_EQ(tone_of("not reproduced"), Tone::differs);
+  EXPECT_EQ(tone_of("outside"), Tone::differs);
+  EXPECT_EQ(tone_of("undecided"), Tone::open);
+  EXPECT_EQ(tone_of("not measured here"), Tone::open);
+}
+
+TEST(Document, SeveralVerdictsAreOneOnlyWhereAllAgree) {
+  EXPECT_EQ(joint_verdict({"within", "within"}), "within");
+  EXPECT_EQ(joint_verdict({"within", "outside"}), "partly");
+  EXPECT_EQ(joint_verdict({}), "not measured here");
+}
+
+TEST(Document, MarkdownHasSummarySectionsAndCitation) {
+  ReportDocument document;
+  document.title = "T";
+  document.abstract = "A.";
+  document.verdicts = {{"claim", "reproduced", "5 | 6", "#x"}};
+  document.sections = {{"x", "Heading", {"Words."}, {}, {}, {{"p", "caption", "alt", ""}}}};
+  document.provenance = {{"version", "1"}};
+  document.citation = "@misc{x}\n";
+  const std::string text = to_markdown(document);
+  EXPECT_THAT(text, HasSubstr("# T\n\nA.\n\n## Summary\n\n1 reproduced.\n"));
+  EXPECT_THAT(text, HasSubstr("[claim](#x)"));
+  EXPECT_THAT(text, HasSubstr("5 \\| 6"));
+  EXPECT_THAT(text, HasSubstr("## Heading\n\nWords.\n\n![alt](pictures/p.png)\n\n*caption*\n"));
+  EXPECT_THAT(text, HasSubstr("- **version**: 1\n"));
+  EXPECT_THAT(text, HasSubstr("```bibtex\n@misc{x}\n```\n"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,196 @@
+#include "sextant/eval/report/html/html.h"
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/html/page_style.h"
+#include "sextant/eval/report/table_layout.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t wide_columns = 9;      // printed in landscape from here
+constexpr size_t crowded_columns = 14;  // in smaller letters from here
+
+const char* tone_class(Tone tone) {
+  if (tone == Tone::agrees) return "agrees";
+  return tone == Tone::differs ? "differs" : "open";
+}
+
+/// Coloured, and worded: the sign is for those who do not see the colour.
+std::string verdict_badge(const std::string& verdict) {
+  const Tone tone = tone_of(verdict);
+  const char* sign = tone == Tone::agrees ? "✓" : tone == Tone::differs ? "✗" : "–";
+  return fmt::format("<span class=\"verdict {}\"><span aria-hidden=\"true\">{} </span>{}</span>",
+                     tone_class(tone), sign, html_escaped(verdict));
+}
+
+std::string paragraph(const std::string& text, const char* css_class = nullptr) {
+  if (text.empty()) return "";
+  if (css_class == nullptr) return "<p>" + html_escaped(text) + "</p>\n";
+  return fmt::format("<p class=\"{}\">{}</p>\n", css_class, html_escaped(text));
+}
+
+std::string summary(const std::vector<VerdictLine>& verdicts) {
+  if (verdicts.empty()) return "";
+  std::string html = "<section id=\"summary\">\n<h2>Summary</h2>\n<p class=\"counts\">" +
+                     html_escaped(count_verdicts(verdicts)) + "</p>\n<ul class=\"verdicts\">\n";
+  for (const VerdictLine& line : verdicts) {
+    const std::string subject =
+        line.link.empty()
+            ? html_escaped(line.subject)
+            : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
+    html += fmt::format("<li>{}<span class=\"subject\">{}</span><span class=\"evidence\">{}</span></li>\n",
+                        verdict_badge(line.verdict), subject, html_escaped(line.evidence));
+  }
+  return html + "</ul>\n</section>\n";
+}
+
+std::string contents(const ReportDocument& document) {
+  std::string html = "<nav aria-label=\"Contents\">\n<ul>\n";
+  for (const ReportSection& section : document.sections)
+    html += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", section.name, html_escaped(section.heading));
+  if (!document.provenance.empty()) html += "<li><a href=\"#provenance\">Provenance</a></li>\n";
+  if (!document.citation.empty()) html += "<li><a href=\"#citation\">How to cite</a></li>\n";
+  return html + "</ul>\n</nav>\n";
+}
+
+/// One cell; numbers carry their exact value, by which the page sorts.
+std::string table_cell(const Cell& cell, const Column& column) {
+  const std::string text = shown(cell, column);
+  std::string attributes = column.align == Align::right ? " class=\"number\"" : "";
+  if (const auto* number = std::get_if<double>(&cell))
+    attributes += fmt::format(" data-value=\"{}\"", *number);
+  const bool is_verdict = column.key.ends_with("verdict") && text != "-";
+  return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : html_escaped(text));
+}
+
+std::string table_html(const NamedTable& named) {
+  const auto [table, folded] = fold_columns(without_details(named.table));
+  const size_t n = table.columns.size();
+  std::string html =
+      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
+                  n >= crowded_columns ? " crowded" : "", named.name);
+  if (!table.title.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
+  html += paragraph(table.caption, "caption") + paragraph(folded, "caption");
+  html += fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">\n<table>\n",
+                      html_escaped(table.title.empty() ? named.name : table.title));
+  html += "<thead><tr>";
+  for (const Column& column : table.columns) {
+    html += fmt::format("<th scope=\"col\"{}>{}</th>",
+                        column.align == Align::right ? " class=\"number\"" : "", html_escaped(column.title));
+  }
+  html += "</tr></thead>\n<tbody>\n";
+  for (const std::vector<Cell>& row : table.rows) {
+    html += "<tr>";
+    for (size_t j = 0; j < row.size(); ++j) html += table_cell(row[j], table.columns[j]);
+    html += "</tr>\n";
+  }
+  html += "</tbody>\n</table>\n</div>\n";
+  for (const std::string& note : table.notes) html += paragraph(note, "note");
+  return html + "</section>\n";
+}
+
+std::string image(const std::string& id, const std::string& type, const std::string& bytes,
+                  const std::string& alt, const std::string& caption, double width_cm) {
+  const std::string width = width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", width_cm) : "";
+  return fmt::format(
+      "<figure id=\"{}\"{}>\n<img alt=\"{}\" src=\"data:{};base64,{}\">\n<figcaption>{}</figcaption>\n"
+      "</figure>\n",
+      id, width, html_escaped(alt), type, base64(bytes), html_escaped(caption));
+}
+
+std::string images_html(const ReportSection& section, const OutputFiles& drawn) {
+  std::string html;
+  for (const Picture& p : section.pictures) html += image(p.name, "image/png", p.png, p.alt, p.caption, 0);
+  if (section.figures.empty()) return html;
+  html += "<div class=\"figures\">\n";
+  for (const Figure& figure : section.figures) {
+    const auto svg = drawn.find(figure.name + ".svg");
+    SEXTANT_CHECK(svg != drawn.end());
+    // Printed sizes are for paper; a screen is further away.
+    html += image(figure.name, "image/svg+xml", svg->second, figure.caption, figure.caption,
+                  1.6 * figure.width_cm);
+  }
+  return html + "</div>\n";
+}
+
+std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
+  std::string html =
+      fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.name, html_escaped(section.heading));
+  for (const std::string& text : section.paragraphs) html += paragraph(text);
+  html += images_html(section, drawn);
+  for (const NamedTable& table : section.tables) html += table_html(table);
+  return html + "</section>\n";
+}
+
+std::string provenance(const ReportDocument& document) {
+  if (document.provenance.empty()) return "";
+  std::string html = "<section id=\"provenance\">\n<h2>Provenance</h2>\n<dl>\n";
+  for (const auto& [key, value] : document.provenance)
+    html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", html_escaped(key), html_escaped(value));
+  return html + "</dl>\n</section>\n";
+}
+
+std::string how_to_cite(const ReportDocument& document) {
+  if (document.citation.empty()) return "";
+  return fmt::format(
+      "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
+      html_escaped(document.citation));
+}
+
+}  // namespace
+
+std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
+  std::string html = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
+      "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
+      html_escaped(document.title), page_style, paragraph(document.abstract, "abstract"), contents(document));
+  html += "<main>\n" + summary(document.verdicts);
+  for (const ReportSection& section : document.sections) html += section_html(section, drawn);
+  html += provenance(document) + how_to_cite(document);
+  return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", sort_script);
+}
+
+std::string html_escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out.push_back(c);
+    }
+  }
+  return out;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    const size_t n = std::min<size_t>(3, bytes.size() - i);
+    uint32_t bits = 0;
+    for (size_t k = 0; k < 3; ++k)
+      bits = (bits << 8U) | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (size_t k = 0; k < 4; ++k) out.push_back(k <= n ? digits[(bits >> (18U - 6U * k)) & 63U] : '=');
+  }
+  return out;
+}
+
+}  // namespace sextant

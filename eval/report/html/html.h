@@ -1,0 +1,22 @@
+#pragma once
+
+// report.html: the whole document as one page that needs nothing else. Figures (SVG) and pictures (PNG) lie
+// inside as data URIs, in which the ids of gnuplot's SVGs cannot clash; a content policy in the page forbids
+// any request. Tables sort by a click on a heading; that is the only JavaScript. Prints on A4.
+
+#include <string>
+
+#include "sextant/eval/report/document.h"
+
+namespace sextant {
+
+/// `drawn` holds <name>.svg of every figure (draw()). Throws InternalError where one is missing.
+std::string to_html(const ReportDocument& document, const OutputFiles& drawn);
+
+/// & < > " ' as entities: for text and for attributes in quotes.
+std::string html_escaped(const std::string& text);
+
+/// RFC 4648, with padding.
+std::string base64(const std::string& bytes);
+
+}  // namespace sextant

@@ -1,0 +1,118 @@
+#include "sextant/eval/report/html/html.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/html/report_folder.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+ReportDocument document_of(Table table) {
+  ReportDocument document;
+  document.title = "Errors <of> \"everything\" & more";
+  document.abstract = "One paragraph.";
+  document.verdicts = {{"Table III", "not reproduced", "0.005 against 0.012 m", "#mot_all"},
+                       {"5 < 6", "reproduced", "5", ""}};
+  Figure figure;
+  figure.name = "line";
+  figure.caption = "A 'line'";
+  figure.data.columns = {{"x", "x"}};
+  figure.data.rows = {{1.0}, {2.0}};
+  figure.script = "plot data using (column(\"x\")):(column(\"x\")) with lines notitle\n";
+  document.sections = {{"first",
+                        "First",
+                        {"Text."},
+                        {{"mot_all", std::move(table)}},
+                        {figure},
+                        {{"overlay", "A picture", "two cars", "\x89PNG"}}}};
+  document.provenance = {{"version", "1"}};
+  document.citation = citation();
+  return document;
+}
+
+Table small_table() {
+  Table table;
+  table.title = "Errors";
+  table.columns = {
+      {"set", "set", Align::left, 0, true}, {"Et_m", "E_t [m]"}, {"verdict", "verdict", Align::left}};
+  table.rows = {{"s18", 0.12345, "within"}, {"s18", Cell(), "outside"}};
+  return table;
+}
+
+size_t count(const std::string& text, const std::string& part) {
+  size_t n = 0;
+  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+TEST(Html, HasEveryPartOfTheDocumentEscaped) {
+  const OutputFiles files = report_folder(document_of(small_table()), {});
+  const std::string& html = files.at("report.html");
+  EXPECT_THAT(html, HasSubstr("<h1>Errors &lt;of&gt; &quot;everything&quot; &amp; more</h1>"));
+  EXPECT_THAT(html, HasSubstr("<html lang=\"en\">"));
+  EXPECT_THAT(html, HasSubstr("1 not reproduced, 1 reproduced"));
+  EXPECT_THAT(html, HasSubstr("class=\"verdict differs\""));
+  EXPECT_THAT(html, HasSubstr("<a href=\"#mot_all\">Table III</a>"));
+  EXPECT_THAT(html, HasSubstr("5 &lt; 6"));
+  EXPECT_THAT(html, HasSubstr("<p class=\"caption\">set s18</p>"));
+  EXPECT_THAT(html, HasSubstr("<td class=\"number\" data-value=\"0.12345\">0.123</td>"));
+  EXPECT_THAT(html, HasSubstr("<td class=\"number\">-</td>"));
+  EXPECT_THAT(html, HasSubstr("<th scope=\"col\" class=\"number\">E_t [m]</th>"));
+  EXPECT_THAT(html, HasSubstr("alt=\"two cars\" src=\"data:image/png;base64,iVBORw==\""));
+  EXPECT_THAT(html, HasSubstr("data:image/svg+xml;base64," + base64(files.at("figures/line.svg"))));
+  EXPECT_THAT(html, HasSubstr("@inproceedings{zhang2020robust,"));
+  EXPECT_EQ(report_folder(document_of(small_table()), {true, 2}), files);
+}
+
+TEST(Html, AsksNothingOfTheNetwork) {
+  const std::string html = report_folder(document_of(small_table()), {}).at("report.html");
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
+  EXPECT_EQ(count(html, " src=\""), count(html, " src=\"data:"));
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+}
+
+TEST(Html, TagsAreClosedInOrder) {
+  const std::string html = report_folder(document_of(small_table()), {}).at("report.html");
+  for (const char* tag : {"section", "table", "thead",  "tbody", "tr",  "td",   "th", "figure", "ul", "li",
+                          "dl",      "main",  "header", "nav",   "div", "span", "p",  "h1",     "h2", "h3"}) {
+    const std::string name = tag;
+    EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">"))
+        << tag;
+  }
+}
+
+TEST(Html, Base64IsThatOfRfc4648) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64(std::string("\0\xff\x80", 3)), "AP+A");
+}
+
+TEST(ReportFolder, HoldsTablesInFourFormatsAndFiguresInFive) {
+  const OutputFiles files = report_folder(document_of(small_table()), {});
+  for (const char* name :
+       {"report.html", "report.md", "tables/mot_all.md", "tables/mot_all.tex", "tables/mot_all.csv",
+        "tables/mot_all.json", "figures/line.svg", "figures/line.pdf", "figures/line.png", "figures/line.gp",
+        "figures/line.csv", "pictures/overlay.png"}) {
+    EXPECT_TRUE(files.contains(name)) << name;
+  }
+  EXPECT_EQ(report_folder(document_of(small_table()), {false, 1}).size(), 5U);
+}
+
+TEST(ReportFolder, RefusesANameTwiceAndOneThatIsNoFile) {
+  ReportDocument document = document_of(small_table());
+  document.sections.front().pictures.front().name = "mot_all";
+  EXPECT_THROW(report_folder(document, {}), InternalError);
+  document.sections.front().pictures.front().name = "../x";
+  EXPECT_THROW(report_folder(document, {}), InternalError);
+}
+
+}  // namespace
+}  // namespace sextant

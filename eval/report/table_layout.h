@@ -1,0 +1,23 @@
+#pragma once
+
+// What the renderings of a table for people (text, Markdown, LaTeX, HTML) have in common.
+
+#include <string>
+
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+/// Rounded to the column's decimals; "-" for an empty cell.
+std::string shown(const Cell& cell, const Column& column);
+
+Table without_details(const Table& table);
+
+struct FoldedTable {
+  Table table;
+  std::string said_once;  ///< "dataset vdo, sequence 0003"
+};
+/// Takes out the columns marked `fold` that say the same in every row.
+FoldedTable fold_columns(const Table& table);
+
+}  // namespace sextant
