@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
-#include <opencv2/features2d.hpp>
-#include <set>
+#include <numeric>
 
 #include "sextant/measurement/landing.h"
 
@@ -55,20 +55,19 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const E
 }
 
 std::map<int, size_t> count_pixels(const Image<uint16_t>& mask) {
-  std::vector<size_t> histogram(65536, 0);
-  for (int y = 0; y < mask.height(); ++y) {
-    const uint16_t* row = mask.row(y);
-    for (int x = 0; x < mask.width();) {  // masks consist of long runs
-      const uint16_t id = row[x];
-      int end = x + 1;
-      while (end < mask.width() && row[end] == id) ++end;
-      histogram[id] += end - x;
-      x = end;
-    }
-  }
   std::map<int, size_t> pixels;
-  for (size_t id = 1; id < histogram.size(); ++id) {
-    if (histogram[id] > 0) pixels[static_cast<int>(id)] = histogram[id];
+  const uint16_t* data = mask.data();
+  for (size_t begin = 0; begin < mask.size();) {  // masks consist of long runs
+    const uint16_t id = data[begin];
+    const uint64_t four = id * 0x0001000100010001ULL;
+    size_t end = begin + 1;
+    for (uint64_t next = 0; end + 4 <= mask.size(); end += 4) {
+      std::memcpy(&next, data + end, sizeof(next));
+      if (next != four) break;
+    }
+    while (end < mask.size() && data[end] == id) ++end;
+    if (id != 0) pixels[id] += end - begin;
+    begin = end;
   }
   return pixels;
 }
@@ -117,28 +116,37 @@ void ExtractionOptions::check() const {
 
 std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::function<bool(int, int)>& usable,
                                      const ExtractionOptions& options) {
-  const cv::Mat view(gray.height(), gray.width(), CV_8UC1, const_cast<uint8_t*>(gray.data()));
-  std::vector<cv::KeyPoint> corners;
-  cv::FAST(view, corners, options.fast_threshold, /*nonmaxSuppression=*/true);
-
   const int columns = (gray.width() + options.cell_px - 1) / options.cell_px;
   const int rows = (gray.height() + options.cell_px - 1) / options.cell_px;
-  std::vector<std::vector<Feature>> cells(static_cast<size_t>(columns) * rows);
-  const auto stronger = [](const Feature& a, const Feature& b) {
-    return std::tuple(-a.response, a.y, a.x) < std::tuple(-b.response, b.y, b.x);
+  const auto cell_of = [&](const Feature& f) {
+    return static_cast<size_t>(f.y / options.cell_px) * columns + f.x / options.cell_px;
   };
-  for (const cv::KeyPoint& corner : corners) {
-    const Feature feature{static_cast<int>(corner.pt.x), static_cast<int>(corner.pt.y),
-                          static_cast<int>(corner.response)};
-    std::vector<Feature>& cell = cells[feature.y / options.cell_px * columns + feature.x / options.cell_px];
-    const bool full = static_cast<int>(cell.size()) == options.features_per_cell;
-    if (full && !stronger(feature, cell.back())) continue;
-    if (!usable(feature.x, feature.y)) continue;
-    if (full) cell.pop_back();
-    cell.insert(std::upper_bound(cell.begin(), cell.end(), feature, stronger), feature);
-  }
+  const std::vector<Feature> corners = fast_corners(gray, options.fast_threshold);
+  // Counting sort by cell.
+  std::vector<size_t> begin(static_cast<size_t>(columns) * rows + 1, 0);
+  for (const Feature& corner : corners) ++begin[cell_of(corner) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Feature> by_cell(corners.size());
+  std::vector<size_t> next(begin.begin(), begin.end() - 1);
+  for (const Feature& corner : corners) by_cell[next[cell_of(corner)]++] = corner;
+
+  const auto weaker = [](const Feature& a, const Feature& b) {
+    return std::tuple(a.response, -a.y, -a.x) < std::tuple(b.response, -b.y, -b.x);
+  };
   std::vector<Feature> features;
-  for (const std::vector<Feature>& cell : cells) features.insert(features.end(), cell.begin(), cell.end());
+  for (size_t cell = 0; cell + 1 < begin.size(); ++cell) {
+    const auto first = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell]);
+    auto last = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell + 1]);
+    // As a heap: few are asked for before enough are usable.
+    std::make_heap(first, last, weaker);
+    for (int wanted = options.features_per_cell; wanted > 0 && first != last;) {
+      std::pop_heap(first, last, weaker);
+      const Feature& strongest = *--last;
+      if (!usable(strongest.x, strongest.y)) continue;
+      features.push_back(strongest);
+      --wanted;
+    }
+  }
   return features;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sextant/base/options.h"
+#include "sextant/estimator/fast_corners.h"
 #include "sextant/measurement/frame.h"
 #include "sextant/measurement/frame_pair.h"
 
@@ -33,13 +34,6 @@ struct ExtractionOptions {
     v("object_step_px", object_step_px, "px", "object points are every n-th pixel (paper: 3)");
   }
   void check() const;
-};
-
-struct Feature {
-  int x = 0;
-  int y = 0;
-  int response = 0;
-  bool operator==(const Feature&) const = default;
 };
 
 /// The strongest FAST corners of every cell among those that `usable(x, y)` admits; cells row by row,

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <opencv2/calib3d.hpp>
 
+#include "sextant/estimator/p3p.h"
 #include "sextant/estimator/reprojection_solver.h"
 
 namespace sextant {
@@ -54,39 +54,17 @@ Correspondences shuffled(const Correspondences& points) {
   return out;
 }
 
-class P3P {
- public:
-  explicit P3P(const ReprojectionData& data) : data_(data) {
-    const PinholeCamera& camera = data.camera();
-    camera_ = cv::Matx33d(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+/// The motions through three correspondences.
+P3PSolutions solve_sample(const ReprojectionData& data, const std::array<size_t, 3>& sample) {
+  std::array<Eigen::Vector3d, 3> points;
+  std::array<Eigen::Vector3d, 3> rays;
+  for (size_t k = 0; k < 3; ++k) {
+    const size_t i = sample[k];
+    points[k] = {data.x()[i], data.y()[i], data.z()[i]};
+    rays[k] = data.camera().ray(data.target_u()[i], data.target_v()[i]).normalized();
   }
-
-  /// Up to four motions through three correspondences.
-  std::vector<SE3> solve(const std::array<size_t, 3>& sample) const {
-    std::array<cv::Point3d, 3> points;
-    std::array<cv::Point2d, 3> pixels;
-    for (size_t k = 0; k < 3; ++k) {
-      const size_t i = sample[k];
-      points[k] = {data_.x()[i], data_.y()[i], data_.z()[i]};
-      pixels[k] = {data_.target_u()[i], data_.target_v()[i]};
-    }
-    std::vector<cv::Vec3d> rotations;
-    std::vector<cv::Vec3d> translations;
-    cv::solveP3P(points, pixels, camera_, cv::noArray(), rotations, translations, cv::SOLVEPNP_AP3P);
-    std::vector<SE3> motions;
-    for (size_t k = 0; k < rotations.size(); ++k) {
-      const Eigen::Vector3d omega(rotations[k][0], rotations[k][1], rotations[k][2]);
-      const SE3 T(so3_exp(omega),
-                  Eigen::Vector3d(translations[k][0], translations[k][1], translations[k][2]));
-      if (T.is_finite()) motions.push_back(T);
-    }
-    return motions;
-  }
-
- private:
-  const ReprojectionData& data_;
-  cv::Matx33d camera_;
-};
+  return {points, rays};
+}
 
 std::vector<unsigned char> inlier_mask(const ReprojectionData& data, const SE3& motion, double threshold_px) {
   std::vector<double> errors;
@@ -127,11 +105,10 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   };
 
   if (propagated) result.propagated = consider(*propagated);
-  const P3P p3p(data);
   int needed = options.max_iterations;
   while (result.iterations < std::max(needed, options.min_iterations) &&
          result.iterations < options.max_iterations) {
-    for (const SE3& motion : p3p.solve(draw_sample(data.size(), result.iterations))) {
+    for (const SE3& motion : solve_sample(data, draw_sample(data.size(), result.iterations))) {
       if (consider(motion)) result.propagated = false;
     }
     ++result.iterations;

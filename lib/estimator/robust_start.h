@@ -1,8 +1,8 @@
 #pragma once
 
-// Robust start: AP3P (Ke & Roumeliotis, CVPR 2017; OpenCV's SOLVEPNP_AP3P) inside RANSAC (Fischler & Bolles),
-// against the propagated motion; the model with more inliers wins, the propagated one on a tie (paper sec.
-// IV-B). Samples come from a counter-based sequence of the sample's index: no state, no clock, no thread.
+// Robust start: AP3P (p3p.h) inside RANSAC (Fischler & Bolles) against the propagated motion; the model with
+// more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples come from a counter-based
+// sequence of the sample's index: no state, no clock, no thread.
 
 #include <optional>
 

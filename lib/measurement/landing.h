@@ -16,14 +16,14 @@ struct Landing {
 };
 
 inline Landing land(int x, int y, const Flow& flow, int width, int height) {
-  if (!flow.valid()) return {};
   const float u = static_cast<float>(x) + flow.u;
   const float v = static_cast<float>(y) + flow.v;
   if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F &&
         v < static_cast<float>(height) - 0.5F)) {
-    return {};
+    return {};  // or NaN
   }
-  return {static_cast<int>(std::lround(u)), static_cast<int>(std::lround(v)), true};
+  const auto nearest = [](float value) { return static_cast<int>(static_cast<double>(value) + 0.5); };
+  return {nearest(u), nearest(v), true};
 }
 
 }  // namespace sextant
