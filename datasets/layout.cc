@@ -8,6 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
+#include "sextant/datasets/vdo_layout.h"
 #include "sextant/datasets/vkitti_layout.h"
 
 namespace sextant {
@@ -74,6 +75,9 @@ std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
       {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
        staged(write_kitti_layout), [] { return describe_options(KittiLayoutOptions{}); }},
+      {"vdo",
+       "VDO-SLAM folder: image_0, depth as disparity, flow, semantic, camera.yaml; any camera and rate",
+       staged(write_vdo_layout), [] { return describe_options(VdoLayoutOptions{}); }},
       {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", staged(write_vkitti1_layout),
        [] { return describe_options(VkittiLayoutOptions{}); }},
       {"vkitti2",

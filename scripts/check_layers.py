@@ -80,6 +80,8 @@ def read_tree(root):
             if path.suffix not in (".h", ".cc") or path.name.endswith(("_test.cc", "testing.h")):
                 continue
             name = path.relative_to(root).as_posix().removeprefix("lib/")
+            if "/example" in name:  # a project of its own, for users to copy
+                continue
             text = path.read_text(encoding="utf-8")
             includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
             files[name] = (path.relative_to(root).as_posix(), includes)

@@ -1,6 +1,7 @@
 #include <array>
 
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
 namespace {
@@ -19,6 +20,9 @@ constexpr auto command_table = std::to_array<AddCommand>({
 
 }  // namespace
 
-int program(int argc, const char* const* argv) { return program(argc, argv, command_table); }
+int program(int argc, const char* const* argv) {
+  add_external_estimators();
+  return program(argc, argv, command_table);
+}
 
 }  // namespace sextant

@@ -64,6 +64,9 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags);
 /// The options tree: `options` is JSON or @FILE, then each "dotted.key=value" of `sets` on top of it.
 Json options_tree(const std::string& options, std::span<const std::string> sets);
 
+/// The first few on stderr, as warnings, and how many more there are.
+void warn_of_problems(std::span<const std::string> problems);
+
 /// "NAME  description" lines of all estimators, for help texts.
 std::string estimator_list();
 

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <thread>
 
@@ -70,6 +71,15 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
   }
   for (const std::string& assignment : sets) set_option(tree, assignment);
   return tree;
+}
+
+void warn_of_problems(std::span<const std::string> problems) {
+  constexpr size_t most = 5;
+  for (const std::string& problem : problems.first(std::min(most, problems.size())))
+    fmt::print(stderr, "sextant: warning: {}\n", problem);
+  if (problems.size() > most)
+    fmt::print(stderr, "sextant: warning: {} more of these: see log.txt of each case\n",
+               problems.size() - most);
 }
 
 }  // namespace sextant

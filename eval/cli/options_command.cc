@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "sextant/base/registry.h"
-#include "sextant/estimator/estimator.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"
@@ -27,7 +26,8 @@ Table options_table(const std::string& estimator) {
                    {"meaning", "meaning", Align::left}};
   add_rows(describe_options(ExtractionOptions{}, "extraction"), table);
   add_rows(describe_options(PipelineOptions{}, "pipeline"), table);
-  add_rows(find_entry(estimators(), estimator, "estimator").options(), table);
+  const std::vector<EstimatorEntry> known = all_estimators();
+  add_rows(find_entry(std::span<const EstimatorEntry>(known), estimator, "estimator").options(), table);
   add_rows(describe_noise_options(), table);
   table.title = "Options of a run with " + estimator;
   table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
@@ -55,7 +55,7 @@ void add_options_command(CLI::App& app) {
     if (flags->json) {
       Json json;
       json["estimators"] = Json::array();
-      for (const EstimatorEntry& entry : estimators()) {
+      for (const EstimatorEntry& entry : all_estimators()) {
         json["estimators"].push_back({{"name", entry.name}, {"description", entry.description}});
       }
       json["estimator"] = flags->estimator;

@@ -34,6 +34,7 @@ void run_and_write(const RunFlags& flags) {
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
+  config.folder = std::filesystem::path(flags.out) / "external";
   check_output_folder(flags.out, resolved_configuration(config), flags.force);
 
   const RunResult result = run(config);
@@ -43,6 +44,9 @@ void run_and_write(const RunFlags& flags) {
   files["summary.csv"] = to_csv(summary);
   write_output_folder(flags.out, files);
 
+  for (const SourceRun& source : result.sources) {
+    if (!flags.quiet) warn_of_problems(source.problems);
+  }
   if (flags.json) {
     Json json = summary_json(result.records, preset);
     json["out"] = flags.out;
@@ -68,7 +72,7 @@ void add_run_command(CLI::App& app) {
       ->add_option("source", flags->sources, "adapter:path[#sequence][@first-last]; see `sextant data list`")
       ->required()
       ->type_name("SOURCE");
-  command->add_option("--estimator", flags->estimator, "Which estimator")
+  command->add_option("--estimator", flags->estimator, "Which estimator, or external:CONFIG.json")
       ->type_name("NAME")
       ->capture_default_str();
   add_option_flags(*command, *flags);

@@ -62,12 +62,14 @@ void run_sweep(const SweepFlags& flags) {
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
   const SweepOutcome outcome = sweep(config);
+  if (!flags.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
   if (flags.json) {
     fmt::print("{}\n", Json{{"out", flags.out},
                             {"cases", outcome.n_cases},
                             {"cases_before", outcome.n_before},
                             {"records", outcome.n_records},
+                            {"problems", outcome.problems},
                             {"wall_time_s", outcome.wall_time_s}}
                            .dump(2));
     return;

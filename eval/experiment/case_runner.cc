@@ -6,10 +6,7 @@
 namespace sextant {
 
 CaseRunner::CaseRunner(const Sequence& sequence, CaseSettings settings)
-    : sequence_(sequence),
-      settings_(std::move(settings)),
-      point_noise_(settings_.noise.without_masks()),
-      pipeline_(settings_.pipeline, settings_.estimator) {
+    : sequence_(sequence), settings_(std::move(settings)), point_noise_(settings_.noise.without_masks()) {
   const SequenceInfo& info = sequence.info();
   if (!point_noise_.none()) draws_.emplace(settings_.seed, info.dataset, info.sequence);
   const std::optional<SE3> first = sequence.truth().camera.pose(info.first_frame);
@@ -19,13 +16,17 @@ CaseRunner::CaseRunner(const Sequence& sequence, CaseSettings settings)
 
 CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
   static const Trajectory none;
+  if (!solver_) {
+    solver_ = settings_.estimator->begin(
+        {sequence_, settings_.pipeline, settings_.noise, settings_.seed, settings_.folder});
+  }
   Outcome out;
   if (draws_) {
     const NoisyPair noisy = point_noise_.apply(extracted.pair, *draws_);
     achieved_.merge(noisy.achieved);
-    out.result = pipeline_.process(noisy.pair);
+    out.result = solver_->process(noisy.pair);
   } else {
-    out.result = pipeline_.process(extracted.pair);
+    out.result = solver_->process(extracted.pair);
   }
   extend_motions(out.result);
   const SequenceInfo& info = sequence_.info();
@@ -37,6 +38,10 @@ CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
   out.records.front().time_ms["extraction"] = extracted.extraction_ms;
   out.records.front().time_ms["decode"] = extracted.decode_ms;
   return out;
+}
+
+std::vector<std::string> CaseRunner::problems() const {
+  return solver_ ? solver_->problems() : std::vector<std::string>{};
 }
 
 void CaseRunner::extend_motions(const FrameResult& result) {

@@ -1,9 +1,9 @@
 #pragma once
 
-// One case: the pairs of one source, in order, under one noise level and seed, through one estimator's
-// pipeline, compared with ground truth.
+// One case: the pairs of one source, in order, under one noise level and seed, through one estimator,
+// compared with ground truth.
 //
-//   pair -> noise -> pipeline -> records;   poses and object motions are accumulated on the way
+//   pair -> noise -> estimator -> records;   poses and object motions are accumulated on the way
 
 #include <map>
 #include <memory>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/eval/experiment/record.h"
 #include "sextant/noise/noise.h"
@@ -21,11 +21,12 @@ namespace sextant {
 
 struct CaseSettings {
   std::string estimator_label;  ///< in records
-  std::shared_ptr<const Estimator> estimator;
+  std::shared_ptr<const CaseEstimator> estimator;
   PipelineOptions pipeline;
-  Noise noise;       ///< of its mask models only the name counts here: they come before extraction
+  Noise noise;       ///< pairs come with its mask models applied: they come before extraction
   double level = 0;  ///< in records
   uint64_t seed = 0;
+  std::filesystem::path folder;  ///< CaseContext::folder
 };
 
 /// What a case leaves behind besides its records.
@@ -50,6 +51,8 @@ class CaseRunner {
 
   const CaseMotions& motions() const { return motions_; }
   const NoiseVerification& achieved_noise() const { return achieved_; }
+  /// Of the estimator, PairSolver::problems().
+  std::vector<std::string> problems() const;
 
  private:
   void extend_motions(const FrameResult& result);
@@ -57,8 +60,8 @@ class CaseRunner {
   const Sequence& sequence_;
   CaseSettings settings_;
   Noise point_noise_;
-  std::optional<Draws> draws_;  ///< with noise only
-  FrameEstimator pipeline_;
+  std::optional<Draws> draws_;          ///< with noise only
+  std::unique_ptr<PairSolver> solver_;  ///< from the first pair on
   CaseMotions motions_;
   NoiseVerification achieved_;
 };

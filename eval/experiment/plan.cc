@@ -5,7 +5,6 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/estimator/estimator.h"
 
 namespace sextant {
 namespace {
@@ -136,8 +135,10 @@ class PlanReader {
       check_keys(estimator, {"name", "options", "label"});
       PlanEstimator out;
       out.name = text_of(estimator.value("name", Json()), "name");
-      out.label = estimator.contains("label") ? text_of(estimator["label"], "label") : out.name;
-      out.options = make_estimator(out.name, estimator.value("options", Json::object()))->options();
+      out.estimator = make_case_estimator(out.name, estimator.value("options", Json::object()),
+                                          fs::path(name_).parent_path());
+      out.label = estimator.contains("label") ? text_of(estimator["label"], "label") : out.estimator->label();
+      out.options = out.estimator->options();
       if (!labels.insert(out.label).second) {
         fail("'{}' is in the plan twice: give each a label of its own", out.label);
       }

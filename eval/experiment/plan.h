@@ -22,15 +22,16 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/extraction.h"
-#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
 
 struct PlanEstimator {
   std::string name;
-  std::string label;  ///< in records; the name unless given
+  std::string label;  ///< in records; CaseEstimator::label() unless given
   Json options = Json::object();
+  std::shared_ptr<const CaseEstimator> estimator;  ///< made of these
 };
 
 struct PlanLevel {

@@ -27,15 +27,24 @@ std::unique_ptr<Sequence> open_checked(SourceSpec spec, const Json& source_optio
   return sequence;
 }
 
+std::filesystem::path case_folder(const RunConfig& config, const SequenceInfo& info, int seed) {
+  if (config.folder.empty()) return {};
+  std::string name =
+      fmt::format("{}_{}_{}-{}_seed{}", info.dataset, info.sequence, info.first_frame, info.last_frame, seed);
+  std::ranges::replace(name, '/', '-');
+  return config.folder / name;
+}
+
 /// One runner per seed; each goes over the pairs in order.
 class SeedRunners {
  public:
   SeedRunners(const RunConfig& config, const ResolvedOptions& options,
-              const std::shared_ptr<const Estimator>& estimator, const Sequence& sequence)
+              const std::shared_ptr<const CaseEstimator>& estimator, const Sequence& sequence)
       : config_(config), records_(static_cast<size_t>(config.n_seeds)) {
     for (int seed = 0; seed < config.n_seeds; ++seed) {
-      runners_.emplace_back(sequence, CaseSettings{config.estimator, estimator, options.pipeline,
-                                                   config.noise, config.level, static_cast<uint64_t>(seed)});
+      runners_.emplace_back(
+          sequence, CaseSettings{estimator->label(), estimator, options.pipeline, config.noise, config.level,
+                                 static_cast<uint64_t>(seed), case_folder(config, sequence.info(), seed)});
     }
   }
 
@@ -54,6 +63,8 @@ class SeedRunners {
   void finish(SourceRun& out, std::vector<Record>& records) {
     for (std::vector<Record>& of_seed : records_) std::ranges::move(of_seed, std::back_inserter(records));
     out.motions = runners_.front().motions();
+    for (const CaseRunner& runner : runners_)
+      std::ranges::move(runner.problems(), std::back_inserter(out.problems));
     if (config_.noise.none()) return;
     NoiseVerification achieved;
     for (const CaseRunner& runner : runners_) achieved.merge(runner.achieved_noise());
@@ -67,7 +78,7 @@ class SeedRunners {
 };
 
 SourceRun run_source(const std::string& text, const Sequence& sequence, const RunConfig& config,
-                     const ResolvedOptions& options, const std::shared_ptr<const Estimator>& estimator,
+                     const ResolvedOptions& options, const std::shared_ptr<const CaseEstimator>& estimator,
                      std::vector<Record>& records) {
   SourceRun out;
   out.source = text;
@@ -145,7 +156,7 @@ Json resolved_configuration(const RunConfig& config) {
   json["estimator"] = config.estimator;
   json["options"] = {{"extraction", write_options(options.extraction)},
                      {"pipeline", write_options(options.pipeline)},
-                     {"estimator", make_estimator(config.estimator, options.estimator)->options()},
+                     {"estimator", make_case_estimator(config.estimator, options.estimator)->options()},
                      {"source", options.source}};
   json["noise"] = config.noise.options();
   json["level"] = config.level;
@@ -159,7 +170,7 @@ RunResult run(const RunConfig& config) {
   if (config.jobs < 1) fail("jobs = {}: must be >= 1", config.jobs);
   if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
   const ResolvedOptions options = resolve_options(config.options);
-  const std::shared_ptr<const Estimator> estimator = make_estimator(config.estimator, options.estimator);
+  const auto estimator = make_case_estimator(config.estimator, options.estimator);
 
   std::vector<std::unique_ptr<Sequence>> sequences;
   for (const SourceSpec& spec : config.sources) sequences.push_back(open_checked(spec, options.source));

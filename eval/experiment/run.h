@@ -23,14 +23,15 @@ using PairObserver = std::function<void(const FrameResult&, const std::vector<Re
 
 struct RunConfig {
   std::vector<SourceSpec> sources;
-  std::string estimator = "joint_flow";
-  Json options = Json::object();  ///< strict tree: "extraction", "pipeline", "estimator", "source"
-  Noise noise;                    ///< on masks: before extraction; all other: on the points
-  double level = 0;               ///< what records call the noise
-  int n_seeds = 1;                ///< seeds 0..n_seeds - 1, each over all pairs
-  int jobs = 1;                   ///< threads
-  bool quiet = false;             ///< no progress line
-  PairObserver on_pair;           ///< may be empty
+  std::string estimator = "joint_flow";  ///< as make_case_estimator() takes it
+  Json options = Json::object();         ///< strict tree: "extraction", "pipeline", "estimator", "source"
+  Noise noise;                           ///< on masks: before extraction; all other: on the points
+  double level = 0;                      ///< what records call the noise
+  int n_seeds = 1;                       ///< seeds 0..n_seeds - 1, each over all pairs
+  int jobs = 1;                          ///< threads
+  bool quiet = false;                    ///< no progress line
+  std::filesystem::path folder;  ///< for files that an external estimator leaves; empty: it leaves none
+  PairObserver on_pair;          ///< may be empty
 };
 
 /// The options tree, read and completed with defaults.
@@ -53,8 +54,9 @@ struct SourceRun {
   std::string source;  ///< as given
   SequenceInfo info;
   Trajectory truth;
-  CaseMotions motions;  ///< of the first seed
-  Json noise;           ///< requested and achieved, over all seeds; null without noise
+  CaseMotions motions;                ///< of the first seed
+  Json noise;                         ///< requested and achieved, over all seeds; null without noise
+  std::vector<std::string> problems;  ///< of the estimator, over all seeds
   std::map<std::string, InputLog::Entry> inputs;
 };
 

@@ -31,6 +31,11 @@ struct OpenSource {
   const PackCache::Packed& packed(const Noise& noise) const { return by_masks.at(key(noise)); }
 };
 
+struct CaseOutcome {
+  std::vector<Record> records;
+  std::vector<std::string> problems;
+};
+
 /// A plan with its sources and estimators at hand; runs single cases.
 class PlanRunner {
  public:
@@ -47,32 +52,31 @@ class PlanRunner {
       }
       sources_.push_back(std::move(source));
     }
-    for (const PlanEstimator& estimator : config.plan.estimators) {
-      estimators_.push_back(make_estimator(estimator.name, estimator.options));
-    }
   }
 
   const std::vector<OpenSource>& sources() const { return sources_; }
 
-  std::vector<Record> run(const PlanCase& c) const {
+  CaseOutcome run(const PlanCase& c) const {
     const OpenSource& source = sources_[c.source];
     const PlanLevel& level = config_.plan.levels[c.level];
-    CaseRunner runner(*source.sequence, {config_.plan.estimators[c.estimator].label, estimators_[c.estimator],
-                                         config_.plan.pipeline, level.noise, level.level, c.seed});
-    std::vector<Record> records;
+    const PlanEstimator& estimator = config_.plan.estimators[c.estimator];
+    CaseRunner runner(*source.sequence, {estimator.label, estimator.estimator, config_.plan.pipeline,
+                                         level.noise, level.level, c.seed, folder_of(c)});
+    CaseOutcome out;
     const auto process = [&](const std::vector<ExtractedPair>& pairs) {
       for (const ExtractedPair& extracted : pairs) {
         check_interrupt();
-        std::ranges::move(runner.process(extracted).records, std::back_inserter(records));
+        std::ranges::move(runner.process(extracted).records, std::back_inserter(out.records));
       }
     };
     if (config_.use_packs) {
       process(source.packed(level.noise).pairs);
-      return records;
+    } else {
+      PairReader reader(*source.sequence, config_.plan.extraction, level.noise, 1);
+      for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
     }
-    PairReader reader(*source.sequence, config_.plan.extraction, level.noise, 1);
-    for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
-    return records;
+    out.problems = runner.problems();
+    return out;
   }
 
   /// What plan.json holds of the data.
@@ -85,9 +89,12 @@ class PlanRunner {
   }
 
  private:
+  fs::path folder_of(const PlanCase& c) const {
+    return config_.out.empty() ? fs::path() : config_.out / "external" / fmt::format("case_{:06}", c.number);
+  }
+
   const SweepConfig& config_;
   std::vector<OpenSource> sources_;
-  std::vector<std::shared_ptr<const Estimator>> estimators_;
 };
 
 std::vector<uint64_t> cases_of_shard(const SweepConfig& config) {
@@ -238,15 +245,19 @@ SweepOutcome sweep(const SweepConfig& config) {
                          [&](uint64_t n) { return !journal.blocks().contains(n); });
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();
+    std::vector<std::vector<std::string>> problems(open.size());
     Progress progress("cases", static_cast<int>(open.size()), config.quiet);
     parallel_for(static_cast<int>(open.size()), config.jobs, [&](int i) {
       check_interrupt();
       const uint64_t number = open[static_cast<size_t>(i)];
-      const std::vector<Record> records = runner.run(config.plan.at(number));
-      journal.append(number, records.size(), write_records(records));
+      CaseOutcome done = runner.run(config.plan.at(number));
+      journal.append(number, done.records.size(), write_records(done.records));
+      problems[static_cast<size_t>(i)] = std::move(done.problems);
       progress.advance();
     });
     outcome.wall_time_s = seconds_since(start);
+    for (std::vector<std::string>& of_case : problems)
+      std::ranges::move(of_case, std::back_inserter(outcome.problems));
     outcome.n_records = count_records(journal.blocks());
     Json provenance = sweep_provenance(config, runner);
     provenance["records"] = outcome.n_records;
@@ -260,7 +271,9 @@ SweepOutcome sweep(const SweepConfig& config) {
 
 SweepEstimate estimate_sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = cases_of_shard(config);
-  const PlanRunner runner(config);
+  SweepConfig dry = config;
+  dry.out.clear();
+  const PlanRunner runner(dry);
   SweepEstimate estimate;
   estimate.n_cases = numbers.size();
   std::map<std::pair<size_t, size_t>, double> seconds;  // of one case, by source and estimator

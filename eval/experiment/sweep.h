@@ -7,6 +7,7 @@
 //                  block that was cut off (kill -9, full disk) is dropped on resuming, and its case done
 //                  again
 //   records.jsonl  at the end: all records in order of case; cases.jsonl says how many belong to each
+//   external/      what external estimators leave, a folder per case
 //   run.json       provenance and, per source and level, the noise that was asked for and achieved
 //
 // The bytes of records.jsonl (times apart) do not depend on jobs, interruptions or shards: shard I of N takes
@@ -36,7 +37,8 @@ struct SweepOutcome {
   uint64_t n_cases = 0;   ///< of this shard
   uint64_t n_before = 0;  ///< of them, done by an earlier run
   uint64_t n_records = 0;
-  double wall_time_s = 0;  ///< of the cases done now, packs apart
+  double wall_time_s = 0;             ///< of the cases done now, packs apart
+  std::vector<std::string> problems;  ///< of the estimators in the cases done now, in order of case
 };
 
 /// Throws Error when the folder holds another plan, shard or data, is in use, or cannot be written (what is

@@ -1,0 +1,119 @@
+#include "sextant/datasets/vdo_layout.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/yaml_camera.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLastFrame = 999'999;  // six digits
+
+std::string times_text(const SequenceInfo& info) {
+  std::string text;
+  for (int frame = 0; frame <= info.last_frame; ++frame) {
+    const auto known = info.times_s.find(frame);
+    text += fmt::format("{:.9f}\n", known == info.times_s.end() ? frame / info.rate_hz : known->second);
+  }
+  return text;
+}
+
+std::string poses_text(const Sequence& sequence) {
+  std::map<int, SE3> poses;
+  for (const auto& [frame, pose] : sequence.truth().camera.poses()) {
+    if (frame >= sequence.info().first_frame && frame <= sequence.info().last_frame) poses[frame] = pose;
+  }
+  return encode_pose_text(poses);
+}
+
+std::string objects_text(const Sequence& sequence) {
+  std::string text;
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < sequence.info().first_frame || frame > sequence.info().last_frame) continue;
+    for (const ObjectTruth& object : objects) {
+      const Eigen::Vector3d& p = object.T_camera_object.translation();
+      const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
+      const double ry =
+          std::remainder(std::atan2(ahead.x(), ahead.z()) - std::numbers::pi / 2, 2 * std::numbers::pi);
+      text += fmt::format("{} {} {} {} {} {} {} {} {} {}\n", frame, object.id, object.left.value_or(0),
+                          object.top.value_or(0), object.right.value_or(0), object.bottom.value_or(0), p.x(),
+                          p.y(), p.z(), ry);
+    }
+  }
+  return text;
+}
+
+void write_frame(const fs::path& folder, const Frame& frame, double bf) {
+  const auto put = [&](const char* channel, const char* extension, const std::string& bytes) {
+    write_file(folder / channel / fmt::format("{:06}.{}", frame.index, extension), bytes);
+  };
+  if (!frame.rgb.empty()) put("image_0", "png", encode_png(frame.rgb));
+  if (!frame.depth_m.empty()) put("depth", "png", encode_png(disparity256_from_depth(frame.depth_m, bf)));
+  if (!frame.flow.empty()) put("flow", "flo", encode_flo(frame.flow));
+  if (!frame.mask.empty()) put("semantic", "txt", encode_mask_text(frame.mask));
+}
+
+void make_folders(const fs::path& folder, const Channels& channels) {
+  const auto make = [&](bool wanted, const char* name) {
+    if (wanted) fs::create_directories(folder / name);
+  };
+  fs::create_directories(folder);
+  make(channels.rgb, "image_0");
+  make(channels.depth, "depth");
+  make(channels.flow, "flow");
+  make(channels.mask, "semantic");
+}
+
+}  // namespace
+
+std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request) {
+  VdoLayoutOptions options;
+  read_options(request.options, options, "vdo");
+  const SequenceInfo& info = sequence.info();
+  if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
+    fail("sequence name '{}': expected one such as 0005, without / # @", request.sequence);
+  }
+  if (info.first_frame < 0 || info.last_frame > kLastFrame) {
+    fail("{} sequence {}: frames {}-{}: file names of this layout hold 0 to {}", info.dataset, info.sequence,
+         info.first_frame, info.last_frame, kLastFrame);
+  }
+  const fs::path final_folder = request.out / request.sequence;
+  for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
+    if (fs::exists(final_folder / name)) {
+      fail("{}: is there already: remove it, or choose another folder or sequence name",
+           (final_folder / name).string());
+    }
+  }
+  const fs::path folder = (request.stage.empty() ? request.out : request.stage) / request.sequence;
+  const Channels wanted{.rgb = info.channels.rgb,
+                        .depth = info.channels.depth,
+                        .flow = info.channels.flow,
+                        .mask = info.channels.mask};
+  make_folders(folder, wanted);
+  const int n = info.last_frame - info.first_frame + 1;
+  Progress progress("frames written", n, request.quiet);
+  parallel_for(n, request.jobs, [&](int i) {
+    if (request.between_frames) request.between_frames();
+    write_frame(folder, sequence.read(info.first_frame + i, wanted), info.camera.bf);
+    progress.advance();
+  });
+  write_file(folder / "camera.yaml", encode_yaml_camera({info.camera, info.rate_hz}));
+  write_file(folder / "times.txt", times_text(info));
+  if (!sequence.truth().camera.empty()) write_file(folder / "pose_gt.txt", poses_text(sequence));
+  if (!sequence.truth().objects.empty()) write_file(folder / "object_pose.txt", objects_text(sequence));
+  std::string path = final_folder.string();
+  if (request.sequence.empty() && path.size() > 1 && path.back() == '/') path.pop_back();
+  return "vdo:" + path;
+}
+
+}  // namespace sextant

@@ -1,0 +1,102 @@
+#include "sextant/eval/experiment/case_estimator.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/base/registry.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Kind {
+  std::string prefix;
+  std::string example;
+  OpenCaseEstimator open;
+};
+
+/// What programs have added.
+struct Additions {
+  std::vector<EstimatorEntry> estimators;
+  std::vector<Kind> kinds;
+};
+
+Additions& additions() {
+  static Additions added;
+  return added;
+}
+
+class PipelineSolver final : public PairSolver {
+ public:
+  PipelineSolver(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
+      : pipeline_(options, std::move(estimator)) {}
+  FrameResult process(const FramePair& pair) override { return pipeline_.process(pair); }
+
+ private:
+  FrameEstimator pipeline_;
+};
+
+/// An Estimator of single bodies inside the pipeline.
+class PipelineEstimator final : public CaseEstimator {
+ public:
+  PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator)
+      : name_(std::move(name)), estimator_(std::move(estimator)) {}
+  std::unique_ptr<PairSolver> begin(const CaseContext& context) const override {
+    return std::make_unique<PipelineSolver>(context.pipeline, estimator_);
+  }
+  Json options() const override { return estimator_->options(); }
+  std::string label() const override { return name_; }
+
+ private:
+  std::string name_;
+  std::shared_ptr<const Estimator> estimator_;
+};
+
+std::string found_file(const std::string& path, const fs::path& beside) {
+  std::error_code ignored;
+  const fs::path there = beside / path;
+  return !fs::exists(path, ignored) && fs::exists(there, ignored) ? there.string() : path;
+}
+
+}  // namespace
+
+std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name, const Json& options,
+                                                         const fs::path& beside) {
+  const size_t colon = name.find(':');
+  if (colon != std::string::npos) {
+    std::string examples;
+    for (const Kind& kind : additions().kinds) {
+      if (kind.prefix == name.substr(0, colon)) {
+        return kind.open(found_file(name.substr(colon + 1), beside), options);
+      }
+      examples += (examples.empty() ? "" : ", ") + kind.example;
+    }
+    fail("unknown estimator '{}': expected a name, or {}", name, examples);
+  }
+  const std::vector<EstimatorEntry> known = all_estimators();
+  return std::make_shared<PipelineEstimator>(
+      name, find_entry(std::span<const EstimatorEntry>(known), name, "estimator").make(options));
+}
+
+std::vector<EstimatorEntry> all_estimators() {
+  std::vector<EstimatorEntry> all(estimators().begin(), estimators().end());
+  all.insert(all.end(), additions().estimators.begin(), additions().estimators.end());
+  return all;
+}
+
+void add_estimator(EstimatorEntry entry) {
+  if (std::ranges::count(all_estimators(), entry.name, &EstimatorEntry::name) > 0) {
+    fail("estimator '{}' is there already: give it another name", entry.name);
+  }
+  additions().estimators.push_back(std::move(entry));
+}
+
+void add_estimator_kind(const std::string& prefix, const std::string& example, OpenCaseEstimator open) {
+  if (std::ranges::count(additions().kinds, prefix, &Kind::prefix) > 0) {
+    fail("estimators '{}:' are there already", prefix);
+  }
+  additions().kinds.push_back({prefix, example, std::move(open)});
+}
+
+}  // namespace sextant

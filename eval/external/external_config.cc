@@ -1,0 +1,119 @@
+#include "sextant/eval/external/external_config.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/text.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_choice(const char* name, const std::string& value, const std::vector<std::string>& known) {
+  if (std::ranges::find(known, value) == known.end()) {
+    fail("option {} = '{}': {}", name, value, suggest(value, known));
+  }
+}
+
+/// Stand-ins that show whether texts can be filled in.
+const Placeholders& any_placeholders() {
+  static const Placeholders any = [] {
+    Placeholders p;
+    for (const char* name : {"input", "output", "config", "sequence", "first", "last", "n", "calibration",
+                             "fx", "fy", "cx", "cy", "bf", "rate", "width", "height", "seed"})
+      p[name] = "x";
+    return p;
+  }();
+  return any;
+}
+
+}  // namespace
+
+void ExternalObjects::check() const {
+  check_choice("objects.format", format, {"none", "motions", "poses", "dynosam", "vdo"});
+  check_choice("objects.frame", frame, {"world", "camera", "body"});
+  check_choice("objects.ids", ids, {"masks", "overlap"});
+  check_option(std::ranges::count(files, '*') == 1, "objects.files", files, "a name with one * for the id");
+}
+
+void ExternalConfig::check() const {
+  check_option(!command.empty(), "command", "''", "given: the program and its arguments");
+  check_option(time_limit_s > 0, "time_limit_s", time_limit_s, "> 0");
+  check_option(first_frame >= -1, "first_frame", first_frame, "-1 or a frame number");
+  check_choice("keep", keep, {"logs", "output", "all"});
+  check_choice("layout", layout, {"vdo", "kitti", "vkitti1", "vkitti2"});
+  check_option(!words_of(command, any_placeholders()).empty(), "command", command, "a program");
+  fill_in(working_directory, any_placeholders());
+  for (const std::string& setting : words_of(environment, any_placeholders())) {
+    check_option(setting.find('=') != std::string::npos && setting[0] != '=', "environment", setting,
+                 "of the form NAME=VALUE");
+  }
+}
+
+ExternalConfig read_external_config(const std::string& path, const Json& overrides) {
+  const std::string text = read_file(path);
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const auto end = text.begin() + static_cast<ptrdiff_t>(std::min(error.byte, text.size()));
+    fail("{}:{}: not valid JSON here", path, 1 + std::count(text.begin(), end, '\n'));
+  }
+  if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
+  ExternalConfig config;
+  try {
+    json.merge_patch(overrides);
+    read_options(json, config);
+  } catch (const Error& error) {
+    fail("{}: {}", path, error.what());
+  }
+  if (config.name.empty()) config.name = fs::path(path).stem().string();
+  return config;
+}
+
+std::string fill_in(const std::string& text, const Placeholders& values) {
+  std::string out;
+  size_t at = 0;
+  while (at < text.size()) {
+    const size_t open = text.find('{', at);
+    const size_t close = open == std::string::npos ? open : text.find('}', open);
+    if (close == std::string::npos) break;
+    const std::string name = text.substr(open + 1, close - open - 1);
+    const auto value = values.find(name);
+    if (value == values.end()) {
+      std::vector<std::string> names;
+      for (const auto& [known, ignored] : values) names.push_back(known);
+      fail("'{}': unknown placeholder {{{}}}: {}", text, name, suggest(name, names));
+    }
+    out.append(text, at, open - at).append(value->second);
+    at = close + 1;
+  }
+  return out.append(text, at, std::string::npos);
+}
+
+std::vector<std::string> words_of(const std::string& text, const Placeholders& values) {
+  std::vector<std::string> words;
+  std::string word;
+  bool in_word = false;
+  char quote = '\0';
+  for (const char c : text) {
+    if (quote != '\0' ? c == quote : c == '\'' || c == '"') {
+      quote = quote != '\0' ? '\0' : c;
+      in_word = true;
+    } else if (quote == '\0' && (c == ' ' || c == '\t' || c == '\n')) {
+      if (in_word) words.push_back(fill_in(word, values));
+      word.clear();
+      in_word = false;
+    } else {
+      word += c;
+      in_word = true;
+    }
+  }
+  if (quote != '\0') fail("'{}': the quote {} is not closed", text, quote);
+  if (in_word) words.push_back(fill_in(word, values));
+  return words;
+}
+
+}  // namespace sextant

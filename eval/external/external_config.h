@@ -1,0 +1,104 @@
+#pragma once
+
+// How to run somebody else's program as an estimator: the file CONFIG of "external:CONFIG.json"
+// (docs/external-estimators.md). JSON, read strictly; an example is
+// eval/external/example/rgbd_odometry.json. Texts may hold placeholders:
+//
+//   {input}        folder with the files of the sequence: the layout's root
+//   {output}       empty folder for the results
+//   {config}       folder of CONFIG
+//   {sequence}     the layout's name of the sequence ("0018", "0018/clone"; vdo: the source's)
+//   {first} {last} frame numbers in the files; {n}: how many frames
+//   {calibration}  OpenCV YAML with Camera.fx, fy, cx, cy, bf, fps, width and height
+//   {fx} {fy} {cx} {cy} {bf} {rate} {width} {height}     px, px m, Hz
+//   {seed}         of the case
+//
+// `command` and `environment` are split into words at blanks; '...' and "..." keep blanks together. No shell
+// is involved: placeholders may hold blanks.
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sextant/base/options.h"
+
+namespace sextant {
+
+/// Where the program writes the camera's trajectory.
+struct ExternalCamera {
+  std::string file = "camera.txt";
+  std::string format = "auto";
+  bool inverse = false;
+
+  template <typename V>
+  void visit(V& v) {
+    v("file", file, "", "in {output}; a * stands for any text, one file must match");
+    v("format", format, "", "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)");
+    v("inverse", inverse, "", "the file holds T_camera_world instead of T_world_camera");
+  }
+};
+
+/// Where it writes what it says of objects.
+struct ExternalObjects {
+  std::string format = "none";
+  std::string files = "obj_*.txt";
+  std::string frame = "world";
+  int id_offset = 0;
+  std::string ids = "masks";
+
+  template <typename V>
+  void visit(V& v) {
+    v("format", format, "",
+      "none; motions or poses: a file per object; dynosam or vdo: their logs, found by name in {output}");
+    v("files", files, "", "motions and poses: names in {output}, * stands for the id; any trajectory format");
+    v("frame", frame, "", "motions: world (H), camera (T_curr_prev) or body (inverse(L) H L)");
+    v("id_offset", id_offset, "", "added to the program's ids to get those of the masks");
+    v("ids", ids, "", "masks: the program's ids are theirs; overlap: found by agreement with true motions");
+  }
+  void check() const;
+};
+
+struct ExternalConfig {
+  std::string name;
+  std::string command;
+  std::string working_directory = "{config}";
+  std::string environment;
+  double time_limit_s = 600;
+  std::string layout = "vdo";
+  bool write_truth = false;
+  int first_frame = -1;
+  std::string keep = "output";
+  ExternalCamera camera;
+  ExternalObjects objects;
+
+  template <typename V>
+  void visit(V& v) {
+    v("name", name, "", "in records; empty: the file's");
+    v("command", command, "", "program and arguments, with placeholders; relative to working_directory");
+    v("working_directory", working_directory, "", "where it runs");
+    v("environment", environment, "", "variables added to this program's: A=1 B='two words'");
+    v("time_limit_s", time_limit_s, "s", "of one sequence; then it and all it started are killed");
+    v("layout", layout, "", "of the input: vdo, kitti, vkitti1 or vkitti2");
+    v("write_truth", write_truth, "", "true: the input holds the ground truth too, for programs that insist");
+    v("first_frame", first_frame, "",
+      "the program's number of the first frame in its results; -1 = as in the files");
+    v("keep", keep, "", "of each case: logs; output = and results; all = and input");
+    v("camera", camera, "", "its trajectory of the camera");
+    v("objects", objects, "", "its motions of objects");
+  }
+  void check() const;
+};
+
+/// Reads CONFIG and lays `overrides` (same keys) over it. Throws Error "PATH: ...".
+ExternalConfig read_external_config(const std::string& path, const Json& overrides = Json::object());
+
+using Placeholders = std::map<std::string, std::string>;
+
+/// Replaces every {name}. Throws Error on an unknown one.
+std::string fill_in(const std::string& text, const Placeholders& values);
+
+/// Words of `text`, placeholders replaced. Throws Error on an open quote.
+std::vector<std::string> words_of(const std::string& text, const Placeholders& values);
+
+}  // namespace sextant

@@ -1,0 +1,553 @@
+#include "sextant/eval/external/external_estimator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/external/trajectory_files.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A small VDO folder of frames 3-7 with one object, and programs that are shell scripts.
+class ExternalEstimatorTest : public testing::Test {
+ protected:
+  ExternalEstimatorTest() {
+    add_external_estimators();
+    VdoFixtureOptions options;
+    options.first_frame = 3;
+    fixture_ = make_vdo_fixture(folder_.path() / "data", options);
+    sequence_ = open_source(SourceSpec::parse(fixture_.source()));
+  }
+
+  fs::path file(const std::string& name) const { return folder_.path() / name; }
+
+  /// CONFIG of a program that does `script` in sh, with {placeholders}.
+  std::string config(const std::string& script, Json more = Json::object()) const {
+    write_file(file("program.sh"), "input=$1 output=$2 seed=$3\n" + script + "\n");
+    more["command"] = "sh {config}/program.sh {input} {output} {seed}";
+    write_file(file("program.json"), more.dump());
+    return "external:" + file("program.json").string();
+  }
+
+  RunResult run_with(const std::string& estimator, const std::string& noise = "none", int n_seeds = 1,
+                     int jobs = 1) const {
+    RunConfig run_config;
+    run_config.sources = {SourceSpec::parse(fixture_.source())};
+    run_config.estimator = estimator;
+    run_config.noise = Noise::parse(noise);
+    run_config.n_seeds = n_seeds;
+    run_config.jobs = jobs;
+    run_config.quiet = true;
+    run_config.folder = file("logs");
+    return run(run_config);
+  }
+
+  /// The one problem of a run of `script`, which must not throw.
+  std::string problem_of(const std::string& script, const Json& more = Json::object()) {
+    last_ = run_with(config(script, more));
+    EXPECT_EQ(last_.sources.front().problems.size(), 1U);
+    return last_.sources.front().problems.empty() ? "" : last_.sources.front().problems.front();
+  }
+
+  std::vector<std::string> statuses(const std::string& body) const {
+    std::vector<std::string> out;
+    for (const Record& record : last_.records) {
+      if (record.body == body) out.emplace_back(to_string(record.status));
+    }
+    return out;
+  }
+
+  /// Largest error of a body in the last run; -1 without any.
+  double worst(const std::string& body, const std::string& key) const {
+    double worst = -1;
+    for (const Record& record : last_.records) {
+      if (record.body == body && record.errors.contains(key)) worst = std::max(worst, record.errors.at(key));
+    }
+    return worst;
+  }
+
+  SE3 T_world_camera(int frame) const { return fixture_.T_world_camera.at(frame); }
+  SE3 T_world_object(int frame) const { return fixture_.T_world_object.at(frame); }
+  /// In the program's own world, which is not that of the truth.
+  SE3 own(const SE3& T_world_x) const { return T_world_camera(3).inverse() * T_world_x; }
+
+  static std::string kitti_row(const SE3& T) {
+    const Eigen::Matrix4d m = T.matrix();
+    std::string row;
+    for (int i = 0; i < 12; ++i) row += fmt::format("{}{:.17g}", i == 0 ? "" : " ", m(i / 4, i % 4));
+    return row;
+  }
+  static std::string tum_row(const SE3& T) {
+    const Eigen::Vector3d& t = T.translation();
+    const Eigen::Quaterniond& q = T.rotation();
+    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", t.x(), t.y(), t.z(), q.x(),
+                       q.y(), q.z(), q.w());
+  }
+
+  /// A line for every frame; `line(frame)`.
+  template <typename Line>
+  void write_results(const std::string& name, const Line& line, int first = 3) const {
+    std::string text;
+    for (int frame = first; frame <= 7; ++frame) text += line(frame) + "\n";
+    write_file(file(name), text);
+  }
+  void write_camera() const {
+    write_results("camera.txt",
+                  [&](int k) { return fmt::format("{} {}", k, kitti_row(own(T_world_camera(k)))); });
+  }
+
+  TempFolder folder_;
+  VdoFixture fixture_;
+  std::unique_ptr<Sequence> sequence_;
+  RunResult last_;
+};
+
+const std::vector<std::string> lost4(4, "lost"), ok4(4, "ok"), diverged4(4, "diverged"),
+    not_detected4(4, "not_detected");
+
+// ---- what comes back well
+
+TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
+  write_file(file("example.json"), read_file(fs::path(SEXTANT_EXAMPLE_FOLDER) / "rgbd_odometry.json"));
+  RunConfig run_config;
+  run_config.sources = {SourceSpec::parse(fixture_.source())};
+  run_config.estimator = "external:" + file("example.json").string();
+  run_config.options = {{"estimator", {{"command", SEXTANT_EXAMPLE_PROGRAM " {input} {output}"}}}};
+  run_config.quiet = true;
+  last_ = run(run_config);
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_EQ(statuses("ego"), ok4);
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_LT(worst("ego", "Et_m"), 0.01);
+  EXPECT_LT(worst("object:1", "Et_body_m"), 0.05);
+  EXPECT_EQ(last_.records.front().estimator, "example");
+}
+
+TEST_F(ExternalEstimatorTest, RecordsHaveWhatThoseOfEstimatorsInsideHave) {
+  write_camera();
+  write_results(
+      "obj_1.txt",
+      [&](int k) {
+        return fmt::format(
+            "{} {}", k,
+            kitti_row(own(T_world_object(k) * T_world_object(k - 1).inverse()) * own(SE3()).inverse()));
+      },
+      4);
+  const std::string noise = R"({"depth":{"delta_d_px":0.1},"flow":{"epe_px":0.2}})";
+  last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/",
+                          {{"objects", {{"format", "motions"}}}}),
+                   noise);
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  const RunResult inside = run_with("joint_flow", noise);
+  ASSERT_EQ(last_.records.size(), inside.records.size());
+  const auto keys = [](const Record::Numbers& numbers) {
+    std::set<std::string> names;
+    for (const auto& [key, value] : numbers) {
+      if (!key.starts_with("epe_") && key != "nees" && key != "moving_share" && key != "dynamic")
+        names.insert(key);
+    }
+    return names;
+  };
+  for (size_t i = 0; i < inside.records.size(); ++i) {
+    const Record &a = last_.records[i], &b = inside.records[i];
+    EXPECT_EQ(a.body, b.body);
+    EXPECT_EQ(a.frame, b.frame);
+    EXPECT_EQ(a.noise, b.noise);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(keys(a.errors), keys(b.errors));
+    EXPECT_EQ(keys(a.values), keys(b.values));
+    EXPECT_EQ(a.bound, b.bound);
+    EXPECT_FALSE(a.bound.empty());
+    EXPECT_LT(a.errors.at("Et_m"), 1e-9);
+  }
+}
+
+struct CameraFormat {
+  std::string name;
+  Json camera;
+  std::function<std::string(int frame, const SE3& T_world_camera)> line;
+};
+
+TEST_F(ExternalEstimatorTest, EveryFormatOfTrajectories) {
+  const auto kitti = [](const SE3& T) { return kitti_row(T); };
+  const std::vector<CameraFormat> formats = {
+      {"kitti with frames", Json::object(),
+       [&](int k, const SE3& T) { return fmt::format("{} {}", k, kitti(T)); }},
+      {"kitti by row", {{"format", "kitti"}}, [&](int, const SE3& T) { return kitti(T); }},
+      {"inverse",
+       {{"inverse", true}},
+       [&](int k, const SE3& T) { return fmt::format("{} {}", k, kitti(T.inverse())); }},
+      {"vdo",
+       {{"format", "vdo"}},
+       [&](int k, const SE3& T) { return fmt::format("{} {} 0 0 0 1", k, kitti(T)); }},
+      {"tum",
+       {{"format", "tum"}},
+       [&](int k, const SE3& T) { return fmt::format("{} {}", k * 0.1, tum_row(T)); }},
+      {"euroc", {{"format", "euroc"}}, [&](int k, const SE3& T) {
+         const Eigen::Vector3d& t = T.translation();
+         const Eigen::Quaterniond& q = T.rotation();
+         return fmt::format("{},{},{},{},{},{},{},{}", k * 100'000'000LL, t.x(), t.y(), t.z(), q.w(), q.x(),
+                            q.y(), q.z());
+       }}};
+  for (const CameraFormat& format : formats) {
+    write_results("any.txt", [&](int k) { return format.line(k, own(T_world_camera(k))); });
+    last_ = run_with(config("cp $(dirname $0)/any.txt $output/camera.txt", {{"camera", format.camera}}));
+    EXPECT_THAT(last_.sources.front().problems, ElementsAre()) << format.name;
+    EXPECT_EQ(statuses("ego"), ok4) << format.name;
+    EXPECT_LT(worst("ego", "Et_m"), 1e-9) << format.name;
+    EXPECT_LT(worst("ego", "ER_deg"), 1e-6) << format.name;
+    EXPECT_EQ(statuses("object:1"), not_detected4) << format.name;
+  }
+}
+
+TEST_F(ExternalEstimatorTest, EveryFormOfObjectMotions) {
+  write_camera();
+  const auto H = [&](int k) { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); };
+  const auto check = [&](const std::string& what, const Json& objects) {
+    last_ =
+        run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_* $output/", {{"objects", objects}}));
+    EXPECT_THAT(last_.sources.front().problems, ElementsAre()) << what;
+    EXPECT_EQ(statuses("object:1"), ok4) << what;
+    EXPECT_LT(worst("object:1", "Et_m"), 1e-8) << what;
+    EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8) << what;
+    EXPECT_LT(worst("object:1", "Ev_kmh"), 1e-6) << what;
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
+      if (entry.path().filename().string().starts_with("obj_")) fs::remove(entry.path());
+    }
+  };
+  write_results(
+      "obj_1.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  check("world", {{"format", "motions"}});
+  write_results(
+      "obj_8.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  check("another id", {{"format", "motions"}, {"id_offset", -7}});
+  write_results(
+      "obj_8.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  check("any id", {{"format", "motions"}, {"ids", "overlap"}});
+  write_results(
+      "obj_1.txt",
+      [&](int k) {
+        return fmt::format("{} {}", k,
+                           kitti_row(T_world_camera(k).inverse() * T_world_object(k) *
+                                     T_world_object(k - 1).inverse() * T_world_camera(k - 1)));
+      },
+      4);
+  check("camera", {{"format", "motions"}, {"frame", "camera"}});
+  write_results(
+      "obj_1.txt",
+      [&](int k) {
+        return fmt::format("{} {}", k, kitti_row(T_world_object(k - 1).inverse() * T_world_object(k)));
+      },
+      4);
+  check("body", {{"format", "motions"}, {"frame", "body"}});
+  write_results("obj_1.tum",
+                [&](int k) { return fmt::format("{} {}", 0.1 * k, tum_row(own(T_world_object(k)))); });
+  check("poses", {{"format", "poses"}, {"files", "obj_*.tum"}});
+}
+
+TEST_F(ExternalEstimatorTest, LogsOfDynosamAndVdo) {
+  const auto csv = [](std::string row) {
+    std::ranges::replace(row, ' ', ',');
+    return row;
+  };
+  const std::string identity = "0,0,0,0,0,0,1";
+  write_results("m_camera_pose_log.csv", [&](int k) {
+    return fmt::format("{},{},{}", k, csv(tum_row(own(T_world_camera(k)))), identity);
+  });
+  write_results(
+      "m_object_motion_log.csv",
+      [&](int k) {
+        const SE3 H = own(T_world_object(k)) * own(T_world_object(k - 1)).inverse();
+        return fmt::format("{},1,{},{}", k, csv(tum_row(H)), identity);
+      },
+      4);
+  last_ = run_with(config("cp $(dirname $0)/*.csv $output/",
+                          {{"camera", {{"file", "*_camera_pose_log.csv"}, {"format", "dynosam"}}},
+                           {"objects", {{"format", "dynosam"}}}}));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
+  EXPECT_EQ(statuses("object:1"), ok4);
+
+  write_results("refined_0.txt",
+                [&](int k) { return fmt::format("{} {} 0 0 0 1", k, kitti_row(own(T_world_camera(k)))); });
+  write_results(
+      "obj_mot_rgbd_new.txt",
+      [&](int k) {
+        return fmt::format("{} 1 {} 0 0 0 1", k,
+                           kitti_row(T_world_object(k - 1).inverse() * T_world_object(k)));
+      },
+      4);
+  last_ = run_with(config("cp $(dirname $0)/refined_0.txt $(dirname $0)/obj_mot* $output/",
+                          {{"camera", {{"file", "refined_*.txt"}}}, {"objects", {{"format", "vdo"}}}}));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
+  EXPECT_EQ(statuses("object:1"), ok4);
+}
+
+TEST_F(ExternalEstimatorTest, ProgramsMayCountFramesFromZero) {
+  write_results("any.txt",
+                [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(own(T_world_camera(k)))); });
+  EXPECT_THAT(
+      problem_of("cp $(dirname $0)/any.txt $output/camera.txt"),
+      HasSubstr(
+          "frame 0 is not among 3 to 7 of the input; if the program counts otherwise, give first_frame"));
+  EXPECT_EQ(statuses("ego"), diverged4);
+  last_ = run_with(config("cp $(dirname $0)/any.txt $output/camera.txt", {{"first_frame", 0}}));
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+}
+
+// ---- what does not
+
+TEST_F(ExternalEstimatorTest, NothingWritten) {
+  EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program has not written this file"));
+  EXPECT_EQ(statuses("ego"), lost4);
+  EXPECT_EQ(statuses("object:1"), not_detected4);
+}
+
+TEST_F(ExternalEstimatorTest, Garbage) {
+  EXPECT_THAT(problem_of("printf '3 1 2 nonsense\\n' > $output/camera.txt"), HasSubstr("camera.txt"));
+  EXPECT_EQ(statuses("ego"), diverged4);
+  EXPECT_THAT(problem_of("head -c 3000 /dev/urandom > $output/camera.txt"), HasSubstr("camera.txt"));
+  EXPECT_EQ(statuses("ego"), diverged4);
+  EXPECT_THAT(problem_of("printf '0.3 0 0 0 0 0 0 1\\n0.4 0 0 nan 0 0 0 1\\n' > $output/camera.txt"),
+              HasSubstr("camera.txt:2: value 4 is 'nan'"));
+  write_camera();
+  EXPECT_THAT(problem_of("cp $(dirname $0)/camera.txt $output; echo 4 what > $output/obj_1.txt",
+                         {{"objects", {{"format", "motions"}}}}),
+              HasSubstr("obj_1.txt"));
+  EXPECT_EQ(statuses("ego"), ok4);
+  EXPECT_EQ(statuses("object:1"), diverged4);
+}
+
+TEST_F(ExternalEstimatorTest, ExitCodeAndPartialOutput) {
+  write_camera();
+  last_ =
+      run_with(config("head -n 3 $(dirname $0)/camera.txt > $output/camera.txt; printf '6 1 0 0' >> "
+                      "$output/camera.txt; exit 3"));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("program: exit code 3 (")));
+  EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+  const std::string log = read_file(file("logs") / "vdo_data_3-7_seed0" / "log.txt");
+  EXPECT_THAT(log, HasSubstr("end: exit code 3"));
+  EXPECT_THAT(log, HasSubstr("camera poses: 3 of 5 frames"));
+  EXPECT_THAT(log, HasSubstr("its last line is not finished: left out"));
+  EXPECT_THAT(problem_of("head -n 2 $(dirname $0)/camera.txt > $output/camera.txt"),
+              HasSubstr("camera poses of 2 of 5 frames"));
+}
+
+TEST_F(ExternalEstimatorTest, AnObjectThatIsMissingInSomeFrames) {
+  write_camera();
+  write_results(
+      "obj_1.txt",
+      [&](int k) {
+        return fmt::format("{} {}", k,
+                           kitti_row(own(T_world_object(k)) * own(T_world_object(k - 1)).inverse()));
+      },
+      6);
+  last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/",
+                          {{"objects", {{"format", "motions"}}}}));
+  EXPECT_THAT(statuses("object:1"), ElementsAre("lost", "lost", "ok", "ok"));
+}
+
+TEST_F(ExternalEstimatorTest, KilledByASignal) {
+  EXPECT_THAT(last_.records, ElementsAre());
+  last_ = run_with(config("kill -SEGV $$"));
+  EXPECT_THAT(last_.sources.front().problems.front(), HasSubstr("signal 11 (Segmentation fault)"));
+  EXPECT_EQ(statuses("ego"), lost4);
+}
+
+TEST_F(ExternalEstimatorTest, AHangingProgramIsKilledWithAllThatItStarted) {
+  const auto start = std::chrono::steady_clock::now();
+  last_ = run_with(
+      config("trap '' TERM; sleep 60 & echo $! > $output/pid; wait; sleep 60", {{"time_limit_s", 0.3}}));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+  EXPECT_THAT(last_.sources.front().problems.front(), HasSubstr("killed at the time limit"));
+  EXPECT_EQ(statuses("ego"), lost4);
+  const int pid = std::stoi(read_file(file("logs") / "vdo_data_3-7_seed0" / "output" / "pid"));
+  // Gone, or dead and not yet collected by its new parent.
+  const fs::path stat = fs::path("/proc") / std::to_string(pid) / "stat";
+  if (fs::exists(stat)) {
+    std::ifstream in(stat);
+    std::string line;
+    std::getline(in, line);
+    EXPECT_THAT(line, HasSubstr(") Z ")) << "still runs";
+  }
+}
+
+TEST_F(ExternalEstimatorTest, StdoutAndStderrAreKept) {
+  problem_of("echo said; echo wrong >&2");
+  EXPECT_EQ(read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt"), "said\n");
+  EXPECT_EQ(read_file(file("logs") / "vdo_data_3-7_seed0" / "stderr.txt"), "wrong\n");
+}
+
+TEST_F(ExternalEstimatorTest, AProgramThatCannotBeStarted) {
+  write_file(file("none.json"), R"({"command": "./no_such_program {input}"})");
+  expect_error([&] { run_with("external:" + file("none.json").string()); },
+               "cannot start './no_such_program'");
+}
+
+TEST_F(ExternalEstimatorTest, EnvironmentAndWorkingDirectory) {
+  problem_of("echo \"$A|$PATH\"; pwd",
+             {{"environment", "A='two words' B={n}"}, {"working_directory", "{output}"}});
+  const std::string out = read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
+  EXPECT_TRUE(out.starts_with("two words|/")) << out;
+  EXPECT_THAT(out, HasSubstr("seed0/output\n"));
+}
+
+// ---- the input
+
+TEST_F(ExternalEstimatorTest, InputHoldsTheNoiseOfTheCaseAndNoTruth) {
+  const std::string noise = R"({"depth":{"delta_d_px":0.2},"flow":{"epe_px":0.5},"mask":{"erode_px":1}})";
+  run_with(config("exit 0", {{"keep", "all"}}), noise, 2);
+  const fs::path input = file("logs") / "vdo_data_3-7_seed1" / "input";
+  for (const auto& entry : fs::recursive_directory_iterator(input)) {
+    EXPECT_EQ(entry.path().filename().string().find("pose"), std::string::npos) << entry.path();
+  }
+  const auto written = open_source(SourceSpec::parse("vdo:" + input.string()));
+  const Channels channels{.depth = true, .flow = true, .mask = true};
+  const Draws draws(1, sequence_->info().dataset, sequence_->info().sequence);
+  const Frame expected =
+      Noise::parse(noise).apply(sequence_->read(5, channels), sequence_->info().camera, draws).frame;
+  const Frame got = written->read(5, channels);
+  EXPECT_EQ(got.mask, expected.mask);
+  int n = 0;
+  for (size_t i = 0; i < got.flow.size(); ++i) {
+    EXPECT_EQ(got.flow.data()[i].u, expected.flow.data()[i].u);
+    const double bf = sequence_->info().camera.bf;
+    const float z = expected.depth_m.data()[i];
+    if (!std::isfinite(z) || bf / z > 255) continue;
+    EXPECT_NEAR(bf / got.depth_m.data()[i], bf / z, 1.01 / 512);
+    ++n;
+  }
+  EXPECT_GT(n, 1000);
+  EXPECT_NE(got.flow.data()[5000].u, sequence_->read(5, channels).flow.data()[5000].u);
+}
+
+TEST_F(ExternalEstimatorTest, EveryLayout) {
+  const auto files = [&](const std::string& layout, bool truth) {
+    last_ = run_with(config("echo $4; find $input -type f | sort | sed \"s|$input/||\"",
+                            {{"layout", layout}, {"write_truth", truth}}));
+    return read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
+  };
+  EXPECT_THAT(files("vdo", false), HasSubstr("semantic/000007.txt"));
+  EXPECT_THAT(files("vdo", false), testing::Not(HasSubstr("pose_gt.txt")));
+  EXPECT_THAT(files("vdo", true), HasSubstr("pose_gt.txt"));
+  EXPECT_THAT(files("kitti", false), HasSubstr("training/image_02/0000/000004.png"));
+  EXPECT_THAT(files("kitti", false), testing::Not(HasSubstr("oxts")));
+  EXPECT_THAT(files("vkitti2", false), HasSubstr("Scene00/clone/frames/depth/Camera_0/depth_00003.png"));
+}
+
+// ---- sweeps
+
+class ExternalSweepTest : public ExternalEstimatorTest {
+ protected:
+  SweepConfig sweep_config(const std::string& out, const std::string& estimator, int jobs = 1) const {
+    SweepConfig c;
+    const Json plan = {{"sources", {fixture_.source()}},
+                       {"estimators", {estimator, "motion_only"}},
+                       {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
+                       {"seeds", 3}};
+    c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
+    c.out = file(out);
+    c.cache = PackCache(file("cache"));
+    c.jobs = jobs;
+    c.quiet = true;
+    return c;
+  }
+  std::string untimed(const std::string& out) const {
+    std::vector<Record> records;
+    for (const Record& record : read_records(file(out) / "records.jsonl"))
+      records.push_back(strip_times(record));
+    return write_records(records);
+  }
+};
+
+TEST_F(ExternalSweepTest, GoesOnAfterCasesThatFail) {
+  write_camera();
+  const std::string estimator = config(
+      "case $seed in 0) cp $(dirname $0)/camera.txt $output;; 1) exit 7;; 2) echo garbage > "
+      "$output/camera.txt;; esac");
+  const SweepOutcome outcome = sweep(sweep_config("a", estimator));
+  EXPECT_EQ(outcome.n_cases, 12U);
+  ASSERT_EQ(outcome.problems.size(), 6U);  // 2 levels x (exit code, its missing file, garbage)
+  EXPECT_THAT(outcome.problems[0], HasSubstr("exit code 7"));
+  EXPECT_THAT(outcome.problems[0], HasSubstr("case_000001/log.txt"));
+  EXPECT_THAT(outcome.problems[2], HasSubstr("camera.txt"));
+  std::map<std::string, std::set<std::string>> by_seed;
+  for (const Record& record : read_records(file("a") / "records.jsonl")) {
+    if (record.is_ego())
+      by_seed[fmt::format("{} {}", record.estimator, record.seed)].emplace(to_string(record.status));
+  }
+  EXPECT_THAT(by_seed["program 0"], ElementsAre("ok"));
+  EXPECT_THAT(by_seed["program 1"], ElementsAre("lost"));
+  EXPECT_THAT(by_seed["program 2"], ElementsAre("diverged"));
+  EXPECT_THAT(by_seed["motion_only 1"], ElementsAre("ok"));
+}
+
+TEST_F(ExternalSweepTest, BytesDoNotDependOnJobs) {
+  write_camera();
+  const std::string estimator = config("cp $(dirname $0)/camera.txt $output");
+  sweep(sweep_config("a", estimator, 1));
+  sweep(sweep_config("b", estimator, 2));
+  EXPECT_EQ(untimed("a"), untimed("b"));
+}
+
+TEST_F(ExternalSweepTest, AnotherConfigurationIsAnotherSweep) {
+  write_camera();
+  sweep(sweep_config("a", config("cp $(dirname $0)/camera.txt $output")));
+  EXPECT_EQ(sweep(sweep_config("a", config("cp $(dirname $0)/camera.txt $output"))).n_before, 12U);
+  const std::string other = config("exit 1", {{"time_limit_s", 5}});
+  expect_error([&] { sweep(sweep_config("a", other)); }, "another plan");
+}
+
+TEST_F(ExternalSweepTest, ConfigurationsLieBesideThePlan) {
+  config("exit 0");
+  EXPECT_EQ(sweep_config("a", "external:program.json").plan.estimators.front().label, "program");
+}
+
+// ---- configurations
+
+TEST_F(ExternalEstimatorTest, ConfigurationsAreReadStrictly) {
+  const auto open = [&](const std::string& json) {
+    write_file(file("c.json"), json);
+    make_case_estimator("external:" + file("c.json").string());
+  };
+  expect_error([&] { open("{\"command\": \"a\",\n \"layuot\": 1}"); },
+               "unknown option key 'layuot': did you mean 'layout'");
+  expect_error([&] { open("{\"command\": \"a\",\n oops}"); }, "c.json:2: not valid JSON");
+  expect_error([&] { open("{}"); }, "command");
+  expect_error([&] { open(R"({"command": "a {inptu}"})"); },
+               "unknown placeholder {inptu}: did you mean 'input'");
+  expect_error([&] { open(R"({"command": "a 'b"})"); }, "is not closed");
+  expect_error([&] { open(R"({"command": "a", "layout": "vdoo"})"); }, "did you mean 'vdo'");
+  expect_error([&] { open(R"({"command": "a", "time_limit_s": 0})"); }, "time_limit_s");
+  expect_error([&] { open(R"({"command": "a", "environment": "B"})"); }, "NAME=VALUE");
+  expect_error([&] { open(R"({"command": "a", "objects": {"format": "tum"}})"); }, "objects.format");
+  expect_error([&] { open(R"({"command": "a", "objects": {"files": "obj.txt"}})"); }, "with one *");
+  expect_error([] { make_case_estimator("external:/no/such.json"); }, "/no/such.json");
+  expect_error([] { make_case_estimator("extrenal:a.json"); }, "external:CONFIG.json");
+}
+
+TEST(ExternalConfig, WordsAreSplitAsInAShell) {
+  const Placeholders values = {{"input", "/a b/c"}};
+  EXPECT_THAT(words_of(" run  --in {input} 'x y' \"it's\" a'b c'd '' ", values),
+              ElementsAre("run", "--in", "/a b/c", "x y", "it's", "ab cd", ""));
+}
+
+}  // namespace
+}  // namespace sextant
