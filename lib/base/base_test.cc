@@ -58,8 +58,9 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
 }
 
 TEST(Status, EveryNameRoundTrips) {
-  for (const Status status : {Status::ok, Status::no_truth, Status::not_detected, Status::lost,
-                              Status::diverged, Status::too_few_points, Status::gated}) {
+  for (const Status status :
+       {Status::ok, Status::no_truth, Status::not_detected, Status::lost, Status::diverged,
+        Status::too_few_points, Status::gated, Status::collinear, Status::at_infinity, Status::no_parallax}) {
     EXPECT_EQ(status_from_string(to_string(status)), status);
   }
   EXPECT_EQ(to_string(Status::too_few_points), "too_few_points");

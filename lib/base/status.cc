@@ -6,8 +6,9 @@
 
 namespace sextant {
 namespace {
-constexpr std::array<std::string_view, 7> status_names = {
-    "ok", "no_truth", "not_detected", "lost", "diverged", "too_few_points", "gated"};
+constexpr std::array<std::string_view, 10> status_names = {
+    "ok",    "no_truth",  "not_detected", "lost",       "diverged", "too_few_points",
+    "gated", "collinear", "at_infinity",  "no_parallax"};
 constexpr std::array<std::string_view, 4> gate_names = {"none", "distance", "area", "static"};
 }  // namespace
 

@@ -15,6 +15,9 @@ enum class Status {
   diverged,        ///< the solver did not reach a finite optimum
   too_few_points,  ///< fewer points (or inliers) than the options ask for
   gated,           ///< left out on purpose: too far, too small, or static (see Gate)
+  collinear,       ///< all points on a line: a turn about it cannot be seen
+  at_infinity,     ///< all points too far for a translation to be seen
+  no_parallax,     ///< the points leave another direction of motion open
 };
 
 std::string_view to_string(Status status);

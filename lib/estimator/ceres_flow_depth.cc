@@ -89,15 +89,13 @@ PointResidual make_residual(const Problem& problem, size_t i, const NoiseLevels&
 }  // namespace
 
 MotionEstimate JointFlowDepthCeres::estimate(const Problem& problem, const StartingPoint& start) const {
-  MotionEstimate estimate;
-  estimate.refined_flow_u = problem.points.flow_u;
-  estimate.refined_flow_v = problem.points.flow_v;
+  MotionEstimate estimate = begin_estimate(problem, {});
+  if (estimate.status != Status::ok) return estimate;
   FlowDepthData data(problem);
   const FlowDepthProblem decided = decide(problem, start, options_, data);
   estimate.inliers = decided.inliers;
   estimate.status = decided.status;
   if (decided.status != Status::ok) return estimate;
-  estimate.status = Status::diverged;
 
   const std::unique_ptr<ceres::LossFunction> loss = make_loss(decided.kernel);
   SE3Manifold manifold;
@@ -119,7 +117,7 @@ MotionEstimate JointFlowDepthCeres::estimate(const Problem& problem, const Start
     options.linear_solver_ordering->AddElementToGroup(points[i].data(), 0);
   }
   options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
-  solve(ceres_problem, options, motion, estimate);
+  solve(ceres_problem, options, problem, motion, estimate);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!data.used(i)) continue;
     estimate.refined_flow_u[i] = points[i][0];

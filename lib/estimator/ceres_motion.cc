@@ -20,21 +20,23 @@ ceres::Problem::Options borrow() {
   return options;
 }
 
-void solve(ceres::Problem& problem, const ceres::Solver::Options& options, MotionBlock& motion,
-           MotionEstimate& estimate) {
+void solve(ceres::Problem& ceres_problem, const ceres::Solver::Options& options, const Problem& problem,
+           MotionBlock& motion, MotionEstimate& estimate) {
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  estimate.T_curr_prev = from_block(motion.data());
-  estimate.iterations = static_cast<int>(summary.iterations.size());
-  estimate.cost = summary.final_cost;
-  if (!summary.IsSolutionUsable() || !estimate.T_curr_prev.is_finite()) return;
+  ceres::Solve(options, &ceres_problem, &summary);
+  SolverResult solution;
+  solution.T_curr_prev = from_block(motion.data());
+  solution.iterations = static_cast<int>(summary.iterations.size());
+  solution.at_optimum.cost = summary.IsSolutionUsable() ? summary.final_cost : INFINITY;
+  if (!take_solution(solution, estimate)) return;
   ceres::Covariance covariance(ceres::Covariance::Options{});
   const std::vector<std::pair<const double*, const double*>> blocks = {{motion.data(), motion.data()}};
-  if (!covariance.Compute(blocks, &problem)) return;
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> block;
-  covariance.GetCovarianceBlockInTangentSpace(motion.data(), motion.data(), block.data());
-  estimate.covariance = block;
-  estimate.status = Status::ok;
+  block.setConstant(INFINITY);
+  if (covariance.Compute(blocks, &ceres_problem)) {
+    covariance.GetCovarianceBlockInTangentSpace(motion.data(), motion.data(), block.data());
+  }
+  conclude(problem, block, estimate);
 }
 
 }  // namespace sextant

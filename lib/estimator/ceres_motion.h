@@ -6,8 +6,7 @@
 
 #include <array>
 
-#include "sextant/estimator/levenberg_marquardt.h"
-#include "sextant/estimator/motion_estimate.h"
+#include "sextant/estimator/degeneracy.h"
 
 namespace sextant {
 
@@ -73,8 +72,8 @@ ceres::Solver::Options ceres_solver_options(const SolverOptions& options);
 /// A problem that owns nothing but its residual blocks.
 ceres::Problem::Options borrow();
 
-/// Fills in motion, iterations, cost, covariance and status.
-void solve(ceres::Problem& problem, const ceres::Solver::Options& options, MotionBlock& motion,
-           MotionEstimate& estimate);
+/// Solves for the motion of `problem` and fills in all but the refined flow.
+void solve(ceres::Problem& ceres_problem, const ceres::Solver::Options& options, const Problem& problem,
+           MotionBlock& motion, MotionEstimate& estimate);
 
 }  // namespace sextant

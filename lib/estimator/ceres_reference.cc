@@ -56,17 +56,6 @@ ProjectionResidual make_projection(const Problem& problem, size_t i, double sigm
           sigma_px};
 }
 
-MotionEstimate prepare(const Problem& problem, const StartingPoint& start) {
-  MotionEstimate estimate;
-  estimate.inliers = start.inliers;
-  estimate.refined_flow_u = problem.points.flow_u;
-  estimate.refined_flow_v = problem.points.flow_v;
-  const auto n =
-      std::count_if(start.inliers.begin(), start.inliers.end(), [](unsigned char k) { return k != 0; });
-  if (n < 3) estimate.status = Status::too_few_points;
-  return estimate;
-}
-
 double huber_threshold(const std::string& robust, double huber) {
   if (robust == "geman_mcclure_gnc")
     fail(
@@ -78,15 +67,15 @@ double huber_threshold(const std::string& robust, double huber) {
 }  // namespace
 
 MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingPoint& start) const {
-  MotionEstimate estimate = prepare(problem, start);
-  if (estimate.status == Status::too_few_points) return estimate;
+  MotionEstimate estimate = begin_estimate(problem, start.inliers);
+  if (estimate.status != Status::ok) return estimate;
   ceres::HuberLoss loss(huber_threshold(options_.robust, options_.huber));
   SE3Manifold manifold;
   MotionBlock motion = to_block(start.T_curr_prev);
   ceres::Problem ceres_problem(borrow());
   ceres_problem.AddParameterBlock(motion.data(), 7, &manifold);
   for (size_t i = 0; i < problem.points.size(); ++i) {
-    if (start.inliers[i] == 0) continue;
+    if (estimate.inliers[i] == 0) continue;
     ceres_problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<FixedFlowResidual, 2, 7>(
             new FixedFlowResidual{make_projection(problem, i, options_.sigma_px),
@@ -95,13 +84,13 @@ MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingP
   }
   ceres::Solver::Options options = ceres_solver_options(options_.solver);
   options.linear_solver_type = ceres::DENSE_QR;
-  solve(ceres_problem, options, motion, estimate);
+  solve(ceres_problem, options, problem, motion, estimate);
   return estimate;
 }
 
 MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPoint& start) const {
-  MotionEstimate estimate = prepare(problem, start);
-  if (estimate.status == Status::too_few_points) return estimate;
+  MotionEstimate estimate = begin_estimate(problem, start.inliers);
+  if (estimate.status != Status::ok) return estimate;
   ceres::HuberLoss projection_loss(huber_threshold(options_.robust, options_.huber_projection));
   ceres::HuberLoss flow_loss(huber_threshold(options_.robust, options_.huber_flow));
   SE3Manifold manifold;
@@ -113,7 +102,7 @@ MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPo
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (size_t i = 0; i < problem.points.size(); ++i) {
-    if (start.inliers[i] == 0) continue;
+    if (estimate.inliers[i] == 0) continue;
     const double u = problem.points.flow_u[i];
     const double v = problem.points.flow_v[i];
     flows[i] = {u, v};
@@ -127,9 +116,9 @@ MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPo
     options.linear_solver_ordering->AddElementToGroup(flows[i].data(), 0);
   }
   options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
-  solve(ceres_problem, options, motion, estimate);
+  solve(ceres_problem, options, problem, motion, estimate);
   for (size_t i = 0; i < flows.size(); ++i) {
-    if (start.inliers[i] == 0) continue;
+    if (estimate.inliers[i] == 0) continue;
     estimate.refined_flow_u[i] = flows[i][0];
     estimate.refined_flow_v[i] = flows[i][1];
   }

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "sextant/estimator/degeneracy.h"
 #include "sextant/estimator/graduation.h"
 #include "sextant/estimator/local_planes.h"
-#include "sextant/estimator/motion_only.h"
 #include "sextant/estimator/noise_levels.h"
 
 namespace sextant {
@@ -171,9 +171,8 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
 }
 
 MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPoint& start) const {
-  MotionEstimate estimate;
-  estimate.refined_flow_u = problem.points.flow_u;
-  estimate.refined_flow_v = problem.points.flow_v;
+  MotionEstimate estimate = begin_estimate(problem, {});
+  if (estimate.status != Status::ok) return estimate;
   FlowDepthData data(problem);
   const FlowDepthProblem decided = decide(problem, start, options_, data);
   estimate.inliers = decided.inliers;
@@ -181,25 +180,17 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   if (decided.status != Status::ok) return estimate;
   const SolverResult solution =
       minimize_flow_depth(data, decided.start, decided.levels, decided.kernel, options_.solver);
-  estimate.T_curr_prev = solution.T_curr_prev;
-  estimate.iterations = solution.iterations;
-  estimate.cost = solution.at_optimum.cost;
-  estimate.status = Status::diverged;
+  if (!take_solution(solution, estimate)) return estimate;
   PointEvaluation at;
   evaluate_points(data, solution.T_curr_prev, decided.levels, at);
   const Matrix6d hessian = accumulate(data, solution.T_curr_prev, decided.levels, {}).hessian;
-  if (!std::isfinite(estimate.cost) || !estimate.T_curr_prev.is_finite() || !is_determined(hessian)) {
-    return estimate;
-  }
   const double inflation = variance_factor(data, at.q, decided.kernel);
-  estimate.covariance = (decided.kernel.kind == Kind::none ? 1.0 : std::max(inflation, 1.0)) *
-                        hessian.ldlt().solve(Matrix6d::Identity());
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
     estimate.refined_flow_u[i] += (1 - options_.projection_share) * at.error_u[i];
     estimate.refined_flow_v[i] += (1 - options_.projection_share) * at.error_v[i];
   }
-  estimate.status = Status::ok;
+  conclude(problem, hessian, decided.kernel.kind == Kind::none ? 1.0 : std::max(inflation, 1.0), estimate);
   return estimate;
 }
 

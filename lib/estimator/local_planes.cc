@@ -9,28 +9,29 @@ namespace sextant {
 namespace {
 
 constexpr int min_neighbours = 9;  // three unknowns, six to judge them
+constexpr double max_pixel = 1e5;  // beyond, numbers are not those of an image
 
-/// Points by cell of `side` px, cells row by row.
+constexpr double max_columns = 1000;
+
+/// Points by cell of at least `side` px, cells row by row.
 class CellGrid {
  public:
   CellGrid(const Correspondences& points, const std::vector<unsigned char>& valid, double side)
       : side_(side) {
-    double max_u = 0, max_v = 0;
+    double max_u = -INFINITY, max_v = -INFINITY;
     min_u_ = min_v_ = INFINITY;
     for (size_t i = 0; i < points.size(); ++i) {
       if (valid[i] == 0) continue;
       min_u_ = std::min(min_u_, points.u[i]);
       min_v_ = std::min(min_v_, points.v[i]);
-      max_u = std::max(max_u, points.u[i] - min_u_);
-      max_v = std::max(max_v, points.v[i] - min_v_);
+      max_u = std::max(max_u, points.u[i]);
+      max_v = std::max(max_v, points.v[i]);
     }
-    for (size_t i = 0; i < points.size(); ++i) {
-      if (valid[i] == 0) continue;
-      max_u = std::max(max_u, points.u[i] - min_u_);
-      max_v = std::max(max_v, points.v[i] - min_v_);
-    }
-    columns_ = static_cast<int>(max_u / side) + 1;
-    rows_ = static_cast<int>(max_v / side) + 1;
+    if (!(max_u >= min_u_)) max_u = min_u_ = max_v = min_v_ = 0;  // no point
+    // Few points far apart need no grid as fine as that.
+    side_ = std::max({side_, (max_u - min_u_) / max_columns, (max_v - min_v_) / max_columns});
+    columns_ = static_cast<int>((max_u - min_u_) / side_) + 1;
+    rows_ = static_cast<int>((max_v - min_v_) / side_) + 1;
     begin_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
     for (size_t i = 0; i < points.size(); ++i) {
       if (valid[i] != 0) ++begin_[cell(points.u[i], points.v[i]) + 1];
@@ -70,8 +71,8 @@ std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double k
   std::vector<unsigned char> valid(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     planes[i].inverse_depth = 1 / points.depth[i];
-    valid[i] = points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::isfinite(points.u[i]) &&
-               std::isfinite(points.v[i]);
+    valid[i] = points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::abs(points.u[i]) < max_pixel &&
+               std::abs(points.v[i]) < max_pixel;
   }
   if (points.size() < min_neighbours || !(kappa > 0)) return planes;
   const CellGrid grid(points, valid, radius_px);

@@ -2,6 +2,7 @@
 
 // What an estimator says about one body between two frames.
 
+#include <limits>
 #include <vector>
 
 #include "sextant/base/status.h"
@@ -10,10 +11,12 @@
 namespace sextant {
 
 struct MotionEstimate {
-  Status status = Status::diverged;        ///< ok, diverged or too_few_points
+  Status status = Status::diverged;        ///< ok, diverged, or why the motion is open (degeneracy.h)
   SE3 T_curr_prev;                         ///< maps the body's points, previous to current camera coordinates
   Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist [rho; omega] (m, rad): inverse Gauss-Newton
                                            ///< Hessian at the optimum in the estimator's own sigmas
+  /// Of the covariance: largest over smallest eigenvalue. NaN where there is no covariance.
+  double condition = std::numeric_limits<double>::quiet_NaN();
   std::vector<unsigned char> inliers;      ///< per point of the problem: 1 = used in the optimisation
   std::vector<double> refined_flow_u;  ///< px, per point; the measured flow where the estimator refines none
   std::vector<double> refined_flow_v;

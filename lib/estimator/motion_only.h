@@ -35,9 +35,6 @@ class MotionOnly : public Estimator {
   MotionOnlyOptions options_;
 };
 
-/// Whether the Hessian leaves no direction of motion to chance.
-bool is_determined(const Matrix6d& hessian);
-
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
 /// robust = none: no threshold; geman_mcclure_gnc: graduation.h on all points, scale estimated from their
 /// residuals, inliers = points within three times that scale.

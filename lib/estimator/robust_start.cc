@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "sextant/estimator/degeneracy.h"
 #include "sextant/estimator/p3p.h"
 #include "sextant/estimator/reprojection_solver.h"
 
@@ -89,6 +90,9 @@ void RobustStartOptions::check() const {
 RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
                          const RobustStartOptions& options) {
   RobustStart result;
+  result.status = check_geometry(problem, {});
+  if (result.status != Status::ok) return result;
+  result.status = Status::too_few_points;
   if (problem.points.size() < 4) return result;
   const ReprojectionData data({problem.camera, shuffled(problem.points)}, {});
   const double threshold = options.inlier_threshold_px;
@@ -125,8 +129,8 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
   result.n_inliers = best_inliers;
   if (best_inliers < 4) return result;
-  result.status = Status::ok;
   result.start = {best, inlier_mask(ordered, best, threshold)};
+  result.status = check_geometry(problem, result.start.inliers);
   return result;
 }
 

@@ -31,7 +31,7 @@ struct RobustStartOptions {
 };
 
 struct RobustStart {
-  Status status = Status::too_few_points;  ///< ok or too_few_points
+  Status status = Status::too_few_points;  ///< ok, too_few_points, collinear or at_infinity
   StartingPoint start;
   int n_inliers = 0;
   int iterations = 0;
