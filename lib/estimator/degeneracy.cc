@@ -15,7 +15,7 @@ constexpr double usual_delta_d_px = 0.2;
 constexpr double significant = 3;  // kappa
 constexpr double line_rms_px = 0.5;
 constexpr double affine_rms = 2;            // kappa
-constexpr double max_turn_rad = 0.1;        // standard deviation
+constexpr double max_turn_rad = 0.25;        // standard deviation
 constexpr double max_relative_shift = 0.5;  // standard deviation over distance
 constexpr double max_condition = 1e14;      // beyond, rounding decides
 

@@ -9,7 +9,7 @@
 //   collinear       the pixels lie on a line (within 0.5 px RMS) and along it inverse depth is affine (within
 //                   2 kappa RMS), as it is on every line in space; or all pixels are one: a turn about that
 //                   line cannot be seen
-//   no_parallax     the covariance leaves a direction open: a turn of more than 0.1 rad standard deviation,
+//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation,
 //   or
 //                   a translation of the points' centre of more than half its distance. Turns and
 //                   translations look the same, as for a small flat patch.

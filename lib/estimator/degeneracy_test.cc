@@ -81,7 +81,7 @@ std::vector<Configuration> configurations() {
       {"ViewingRay", observe(line(40, near, 3 * near)), Status::collinear},
       {"DepthInfinite", infinite, Status::at_infinity},
       {"Far", observe(patch(20, 10, {0, 0, 5000}, 4000, 1500, 800)), Status::at_infinity},
-      {"SmallFlatPatch", observe(patch(4, 4, {0.3, 0.2, 20}, 0.1, 0.1, 0), 0, 0.3), Status::no_parallax},
+      {"SmallFlatPatch", observe(patch(4, 4, {0.3, 0.2, 20}, 0.06, 0.06, 0), 0, 0.3), Status::no_parallax},
   };
 }
 
