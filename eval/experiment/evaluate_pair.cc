@@ -48,7 +48,7 @@ void add_body(const BodyResult& body, Record& record) {
   record.gate = body.gate;
   record.n_points = body.n_points;
   record.n_inliers = body.n_inliers;
-  record.values["condition"] = body.estimate.condition;
+  if (std::isfinite(body.estimate.condition)) record.values["condition"] = body.estimate.condition;
   record.time_ms["total"] = body.times.total_ms();
   record.time_ms["start"] = body.times.start_ms;
   record.time_ms["refine"] = body.times.refine_ms;
