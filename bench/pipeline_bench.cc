@@ -108,9 +108,9 @@ void extraction(benchmark::State& state) {
   });
 }
 
-void estimation(benchmark::State& state) {
+void estimation(benchmark::State& state, const char* name) {
   const std::vector<FramePair> pairs = extract_all();
-  FrameEstimator estimator({}, make_estimator("joint_flow"));
+  FrameEstimator estimator({}, make_estimator(name));
   double ego_start_ms = 0, ego_refine_ms = 0, object_start_ms = 0, object_refine_ms = 0, other_ms = 0;
   double ego_points = 0, object_points = 0;
   cycle(state, pairs.size(), [&](size_t k) {
@@ -135,8 +135,8 @@ void estimation(benchmark::State& state) {
   state.counters["classify_ms"] = mean(other_ms);
 }
 
-void whole_frame(benchmark::State& state) {
-  FrameEstimator estimator({}, make_estimator("joint_flow"));
+void whole_frame(benchmark::State& state, const char* name) {
+  FrameEstimator estimator({}, make_estimator(name));
   cycle(state, clip().frames.size() - 1, [&](size_t k) {
     benchmark::DoNotOptimize(estimator.process(
         extract_frame_pair(clip().frames[k], clip().frames[k + 1], clip().camera, clip().dt_s, {})));
@@ -145,8 +145,10 @@ void whole_frame(benchmark::State& state) {
 
 BENCHMARK(features)->Unit(benchmark::kMillisecond);
 BENCHMARK(extraction)->Unit(benchmark::kMillisecond);
-BENCHMARK(estimation)->Unit(benchmark::kMillisecond);
-BENCHMARK(whole_frame)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(estimation, joint_flow, "joint_flow")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(estimation, joint_flow_depth, "joint_flow_depth")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(whole_frame, joint_flow, "joint_flow")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(whole_frame, joint_flow_depth, "joint_flow_depth")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace sextant

@@ -46,7 +46,9 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int n_hessian = 21;  // upper triangle, row by row
 constexpr int max_depth_steps = 30;
-constexpr double depth_step_tolerance = 1e-9;  // relative; the next step would be its square
+// Relative; the next step would be its square. A descent that will be refined needs no more than the first.
+constexpr double rough_depth_step = 1e-4;
+constexpr double last_depth_step = 1e-9;
 
 /// Noise levels and kernel as the factors that the loop needs.
 struct Factors {
@@ -55,6 +57,8 @@ struct Factors {
   double info_curr = 0;
   bool refine = false;
   bool quasi = false;
+  double depth_step_tolerance;
+  bool points_only = false;  ///< leave out kernel and sums
   RobustKernel kernel;
 
   Factors(const NoiseLevels& levels, const StereoCamera& camera, const RobustKernel& rho)
@@ -62,6 +66,7 @@ struct Factors {
         info_v(1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px)),
         refine(levels.delta_d_px > 0),
         quasi(levels.depth_noise == DepthNoise::depth),
+        depth_step_tolerance(rho.majorize ? rough_depth_step : last_depth_step),
         kernel(rho) {
     const auto information = [&](double delta_d_px) {
       return delta_d_px > 0 ? (camera.bf / delta_d_px) * (camera.bf / delta_d_px) : 0.0;
@@ -130,7 +135,7 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
       const Lanes moved = in_front ? (next < low ? low : (next > high ? high : next)) : s;
       const Lanes change = moved - s;
       const LaneMask moving =
-          (count > zero) & ((change > depth_step_tolerance * s) | (change < -depth_step_tolerance * s));
+          (count > zero) & ((change > f.depth_step_tolerance * s) | (change < -f.depth_step_tolerance * s));
       s = moved;
       if ((moving[0] | moving[1] | moving[2] | moving[3]) == 0) step = max_depth_steps - 1;
     }
@@ -147,6 +152,7 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
     SEXTANT_STORE(d.error_v + i, ev);
     SEXTANT_STORE(d.slope_u + i, us);
     SEXTANT_STORE(d.slope_v + i, vs);
+    if (f.points_only) continue;
 
     // Kernel: robust_kernel.h.
     Lanes weight = count;
@@ -301,8 +307,16 @@ NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const No
 
 void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                      PointEvaluation& out) {
-  accumulate(data, T_curr_prev, levels, {});
-  out = {data.q_, data.error_u_, data.error_v_, data.slope_u_, data.slope_v_, data.refined_, {}};
+  std::array<double, n_hessian + 8> sums{};
+  Factors factors(levels, data.camera_, {});
+  factors.points_only = true;
+  accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev), factors, sums.data());
+  out.q = data.q_;  // keeps its memory
+  out.error_u = data.error_u_;
+  out.error_v = data.error_v_;
+  out.slope_u = data.slope_u_;
+  out.slope_v = data.slope_v_;
+  out.inverse_depth = data.refined_;
   const RigidMotion m(T_curr_prev);
   out.inverse_depth_curr.resize(data.x_.size());
   for (size_t i = 0; i < data.size_; ++i) {

@@ -30,13 +30,16 @@ PointEvaluation evaluate_measured(FlowDepthData& data, const SE3& T_curr_prev) {
 double delta_d_along(const std::vector<double>& along, const std::vector<double>& slope, double sigma) {
   double low = 0;
   double high = max_delta_d_px;
-  std::vector<double> normalised(along.size());
+  const double threshold2 = 1 / (normal_mad * normal_mad);
   for (int step = 0; step < 30; ++step) {
     const double delta = 0.5 * (low + high);
+    // The median of the normalised residuals is above the threshold if no more than half of them are within.
+    size_t within = 0;
     for (size_t i = 0; i < along.size(); ++i) {
-      normalised[i] = std::abs(along[i]) / std::hypot(sigma, slope[i] * delta);
+      const double variance = sigma * sigma + slope[i] * slope[i] * delta * delta;
+      within += along[i] * along[i] <= threshold2 * variance ? 1 : 0;
     }
-    (normal_mad * median(normalised) > 1 ? low : high) = delta;
+    (within <= along.size() / 2 ? low : high) = delta;
   }
   return high;
 }
@@ -70,7 +73,7 @@ NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, c
   std::vector<double> across, along, slope, disparity;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i) || !std::isfinite(at.q[i])) continue;
-    const double length = std::hypot(at.slope_u[i], at.slope_v[i]);
+    const double length = std::sqrt(at.slope_u[i] * at.slope_u[i] + at.slope_v[i] * at.slope_v[i]);
     if (!(length > 0)) continue;
     across.push_back(std::abs(at.error_u[i] * at.slope_v[i] - at.error_v[i] * at.slope_u[i]) / length);
     along.push_back((at.error_u[i] * at.slope_u[i] + at.error_v[i] * at.slope_v[i]) / length);
