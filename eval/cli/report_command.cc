@@ -28,6 +28,8 @@ std::string joined(const std::vector<std::string>& texts) {
   return text;
 }
 
+const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
+
 /// Errors by noise level of all folders, as one document.
 ReportDocument noise_document(const ReportFlags& flags) {
   const std::vector<NoiseSweep> sweeps = read_noise_sweeps({flags.folders.begin(), flags.folders.end()});
@@ -46,8 +48,12 @@ ReportDocument noise_document(const ReportFlags& flags) {
   document.verdicts = claim_verdicts(checked, "#claims");
   const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
     if (table.rows.empty()) return;
-    document.sections.push_back(
-        {std::string(name) + "-section", heading, {}, {{name, std::move(table)}}, std::move(figures), {}});
+    document.sections.push_back({std::string(name) + "-section",
+                                 heading,
+                                 {},
+                                 {{name, std::move(table), split_keys}},
+                                 std::move(figures),
+                                 {}});
   };
   add("claims", "Statements", claim_table(checked));
   add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
@@ -69,13 +75,12 @@ std::vector<NamedTable> tables_of(const ReportDocument& document) {
 void print(const ReportFlags& flags, const ReportDocument& document) {
   if (flags.json) {
     Json json = Json::object();
-    for (const auto& [name, table] : tables_of(document)) json[name] = rows_to_json(table);
+    for (const NamedTable& named : tables_of(document)) json[named.name] = rows_to_json(named.table);
     fmt::print("{}\n", json.dump(2));
     return;
   }
   for (const NamedTable& named : tables_of(document)) {
-    for (const Table& part :
-         split_rows(named.table, {"claim", "parameter", "source", "dataset", "sequence"})) {
+    for (const Table& part : split_rows(named.table, named.split_by)) {
       fmt::print("{}\n", to_text(part));
     }
   }

@@ -40,6 +40,9 @@ std::string joint_verdict(const std::vector<std::string>& verdicts);
 struct NamedTable {
   std::string name;
   Table table;
+  /// Keys of columns: where one of them changes, a new part begins on pages for people (split_rows). Mark
+  /// them `fold`, and each part says them once. Files hold the whole.
+  std::vector<std::string> split_by{};
 };
 
 /// A drawing that is not made by gnuplot.

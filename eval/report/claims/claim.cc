@@ -42,12 +42,18 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
       "low, high: 95 % interval (bootstrap over seeds). Reproduced or not: the whole interval agrees with "
       "the "
       "statement or contradicts it. Objects are numbered by distance, as in the paper.";
-  table.columns = {{"claim", "claim", Align::left, 0, true}, {"statement", "statement", Align::left, 0, true},
-                   {"place", "place", Align::left, 0, true}, {"dataset", "dataset", Align::left},
-                   {"sequence", "sequence", Align::left},    {"estimator", "estimator", Align::left},
-                   {"subject", "subject", Align::left},      {"quantity", "quantity", Align::left},
-                   {"value", "value", Align::right, 4},      {"low", "low", Align::right, 4},
-                   {"high", "high", Align::right, 4},        {"stated", "stated", Align::left},
+  table.columns = {{"claim", "claim", Align::left, 0, true},
+                   {"statement", "statement", Align::left, 0, true},
+                   {"place", "place", Align::left, 0, true},
+                   {"dataset", "dataset", Align::left, 0, true},
+                   {"sequence", "sequence", Align::left, 0, true},
+                   {"estimator", "estimator", Align::left},
+                   {"subject", "subject", Align::left},
+                   {"quantity", "quantity", Align::left},
+                   {"value", "value", Align::right, 4},
+                   {"low", "low", Align::right, 4},
+                   {"high", "high", Align::right, 4},
+                   {"stated", "stated", Align::left},
                    {"verdict", "verdict", Align::left}};
   for (const auto& [claim, results] : checked) {
     if (results.empty())

@@ -1,5 +1,7 @@
 #include "sextant/eval/report/html/html.h"
 
+#include <algorithm>
+
 #include "sextant/base/error.h"
 #include "sextant/eval/report/html/page_style.h"
 #include "sextant/eval/report/table_layout.h"
@@ -63,16 +65,12 @@ std::string table_cell(const Cell& cell, const Column& column) {
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : html_escaped(text));
 }
 
-std::string table_html(const NamedTable& named) {
-  const auto [table, folded] = fold_columns(without_details(named.table));
-  const size_t n = table.columns.size();
-  std::string html =
-      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
-                  n >= crowded_columns ? " crowded" : "", named.name);
-  if (!table.title.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
-  html += paragraph(table.caption, "caption") + paragraph(folded, "caption");
+/// Rows that agree in what the line above them says.
+std::string part_html(const Table& whole, const std::string& label) {
+  const auto [table, folded] = fold_columns(whole);
+  std::string html = paragraph(folded, "folded");
   html += fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">\n<table>\n",
-                      html_escaped(table.title.empty() ? named.name : table.title));
+                      html_escaped(folded.empty() ? label : label + ": " + folded));
   html += "<thead><tr>";
   for (const Column& column : table.columns) {
     html += fmt::format("<th scope=\"col\"{}>{}</th>",
@@ -84,7 +82,21 @@ std::string table_html(const NamedTable& named) {
     for (size_t j = 0; j < row.size(); ++j) html += table_cell(row[j], table.columns[j]);
     html += "</tr>\n";
   }
-  html += "</tbody>\n</table>\n</div>\n";
+  return html + "</tbody>\n</table>\n</div>\n";
+}
+
+std::string table_html(const NamedTable& named) {
+  const Table table = without_details(named.table);
+  const std::vector<Table> parts =
+      named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
+  size_t n = 0;
+  for (const Table& part : parts) n = std::max(n, fold_columns(part).table.columns.size());
+  std::string html =
+      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
+                  n >= crowded_columns ? " crowded" : "", named.name);
+  if (!table.title.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
+  html += paragraph(table.caption, "caption");
+  for (const Table& part : parts) html += part_html(part, table.title.empty() ? named.name : table.title);
   for (const std::string& note : table.notes) html += paragraph(note, "note");
   return html + "</section>\n";
 }

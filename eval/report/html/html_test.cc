@@ -59,7 +59,7 @@ TEST(Html, HasEveryPartOfTheDocumentEscaped) {
   EXPECT_THAT(html, HasSubstr("class=\"verdict differs\""));
   EXPECT_THAT(html, HasSubstr("<a href=\"#mot_all\">Table III</a>"));
   EXPECT_THAT(html, HasSubstr("5 &lt; 6"));
-  EXPECT_THAT(html, HasSubstr("<p class=\"caption\">set s18</p>"));
+  EXPECT_THAT(html, HasSubstr("<p class=\"folded\">set s18</p>"));
   EXPECT_THAT(html, HasSubstr("<td class=\"number\" data-value=\"0.12345\">0.123</td>"));
   EXPECT_THAT(html, HasSubstr("<td class=\"number\">-</td>"));
   EXPECT_THAT(html, HasSubstr("<th scope=\"col\" class=\"number\">E_t [m]</th>"));
@@ -85,6 +85,17 @@ TEST(Html, TagsAreClosedInOrder) {
     EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">"))
         << tag;
   }
+}
+
+TEST(Html, SplitTablesSayOnceInWhatTheirPartsAgree) {
+  Table table = small_table();
+  table.add_row({"vk", 1.0, "within"});
+  ReportDocument document = document_of(table);
+  document.sections.front().tables.front().split_by = {"set"};
+  const OutputFiles files = report_folder(document, {});
+  EXPECT_THAT(files.at("report.html"), HasSubstr("<p class=\"folded\">set vk</p>"));
+  EXPECT_EQ(count(files.at("report.html"), "<table>"), 2U);
+  EXPECT_EQ(count(files.at("tables/mot_all.csv"), "\n"), 4U);
 }
 
 TEST(Html, Base64IsThatOfRfc4648) {

@@ -37,7 +37,9 @@ nav ul { list-style: none; margin: .8rem 0 0; padding: 0; display: flex; flex-wr
 .caption, .note, figcaption { color: var(--quiet); font-size: .9rem; }
 .note { margin: .3rem 0; }
 .scroll { overflow-x: auto; margin: .6rem 0; }
-table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; }
+table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; width: max-content; }
+td, th { max-width: 24rem; overflow-wrap: break-word; }
+.folded { font-weight: 600; font-size: .92rem; margin: 1.1rem 0 -.2rem; max-width: none; }
 th, td { padding: .28rem .7rem; text-align: left; vertical-align: baseline; }
 th { border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
 td { border-bottom: 1px solid #ececec; }
@@ -78,7 +80,8 @@ pre { overflow-x: auto; padding: .8rem; background: #f6f6f6; border: 1px solid v
   .verdicts li, figure, tr, pre, dt, dd { break-inside: avoid; }
   .verdicts li { grid-template-columns: 3.4cm 5.5cm 1fr; }
   .scroll { overflow: visible; }
-  table { font-size: 7.5pt; max-width: 100%; }
+  table { font-size: 7.5pt; width: auto; max-width: 100%; }
+  .folded { break-after: avoid; }
   thead { display: table-header-group; }
   th, td { padding: .12rem .35rem; }
   .wide { page: wide; }
