@@ -1,54 +1,27 @@
 #include <CLI/CLI.hpp>
 
 #include <memory>
-#include <optional>
 
-#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/run.h"
-#include "sextant/eval/report/overlay.h"
+#include "sextant/eval/report/showcase.h"
 
 namespace sextant {
 namespace {
 
 struct OverlayFlags : CommonFlags {
   std::string source;
-  std::string estimator = RunConfig{}.estimator;
   std::string out;
-  int frame = 0;
-  int width_px = 0;
+  ShowcaseRequest request;
 };
 
-void draw(const OverlayFlags& flags) {
-  SourceSpec spec = find_source(flags.source, flags.data_root);
-  const std::unique_ptr<Sequence> sequence = open_source(spec);
-  const SequenceInfo& info = sequence->info();
-  if (flags.frame <= info.first_frame || flags.frame > info.last_frame) {
-    fail("--frame {}: must be in {}-{}, the second to the last frame of {}", flags.frame,
-         info.first_frame + 1, info.last_frame, flags.source);
-  }
-  if (!info.channels.rgb) fail("{}: has no colour images to draw on", flags.source);
-  spec.first = info.first_frame;
-  spec.last = flags.frame;
-
-  std::optional<FrameResult> result;
-  std::vector<Record> records;
-  RunConfig config;
-  config.sources = {spec};
-  config.estimator = flags.estimator;
-  config.options = options_tree(flags.options, flags.sets);
-  config.jobs = flags.jobs;
-  config.quiet = flags.quiet;
-  config.on_pair = [&](const FrameResult& pair, const std::vector<Record>& of_pair) {
-    result = pair;
-    records = of_pair;
-  };
-  run(config);
-  Channels channels;
-  channels.rgb = channels.mask = true;
-  write_file(flags.out,
-             draw_overlay(sequence->read(result->prev, channels), *result, records, flags.width_px));
+void draw(OverlayFlags& flags) {
+  ShowcaseRequest& request = flags.request;
+  request.source = find_source(flags.source, flags.data_root);
+  request.options = options_tree(flags.options, flags.sets);
+  request.jobs = flags.jobs;
+  request.quiet = flags.quiet;
+  write_file(flags.out, make_showcase(request).overlay_png);
   if (!flags.quiet) fmt::print("Picture: {}\n", flags.out);
 }
 
@@ -62,13 +35,14 @@ void add_overlay_command(CLI::App& app) {
       ->required()
       ->type_name("SOURCE");
   command
-      ->add_option("--frame", flags->frame, "Current frame of the pair; the pipeline runs from the first one")
+      ->add_option("--frame", flags->request.frame,
+                   "Current frame of the pair; the pipeline runs from the first one")
       ->required()
       ->type_name("K");
   command->add_option("--out", flags->out, "PNG file")->required()->type_name("FILE.png");
-  command->add_option("--width", flags->width_px, "Width of the picture in px; 0 = twice the image's")
+  command->add_option("--width", flags->request.width_px, "Width of the picture in px; 0 = twice the image's")
       ->check(CLI::Range(0, 20000));
-  command->add_option("--estimator", flags->estimator, "Which estimator")
+  command->add_option("--estimator", flags->request.estimator, "Which estimator")
       ->type_name("NAME")
       ->capture_default_str();
   add_option_flags(*command, *flags);

@@ -79,6 +79,7 @@ OutputFiles run_files(const RunResult& result) {
     files[folder + "est_camera_tum.txt"] = tum_text(source.motions.estimated, source.info);
     const std::string truth = tum_text(source.truth, source.info);
     if (!truth.empty()) files[folder + "gt_camera_tum.txt"] = truth;
+    files[folder + "tracks.csv"] = write_tracks(source.tracks);
     for (const auto& [id, motions] : source.motions.objects) {
       std::string& text = files[fmt::format("{}obj_{}_motion.txt", folder, id)];
       for (const auto& [frame, H_world] : motions)

@@ -97,6 +97,7 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
     window = ahead.get();
   }
   runners.finish(out, records);
+  out.tracks = body_tracks(out.motions, sequence.truth(), out.info);
   out.inputs = sequence.inputs().entries();
   return out;
 }

@@ -15,6 +15,7 @@
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/record.h"
+#include "sextant/eval/experiment/tracks.h"
 
 namespace sextant {
 
@@ -55,6 +56,7 @@ struct SourceRun {
   SequenceInfo info;
   Trajectory truth;
   CaseMotions motions;                ///< of the first seed
+  std::vector<BodyTrack> tracks;      ///< of the first seed
   Json noise;                         ///< requested and achieved, over all seeds; null without noise
   std::vector<std::string> problems;  ///< of the estimator, over all seeds
   std::map<std::string, InputLog::Entry> inputs;

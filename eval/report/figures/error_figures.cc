@@ -1,0 +1,241 @@
+#include "sextant/eval/report/figures/error_figures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+/// x of the i-th of n things at category `c`: beside each other in 0.8 of its width.
+struct Slots {
+  size_t n;
+  double width() const { return 0.8 / static_cast<double>(n); }
+  double x(size_t c, size_t i) const {
+    return static_cast<double>(c) + (static_cast<double>(i) - (static_cast<double>(n) - 1) / 2) * width();
+  }
+};
+
+/// "object 12" -> "obj. 12": labels stand beside each other.
+std::string short_title(const std::string& title) {
+  constexpr std::string_view word = "object ";
+  return title.starts_with(word) ? "obj. " + title.substr(word.size()) : title;
+}
+
+std::string category_axis(const std::vector<BodyRecords>& bodies) {
+  std::string tics;
+  for (size_t c = 0; c < bodies.size(); ++c)
+    tics += fmt::format("{}{} {}", c > 0 ? ", " : "", gp_text(short_title(bodies[c].title)), c);
+  return fmt::format("set xrange [-0.6:{}]\nset xtics scale 0 ({}) noenhanced\n",
+                     static_cast<double>(bodies.size()) - 0.4, tics);
+}
+
+// ---- EPE before and after
+
+std::optional<IntervalEstimate> mean_epe(const std::vector<const Record*>& records, const char* key) {
+  std::vector<const Record*> given;
+  std::ranges::copy_if(records, std::back_inserter(given),
+                       [](const Record* record) { return record->flow_truth == "given"; });
+  const ErrorSample sample = error_sample(given, key, Clusters(given));
+  if (sample.values.empty()) return std::nullopt;
+  return summarize_sample(ClusteredSample(sample.values, sample.clusters)).mean;
+}
+
+/// "before" once, then "after" of every estimator that refines flow.
+struct EpeBar {
+  std::string name;  ///< column `stage` of the data
+  std::string title;
+  std::string colour;
+  std::string estimator;
+  const char* key;
+};
+
+std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
+  std::vector<EpeBar> bars;
+  for (const RecordSet& set : sets) {
+    for (const std::string& estimator : in_order(estimators_of(set))) {
+      const bool refines = std::ranges::any_of(set.bodies, [&](const BodyRecords& body) {
+        return std::ranges::any_of(of_estimator(body.records, estimator), [](const Record* record) {
+          return record->flow_truth == "given" && record->errors.contains("epe_refined_px") &&
+                 record->errors.at("epe_refined_px") != record->errors.at("epe_initial_px");
+        });
+      });
+      const std::string name = "after " + estimator;
+      if (!refines || std::ranges::find(bars, name, &EpeBar::name) != bars.end()) continue;
+      if (bars.empty())
+        bars.push_back({"before", "before optimisation", "#A0A0A0", estimator, "epe_initial_px"});
+      bars.push_back({name, "after, " + estimator_title(estimator), estimator_colour(estimator), estimator,
+                      "epe_refined_px"});
+    }
+  }
+  return bars;
+}
+
+void add_epe_row(const std::string& set, const BodyRecords& body, const EpeBar& bar, double x, Table& data) {
+  const auto estimate = mean_epe(of_estimator(body.records, bar.estimator), bar.key);
+  if (!estimate) return;
+  std::vector<Cell> cells = {set, body.title, bar.name, x, estimate->value};
+  add_interval(estimate->interval, cells);
+  data.add_row(std::move(cells));
+}
+
+Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, Table& data) {
+  Panel panel{set.title, category_axis(set.bodies), {}};
+  panel.settings += "set ylabel \"mean EPE [px]\"\nset yrange [0:*]\n";
+  const Slots slots{bars.size()};
+  for (size_t i = 0; i < bars.size(); ++i) {
+    for (size_t c = 0; c < set.bodies.size(); ++c)
+      add_epe_row(set.name, set.bodies[c], bars[i], slots.x(c, i), data);
+    const std::string x = only_where({{"set", set.name}, {"stage", bars[i].name}}, "column(\"x\")");
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"epe_px\")):({}) with boxes fc rgb \"{}\" fs solid 0.75 noborder",
+                    x, 0.9 * slots.width(), bars[i].colour));
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"low_px\")):(0):(column(\"high_px\")-column(\"low_px\")) with "
+                    "vectors nohead lc "
+                    "rgb \"#000000\" lw 0.8",
+                    x));
+  }
+  return panel;
+}
+
+// ---- distribution
+
+struct BoxKind {
+  const char* key;
+  const char* label;
+};
+constexpr std::array<BoxKind, 2> box_kinds = {{{"Et_m", "E_t [m]"}, {"ER_deg", "E_R [deg]"}}};
+
+/// Around all of a kind's values; empty when there are none.
+std::optional<std::pair<double, double>> value_range(const Table& data, const std::string& kind) {
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  for (const auto& row : data.rows) {
+    if (std::get<std::string>(row[0]) != kind) continue;
+    low = std::min(low, std::get<double>(row[5]));
+    high = std::max(high, std::get<double>(row[9]));
+  }
+  if (!(high > 0) || !(low > 0)) return std::nullopt;
+  return std::pair(0.7 * low, 1.4 * high);
+}
+
+/// Powers of ten, and 2 and 5 times these where the range is short.
+std::string logarithmic_tics(const std::pair<double, double>& range) {
+  const bool is_short = range.second < 100 * range.first;
+  std::string tics;
+  for (int exponent = -9; exponent < 9; ++exponent) {
+    for (const int digit : {1, 2, 5}) {
+      const double at = digit * std::pow(10.0, exponent);
+      if (at < range.first || at > range.second || (digit != 1 && !is_short)) continue;
+      tics += (tics.empty() ? "" : ", ") + gp_number(at);
+    }
+  }
+  return tics;
+}
+
+void add_box_row(const char* kind, const BodyRecords& body, const std::string& estimator, double x,
+                 Table& data) {
+  const auto records = of_estimator(body.records, estimator);
+  const std::vector<double> values = error_sample(records, kind, Clusters(records)).values;
+  // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
+  if (values.empty() || quantile(values, 0.05) < 1e-9) return;
+  std::vector<Cell> cells = {kind, body.title, estimator, x, static_cast<double>(values.size())};
+  for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) cells.emplace_back(quantile(values, p));
+  data.add_row(std::move(cells));
+}
+
+Panel box_panel(const BoxKind& kind, const RecordSet& set, const std::vector<std::string>& estimators,
+                Figure& figure) {
+  Panel panel{"", category_axis(set.bodies), {}};
+  const Slots slots{estimators.size()};
+  for (size_t i = 0; i < estimators.size(); ++i) {
+    for (size_t c = 0; c < set.bodies.size(); ++c)
+      add_box_row(kind.key, set.bodies[c], estimators[i], slots.x(c, i), figure.data);
+    const std::string x = only_where({{"error", kind.key}, {"estimator", estimators[i]}}, "column(\"x\")");
+    const std::string colour = estimator_colour(estimators[i]);
+    panel.plots.push_back(fmt::format(
+        "data using {}:(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")):({}) with "
+        "candlesticks lc rgb \"{}\" lw 1 fs transparent solid 0.35",
+        x, 0.75 * slots.width(), colour));
+    panel.plots.push_back(fmt::format(
+        "data using "
+        "{}:(column(\"median\")):(column(\"median\")):(column(\"median\")):(column(\"median\")):({}) "
+        "with candlesticks lc rgb \"#000000\" lw 1.5",
+        x, 0.75 * slots.width()));
+  }
+  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\n", kind.label);
+  if (const auto range = value_range(figure.data, kind.key)) {
+    panel.settings +=
+        fmt::format("set yrange [{}:{}]\nset logscale y\nset ytics ({})\n", gp_number(range->first),
+                    gp_number(range->second), logarithmic_tics(*range));
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
+  Figure figure;
+  figure.name = "fig5_epe";
+  figure.data.columns = {{"set", ""},    {"body", ""},   {"stage", ""},  {"x", ""},
+                         {"epe_px", ""}, {"low_px", ""}, {"high_px", ""}};
+  const std::vector<EpeBar> bars = epe_bars(sets);
+  std::vector<Panel> panels;
+  for (const RecordSet& set : sets) {
+    const size_t n_before = figure.data.rows.size();
+    Panel panel = epe_panel(set, bars, figure.data);
+    if (figure.data.rows.size() > n_before) panels.push_back(std::move(panel));
+  }
+  if (panels.empty()) return {};
+  std::vector<LegendEntry> legend;
+  for (const EpeBar& bar : bars)
+    legend.push_back({bar.title, fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour)});
+  PanelLayout layout;
+  layout.columns = std::min<size_t>(3, panels.size());
+  layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
+  layout.panel_height_cm = 4.6;
+  layout.bottom_cm = 0.6;
+  set_panels(layout, legend, panels, figure);
+  figure.caption =
+      "Fig. 5, mean end-point error of the flow before and after the optimisation, over inliers, with 95 % "
+      "intervals.";
+  return {figure};
+}
+
+std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
+  std::vector<Figure> figures;
+  for (const RecordSet& set : sets) {
+    const std::vector<std::string> estimators = in_order(estimators_of(set));
+    Figure figure;
+    figure.name = "errors_" + file_stem(set.name);
+    figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"x", ""},   {"n", ""},
+                           {"q05", ""},   {"q25", ""},  {"median", ""},    {"q75", ""}, {"q95", ""}};
+    std::vector<Panel> panels;
+    for (const BoxKind& kind : box_kinds) panels.push_back(box_panel(kind, set, estimators, figure));
+    if (figure.data.rows.empty()) continue;
+    std::vector<LegendEntry> legend;
+    for (const std::string& estimator : estimators)
+      legend.push_back({estimator_title(estimator),
+                        fmt::format("with boxes fc rgb \"{}\" fs transparent solid 0.35 border",
+                                    estimator_colour(estimator))});
+    PanelLayout layout;
+    layout.panel_height_cm = 4.4;
+    layout.bottom_cm = 0.6;
+    layout.top_cm = 0.25;
+    set_panels(layout, legend, panels, figure);
+    figure.caption = fmt::format(
+        "Distribution of the errors, {}: median, quartiles, whiskers at 5 and 95 %, over all pairs and "
+        "seeds.",
+        set.title);
+    figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+}  // namespace sextant

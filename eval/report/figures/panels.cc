@@ -1,0 +1,140 @@
+#include "sextant/eval/report/figures/panels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+constexpr double legend_line_cm = 0.42;
+constexpr double legend_sample_cm = 1.1;  // its line or box, and the gap to the next entry
+constexpr double character_cm = 0.155;    // of DejaVu Sans at 7 pt, on average
+constexpr size_t legend_columns_max = 4;
+
+struct NamedStyle {
+  const char* estimator;
+  const char* title;
+  const char* colour;
+  int point;
+};
+constexpr std::array<NamedStyle, 3> known_estimators = {
+    {{"motion_only", "motion only", "#E69F00", 5},
+     {"joint_flow", "joint", "#0072B2", 7},
+     {"joint_flow_depth", "joint + depth", "#009E73", 9}}};
+constexpr std::array<const char*, 4> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959"};
+
+const NamedStyle* known(const std::string& estimator) {
+  const auto it = std::ranges::find_if(known_estimators,
+                                       [&](const NamedStyle& style) { return estimator == style.estimator; });
+  return it == known_estimators.end() ? nullptr : it;
+}
+
+/// Entries that fit beside each other.
+size_t legend_columns(const std::vector<LegendEntry>& legend, double width_cm) {
+  size_t longest = 0;
+  for (const LegendEntry& entry : legend) longest = std::max(longest, entry.title.size());
+  const double entry_cm = legend_sample_cm + character_cm * static_cast<double>(longest);
+  return std::clamp<size_t>(static_cast<size_t>(width_cm / entry_cm), 1,
+                            std::min(legend_columns_max, legend.size()));
+}
+
+/// Edges of a plot as shares of the figure.
+std::string margins(double left, double right, double bottom, double top) {
+  return fmt::format(
+      "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n"
+      "set tmargin at screen {:.5f}\n",
+      left, right, bottom, top);
+}
+
+std::string legend_script(const std::vector<LegendEntry>& legend, size_t columns, double bottom) {
+  std::string script =
+      "unset logscale\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nset label 1 \"\"\n";
+  script += "set xrange [0:1]\nset yrange [0:1]\n" + margins(0.02, 0.98, bottom, 1.0);
+  script += fmt::format(
+      "set key inside center center horizontal Left reverse maxcols {} samplen 1.6 width 0 noenhanced\nplot ",
+      columns);
+  for (size_t i = 0; i < legend.size(); ++i)
+    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", legend[i].style, gp_text(legend[i].title));
+  return script + "\n";
+}
+
+std::string panel_script(const Panel& panel) {
+  std::string script =
+      "unset key\nunset label\nunset arrow\nunset logscale\nset autoscale\nset border 3\nset xtics nomirror "
+      "autofreq\nset ytics nomirror autofreq\n"
+      "set mxtics default\nset mytics default\nset format \"%g\"\nunset xlabel\nunset ylabel\n";
+  script += fmt::format("set title {} noenhanced offset 0,-0.7\n", gp_text(panel.title)) + panel.settings +
+            "plot \\\n";
+  for (size_t i = 0; i < panel.plots.size(); ++i)
+    script += fmt::format("  {} notitle{}\n", panel.plots[i], i + 1 < panel.plots.size() ? ", \\" : "");
+  return script;
+}
+
+}  // namespace
+
+void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
+                const std::vector<Panel>& panels, Figure& figure) {
+  SEXTANT_CHECK(!panels.empty() && layout.columns > 0);
+  const size_t n_rows = (panels.size() + layout.columns - 1) / layout.columns;
+  const size_t columns = legend.empty() ? 1 : legend_columns(legend, layout.width_cm);
+  const size_t legend_rows = (legend.size() + columns - 1) / columns;
+  const double legend_cm = legend.empty() ? 0 : 0.15 + legend_line_cm * static_cast<double>(legend_rows);
+  figure.width_cm = layout.width_cm;
+  figure.height_cm = legend_cm + layout.panel_height_cm * static_cast<double>(n_rows);
+
+  const double panel_width_cm = layout.width_cm / static_cast<double>(layout.columns);
+  std::string script = "set multiplot\n";
+  if (!legend.empty()) script += legend_script(legend, columns, 1 - legend_cm / figure.height_cm);
+  for (size_t i = 0; i < panels.size(); ++i) {
+    const double left_cm = panel_width_cm * static_cast<double>(i % layout.columns) + layout.left_cm;
+    const double row = static_cast<double>(i / layout.columns);
+    const double top_cm = figure.height_cm - legend_cm - row * layout.panel_height_cm - layout.top_cm;
+    script += margins(left_cm / figure.width_cm, (left_cm + layout.plot_width_cm()) / figure.width_cm,
+                      (top_cm - layout.plot_height_cm()) / figure.height_cm, top_cm / figure.height_cm);
+    script += panel_script(panels[i]);
+  }
+  figure.script = script + "unset multiplot\n";
+}
+
+std::string only_where(const std::vector<std::pair<std::string, std::string>>& conditions,
+                       const std::string& expression) {
+  std::string test;
+  for (const auto& [column, value] : conditions) {
+    test += fmt::format("{}strcol(\"{}\") eq {}", test.empty() ? "" : " && ", column, gp_text(value));
+  }
+  return fmt::format("({} ? {} : NaN)", test, expression);
+}
+
+std::string estimator_colour(const std::string& estimator) {
+  if (const NamedStyle* style = known(estimator)) return style->colour;
+  size_t sum = 0;
+  for (const char c : estimator) sum += static_cast<unsigned char>(c);
+  return other_colours[sum % other_colours.size()];
+}
+
+int estimator_point(const std::string& estimator) {
+  const NamedStyle* style = known(estimator);
+  return style != nullptr ? style->point : 13;
+}
+
+std::string estimator_title(const std::string& estimator) {
+  const NamedStyle* style = known(estimator);
+  return style != nullptr ? style->title : estimator;
+}
+
+std::vector<std::string> in_order(std::vector<std::string> estimators) {
+  const auto place = [](const std::string& name) {
+    const NamedStyle* style = known(name);
+    return style != nullptr ? style - known_estimators.data()
+                            : static_cast<std::ptrdiff_t>(known_estimators.size());
+  };
+  std::ranges::stable_sort(estimators, {}, place);
+  return estimators;
+}
+
+std::string gp_number(double value) { return fmt::format("{:.6g}", value); }
+
+}  // namespace sextant

@@ -1,0 +1,58 @@
+#pragma once
+
+// Several diagrams side by side in one figure, with one legend above all of them; and the look that the
+// figures of a report share: an estimator has the same colour everywhere.
+
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/figure.h"
+
+namespace sextant {
+
+struct LegendEntry {
+  std::string title;
+  std::string style;  ///< gnuplot: "with lines lc rgb ... lw 2"
+};
+
+struct Panel {
+  std::string title;
+  std::string settings;            ///< gnuplot commands: ranges, labels, tics
+  std::vector<std::string> plots;  ///< what follows `plot`, without titles
+};
+
+struct PanelLayout {
+  size_t columns = 1;
+  double width_cm = 8.8;  ///< of the figure
+  double panel_height_cm = 4.2;
+  double left_cm = 1.5;  ///< room for numbers and label of the y axis
+  double right_cm = 0.25;
+  double bottom_cm = 1.0;  ///< room for numbers and label of the x axis
+  double top_cm = 0.5;     ///< room for the panel's title
+
+  double plot_width_cm() const { return width_cm / static_cast<double>(columns) - left_cm - right_cm; }
+  double plot_height_cm() const { return panel_height_cm - bottom_cm - top_cm; }
+};
+
+/// Sets script, width and height of the figure.
+void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
+                const std::vector<Panel>& panels, Figure& figure);
+
+/// Where `column` is `value`: NaN in all other rows, for data in which a row names its panel and series.
+std::string only_where(const std::vector<std::pair<std::string, std::string>>& conditions,
+                       const std::string& expression);
+
+/// Colour of an estimator: fixed for those of this program, the others share the rest.
+std::string estimator_colour(const std::string& estimator);
+int estimator_point(const std::string& estimator);
+
+/// "joint_flow_depth" -> "joint flow + depth": short, for legends; other names as they are.
+std::string estimator_title(const std::string& estimator);
+
+/// Those of this program first, as in legends everywhere.
+std::vector<std::string> in_order(std::vector<std::string> estimators);
+
+/// A value of gnuplot's scripts: 6 digits.
+std::string gp_number(double value);
+
+}  // namespace sextant

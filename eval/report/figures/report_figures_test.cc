@@ -1,0 +1,161 @@
+// Figures of errors, efficiency, speed and tracks: drawn by gnuplot, and functions of their rows.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/eval/report/figures/efficiency_figures.h"
+#include "sextant/eval/report/figures/error_figures.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/figures/speed_figures.h"
+#include "sextant/eval/report/figures/top_view_figures.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<Record> records() {
+  std::vector<Record> records;
+  for (const std::string estimator : {"motion_only", "joint_flow"}) {
+    for (uint64_t seed = 0; seed < 2; ++seed) {
+      for (int frame = 1; frame <= 6; ++frame) {
+        for (const std::string body : {"ego", "object:2"}) {
+          Record r;
+          r.dataset = "synthetic";
+          r.sequence = "s18";
+          r.estimator = estimator;
+          r.seed = seed;
+          r.frame = frame;
+          r.body = body;
+          r.flow_truth = "given";
+          const double e = 0.01 * frame + 0.001 * static_cast<double>(seed);
+          r.errors = {{"Et_m", e}, {"ER_deg", 2 * e}, {"epe_initial_px", 0.5}, {"epe_refined_px", 0.5}};
+          if (estimator == "joint_flow") r.errors["epe_refined_px"] = 0.2 + e;
+          if (body == "ego") r.values = {{"step_gt_m", 1.0}};
+          if (body != "ego") r.values = {{"distance_gt_m", 9.0}, {"v_kmh", 40 + e}, {"v_gt_kmh", 40.0}};
+          records.push_back(r);
+        }
+      }
+    }
+  }
+  return records;
+}
+
+std::vector<BodyTrack> tracks() {
+  std::vector<BodyTrack> tracks = {{"ego", {}}, {"object:2", {}}};
+  for (int k = 0; k < 5; ++k) {
+    tracks[0].points.push_back({k, Eigen::Vector3d(0, 0, k), Eigen::Vector3d(0.1, 0, k)});
+    tracks[1].points.push_back({k, Eigen::Vector3d(3, 0, 2 * k), Eigen::Vector3d(3, 0, 2 * k + 0.1)});
+  }
+  return tracks;
+}
+
+std::vector<NoiseLevelRow> level_rows() {
+  std::vector<NoiseLevelRow> rows;
+  for (const double level : {0.1, 0.2}) {
+    NoiseLevelRow row{"depth.delta_d_px", "synthetic", "s18", "ego", "joint_flow", "depth", level, 20};
+    row.limit.Et = Efficiency{0.01, 0.8, Interval{0.7, 0.9}};
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string svg(const std::vector<Figure>& figures) {
+  EXPECT_FALSE(figures.empty());
+  std::string all;
+  for (const Figure& figure : figures) all += draw(figure).at(figure.name + ".svg");
+  return all;
+}
+
+TEST(ReportFigures, EpeBeforeAndAfterFollowsItsRecords) {
+  std::vector<Record> all = records();
+  const std::vector<Figure> figures = epe_figures(record_sets(all));
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures[0].data.rows.size(),
+            4U);  // two bodies, before and after joint; motion_only refines nothing
+  const std::string whole = svg(figures);
+  EXPECT_THAT(whole, HasSubstr("before optimisation"));
+  EXPECT_EQ(svg(epe_figures(record_sets(all))), whole);
+  all.pop_back();
+  EXPECT_NE(svg(epe_figures(record_sets(all))), whole);
+}
+
+TEST(ReportFigures, InducedFlowIsNoTruthOfAnEpe) {
+  std::vector<Record> all = records();
+  for (Record& record : all) record.flow_truth = "induced";
+  EXPECT_TRUE(epe_figures(record_sets(all)).empty());
+}
+
+TEST(ReportFigures, DistributionsFollowTheirRecords) {
+  std::vector<Record> all = records();
+  const std::vector<Figure> figures = distribution_figures(record_sets(all));
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures[0].data.rows.size(), 8U);
+  const std::string whole = svg(figures);
+  all.pop_back();
+  EXPECT_NE(svg(distribution_figures(record_sets(all))), whole);
+}
+
+TEST(ReportFigures, ExactDataHaveNoDistribution) {
+  std::vector<Record> all = records();
+  for (Record& record : all) record.errors = {{"Et_m", 1e-14}, {"ER_deg", 0}};
+  EXPECT_TRUE(distribution_figures(record_sets(all)).empty());
+}
+
+TEST(ReportFigures, EfficiencyFollowsItsRows) {
+  std::vector<NoiseLevelRow> rows = level_rows();
+  const std::vector<Figure> figures = efficiency_figures(rows);
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_DOUBLE_EQ(std::get<double>(figures[0].data.rows[0][4]), 1 / 0.8);
+  const std::string whole = svg(figures);
+  rows.pop_back();
+  EXPECT_NE(svg(efficiency_figures(rows)), whole);
+  rows.front().limit = {};
+  EXPECT_TRUE(efficiency_figures(rows).empty());
+}
+
+TEST(ReportFigures, SpeedsHaveABandWhereTheFloorIsKnown) {
+  std::vector<Record> all = records();
+  EXPECT_EQ(svg(speed_figures(all, {})).find("floor"), std::string::npos);
+  const std::string whole = svg(speed_figures(all, {{"s18", 2.0}}));
+  EXPECT_THAT(whole, HasSubstr("floor"));
+  std::erase_if(all, [](const Record& r) { return r.body == "object:2" && r.frame == 6; });
+  EXPECT_NE(svg(speed_figures(all, {{"s18", 2.0}})), whole);
+  std::erase_if(all, [](const Record& r) { return r.body == "object:2" && r.frame > 4; });
+  EXPECT_TRUE(speed_figures(all, {}).empty());  // too few to be a curve
+}
+
+TEST(ReportFigures, TheFloorOfASpeedIsThatOfAStep) {
+  Record record;
+  record.sequence = "0003";
+  record.values = {{"step_floor_m", 0.05}};
+  EXPECT_DOUBLE_EQ(kitti_speed_floor_kmh({record}).at("0003"), 1.8);
+}
+
+TEST(ReportFigures, ShowcaseFollowsItsTracksAndRecords) {
+  std::vector<BodyTrack> shown = tracks();
+  const std::string whole = svg(showcase_figures("s18", shown, records()));
+  EXPECT_THAT(whole, HasSubstr("40.0 km/h"));
+  EXPECT_THAT(whole, HasSubstr("ahead [m]"));
+  shown.back().points.pop_back();
+  EXPECT_NE(svg(showcase_figures("s18", shown, records())), whole);
+  EXPECT_TRUE(showcase_figures("s18", {}, {}).empty());
+}
+
+TEST(ReportFigures, TopViewsFollowTheirPaths) {
+  TopView view{"0003", {{truth_path, {{0, 0, 0}, {0, 0, 10}}}, {"ORB-SLAM3", {{0, 0, 0}, {1, 0, 10}}}}};
+  const std::string whole = svg(top_view_figures({view, view}));
+  EXPECT_THAT(whole, HasSubstr("ORB-SLAM3"));
+  view.paths.back().positions_m.push_back({1, 0, 11});
+  EXPECT_NE(svg(top_view_figures({view, view})), whole);
+  EXPECT_TRUE(top_view_figures({}).empty());
+}
+
+TEST(ReportFigures, EstimatorsHaveTheirColours) {
+  EXPECT_NE(estimator_colour("joint_flow"), estimator_colour("motion_only"));
+  EXPECT_EQ(in_order({"mine", "joint_flow_depth", "motion_only"}),
+            (std::vector<std::string>{"motion_only", "joint_flow_depth", "mine"}));
+}
+
+}  // namespace
+}  // namespace sextant

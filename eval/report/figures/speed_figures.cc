@@ -1,0 +1,171 @@
+#include "sextant/eval/report/figures/speed_figures.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/record_reading.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t max_objects = 6;
+constexpr size_t min_estimates = 5;
+constexpr double kitti_rate_hz = 10;
+
+using Records = std::vector<const Record*>;
+
+bool has_speed(const Record& record) {
+  return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
+}
+
+/// The objects with the most estimates, by id.
+std::vector<int> chosen_objects(const Records& records) {
+  std::map<int, size_t> n_of;
+  for (const Record* record : records) ++n_of[body_order(*record)];
+  std::vector<std::pair<size_t, int>> by_size;
+  for (const auto& [id, n] : n_of) {
+    if (n >= min_estimates) by_size.emplace_back(n, -id);
+  }
+  std::ranges::sort(by_size, std::greater());
+  by_size.resize(std::min(by_size.size(), max_objects));
+  std::vector<int> ids;
+  for (const auto& [n, negative_id] : by_size) ids.push_back(-negative_id);
+  std::ranges::sort(ids);
+  return ids;
+}
+
+std::vector<std::string> estimators_in(const Records& records) {
+  std::vector<std::string> names;
+  for (const Record* record : records) {
+    if (std::ranges::find(names, record->estimator) == names.end()) names.push_back(record->estimator);
+  }
+  return names;
+}
+
+/// The truth at a frame; the centroid at which it is taken differs a little between estimators: the first has
+/// it.
+std::map<int, double> truth_of(const Records& records) {
+  std::map<int, double> truth;
+  for (const Record* record : records) {
+    if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
+  }
+  return truth;
+}
+
+void add_rows(const std::string& body, const Records& of_body, std::optional<double> floor_kmh, Table& data) {
+  for (const auto& [frame, v] : truth_of(of_body)) {
+    data.add_row({body, "truth", static_cast<double>(frame), v,
+                  cell(floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt),
+                  cell(floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt)});
+  }
+  for (const std::string& estimator : estimators_in(of_body)) {
+    for (const Record* record : of_body) {
+      if (record->estimator != estimator) continue;
+      data.add_row(
+          {body, estimator, static_cast<double>(record->frame), record->values.at("v_kmh"), Cell(), Cell()});
+    }
+  }
+}
+
+std::string estimator_style(const std::string& estimator, size_t i) {
+  const double size = std::max(0.3, 0.65 - 0.2 * static_cast<double>(i));
+  return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps {:.2f}", estimator_colour(estimator),
+                     std::max(1.0, 2.5 - static_cast<double>(i)), estimator_point(estimator), size);
+}
+
+Panel panel_of(const std::string& body, const std::vector<std::string>& estimators, bool has_floor) {
+  Panel panel{body_title(body),
+              "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets graph "
+              "0.03,graph "
+              "0.03,graph 0.08,graph 0.08\n",
+              {}};
+  const auto x = [&](const std::string& series) {
+    return only_where({{"body", body}, {"series", series}}, "column(\"frame\")");
+  };
+  if (has_floor) {
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"low_kmh\")):(column(\"high_kmh\")) with filledcurves fc "
+                    "rgb \"#000000\" fs transparent solid 0.15 noborder",
+                    x("truth")));
+  }
+  panel.plots.push_back(
+      fmt::format("data using {}:(column(\"v_kmh\")) with lines lc rgb \"#000000\" lw 1.5", x("truth")));
+  // Estimators often agree: the later ones are smaller, so that the earlier ones show.
+  for (size_t i = 0; i < estimators.size(); ++i) {
+    panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x(estimators[i]),
+                                      estimator_style(estimators[i], i)));
+  }
+  return panel;
+}
+
+Figure figure_of(const Records& records, std::optional<double> floor_kmh) {
+  const Record& first = *records.front();
+  Figure figure;
+  figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
+  figure.data.columns = {{"body", ""},  {"series", ""},  {"frame", ""},
+                         {"v_kmh", ""}, {"low_kmh", ""}, {"high_kmh", ""}};
+  const std::vector<std::string> estimators = in_order(estimators_in(records));
+  std::vector<Panel> panels;
+  for (const int id : chosen_objects(records)) {
+    Records of_body;
+    std::ranges::copy_if(records, std::back_inserter(of_body),
+                         [&](const Record* r) { return body_order(*r) == id; });
+    add_rows(object_body(id), of_body, floor_kmh, figure.data);
+    panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
+  }
+  if (panels.empty()) return figure;
+  std::vector<LegendEntry> legend = {{"truth", "with lines lc rgb \"#000000\" lw 1.5"}};
+  if (floor_kmh)
+    legend.push_back(
+        {"truth \u00b1 floor", "with boxes fc rgb \"#000000\" fs transparent solid 0.15 noborder"});
+  for (size_t i = 0; i < estimators.size(); ++i)
+    legend.push_back({estimator_title(estimators[i]), estimator_style(estimators[i], i)});
+  PanelLayout layout;
+  layout.columns = std::min<size_t>(2, panels.size());
+  layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
+  layout.panel_height_cm = 4.8;
+  set_panels(layout, legend, panels, figure);
+  figure.caption = fmt::format(
+      "Speed of the objects by frame, {} {}.{}", first.dataset, first.sequence,
+      floor_kmh ? fmt::format(" Band: error of the true speed itself, {:.1f} km/h (RMS) from the camera's "
+                              "ground truth alone.",
+                              *floor_kmh)
+                : "");
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> speed_figures(const std::vector<Record>& records,
+                                  const std::map<std::string, double>& floor_kmh) {
+  std::map<std::pair<std::string, std::string>, Records> groups;
+  std::map<std::pair<std::string, std::string>, uint64_t> seeds;
+  for (const Record& record : records) {
+    if (!has_speed(record)) continue;
+    const auto [it, is_new] = seeds.try_emplace({record.dataset, record.sequence}, record.seed);
+    it->second = std::min(it->second, record.seed);
+  }
+  for (const Record& record : records) {
+    const std::pair key(record.dataset, record.sequence);
+    if (has_speed(record) && record.seed == seeds.at(key)) groups[key].push_back(&record);
+  }
+  std::vector<Figure> figures;
+  for (const auto& [key, group] : groups) {
+    const auto floor = floor_kmh.find(key.second);
+    Figure figure = figure_of(group, floor == floor_kmh.end() ? std::nullopt : std::optional(floor->second));
+    if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+std::map<std::string, double> kitti_speed_floor_kmh(const std::vector<Record>& records) {
+  std::map<std::string, double> floors;
+  for (const Record& record : records) {
+    if (const auto floor = find_number(record.values, "step_floor_m"))
+      floors[record.sequence] = 3.6 * kitti_rate_hz * *floor;
+  }
+  return floors;
+}
+
+}  // namespace sextant

@@ -1,0 +1,221 @@
+#include "sextant/eval/report/figures/top_view_figures.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/record_reading.h"
+
+namespace sextant {
+namespace {
+
+/// Axes of a panel in one scale, whatever its shape; 8 % of room around the data. "Ahead" is up, or, lying,
+/// to the right: then the camera's right-hand side is down, as a view from above must not be mirrored.
+class EqualAxes {
+ public:
+  void include(const Eigen::Vector3d& p) {
+    low_ = low_.cwiseMin(Eigen::Vector2d(p.x(), p.z()));
+    high_ = high_.cwiseMax(Eigen::Vector2d(p.x(), p.z()));
+  }
+  bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }
+
+  /// Which a panel of this width needs, within limits.
+  double height_cm(double width_cm, bool lying) const {
+    const Eigen::Vector2d size = room();
+    return std::clamp(width_cm * (lying ? size.x() / size.y() : size.y() / size.x()), 2.4, 7.0);
+  }
+
+  std::string settings(double width_cm, double height_cm, bool lying) const {
+    const Eigen::Vector2d paper =
+        lying ? Eigen::Vector2d(height_cm, width_cm) : Eigen::Vector2d(width_cm, height_cm);
+    const double m_per_cm = room().cwiseQuotient(paper).maxCoeff();
+    const Eigen::Vector2d low = (low_ + high_ - paper * m_per_cm) / 2,
+                          high = (low_ + high_ + paper * m_per_cm) / 2;
+    const std::string x = range(lying ? high.x() : low.x(), lying ? low.x() : high.x());
+    const std::string z = range(low.y(), high.y());
+    return fmt::format(
+        "set xrange {}\nset yrange {}\nset xtics {}\nset ytics {}\nset {} \"x, right [m]\"\nset {} \"z, "
+        "ahead [m]\"\nset xlabel offset 0,0.4\n",
+        lying ? z : x, lying ? x : z, step(m_per_cm), step(m_per_cm), lying ? "ylabel" : "xlabel",
+        lying ? "xlabel" : "ylabel");
+  }
+
+ private:
+  Eigen::Vector2d room() const { return (high_ - low_).cwiseMax(1.0) * 1.16; }
+  static std::string range(double from, double to) {
+    return fmt::format("[{}:{}]", gp_number(from), gp_number(to));
+  }
+  /// A round number of metres, at least 1 cm on paper.
+  static std::string step(double m_per_cm) {
+    for (double decade = 1; decade < 1e9; decade *= 10) {
+      for (const double digit : {1.0, 2.0, 5.0}) {
+        if (digit * decade >= m_per_cm) return gp_number(digit * decade);
+      }
+    }
+    return "autofreq";
+  }
+  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
+};
+
+// ---- fig. 1
+
+std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const std::string& body) {
+  double sum = 0;
+  int n = 0;
+  for (const Record& record : records) {
+    const auto speed = find_number(record.values, "v_kmh");
+    if (record.body != body || record.status != Status::ok || !speed) continue;
+    sum += *speed;
+    ++n;
+  }
+  return n > 0 ? std::optional(sum / n) : std::nullopt;
+}
+
+void add_position(const std::optional<Eigen::Vector3d>& p, std::vector<Cell>& cells) {
+  cells.push_back(cell(p ? std::optional(p->x()) : std::nullopt));
+  cells.push_back(cell(p ? std::optional(p->z()) : std::nullopt));
+}
+
+bool is_estimated(const BodyTrack& track) {
+  return std::ranges::any_of(track.points, [](const TrackPoint& p) { return p.estimate_m.has_value(); });
+}
+
+/// Above the track's last estimate.
+std::string speed_label(const BodyTrack& track, double speed_kmh, const std::string& colour, bool lying) {
+  const auto last = std::ranges::find_if(track.points.rbegin(), track.points.rend(),
+                                         [](const TrackPoint& p) { return p.estimate_m.has_value(); });
+  const double x = last->estimate_m->x(), z = last->estimate_m->z();
+  return fmt::format("set label \"{:.1f} km/h\" at {},{} right offset 0,0.8 textcolor rgb \"{}\"\n",
+                     speed_kmh, gp_number(lying ? z : x), gp_number(lying ? x : z), colour);
+}
+
+EqualAxes axes_of(const std::vector<BodyTrack>& tracks) {
+  EqualAxes axes;
+  for (const BodyTrack& track : tracks) {
+    for (const TrackPoint& p : track.points) {
+      if (is_estimated(track) && p.estimate_m) axes.include(*p.estimate_m);
+      if (is_estimated(track) && p.truth_m) axes.include(*p.truth_m);
+    }
+  }
+  return axes;
+}
+
+// ---- fig. 6
+
+/// Truth grey, systems in colours, by order of first appearance in all views.
+struct System {
+  std::string name;
+  std::string colour;
+};
+
+std::vector<System> systems_of(const std::vector<TopView>& views) {
+  std::vector<System> systems;
+  for (const TopView& view : views) {
+    for (const CameraPath& path : view.paths) {
+      if (path.system == truth_path ||
+          std::ranges::find(systems, path.system, &System::name) != systems.end())
+        continue;
+      systems.push_back({path.system, line_colour(systems.size() + 1)});
+    }
+  }
+  systems.insert(systems.begin(), {truth_path, "#B0B0B0"});
+  return systems;
+}
+
+/// The truth broad and below the others.
+std::string system_style(const System& system) {
+  return fmt::format("with lines lc rgb \"{}\" lw {}", system.colour, system.name == truth_path ? 4.5 : 1.5);
+}
+
+}  // namespace
+
+std::vector<Figure> showcase_figures(const std::string& title, const std::vector<BodyTrack>& tracks,
+                                     const std::vector<Record>& records) {
+  Figure figure;
+  figure.name = "fig1_tracks";
+  figure.data.columns = {{"body", "body"}, {"frame", "frame"},   {"x_m", "x_m"},
+                         {"z_m", "z_m"},   {"x_gt_m", "x_gt_m"}, {"z_gt_m", "z_gt_m"}};
+  Panel panel;
+  panel.title = title;
+  std::vector<LegendEntry> legend;
+  const EqualAxes axes = axes_of(tracks);
+  const bool lying = axes.longer_than_wide();
+  for (const BodyTrack& track : tracks) {
+    if (!is_estimated(track)) continue;
+    const bool is_camera = track.body == "ego";
+    const std::string colour = line_colour(legend.size());
+    const std::string style = fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.35", colour,
+                                          filled_point(legend.size()));
+    for (const TrackPoint& p : track.points) {
+      std::vector<Cell> cells = {track.body, static_cast<double>(p.frame)};
+      add_position(p.estimate_m, cells);
+      add_position(p.truth_m, cells);
+      figure.data.add_row(std::move(cells));
+    }
+    const auto points = [&](const std::string& x, const std::string& z) {
+      return fmt::format("data using {}:(column(\"{}\"))",
+                         only_where({{"body", track.body}}, fmt::format("column(\"{}\")", lying ? z : x)),
+                         lying ? x : z);
+    };
+    panel.plots.push_back(points("x_gt_m", "z_gt_m") + " with lines lc rgb \"#B0B0B0\" lw 4.5");
+    panel.plots.push_back(points("x_m", "z_m") + " " + style);
+    legend.push_back({body_title(track.body), style});
+    const auto speed = mean_speed_kmh(records, track.body);
+    if (!is_camera && speed) panel.settings += speed_label(track, *speed, colour, lying);
+  }
+  if (legend.empty()) return {};
+  legend.push_back({"ground truth", "with lines lc rgb \"#B0B0B0\" lw 4.5"});
+  PanelLayout layout;
+  layout.panel_height_cm = layout.top_cm + layout.bottom_cm + axes.height_cm(layout.plot_width_cm(), lying);
+  panel.settings += axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), lying);
+  set_panels(layout, legend, {panel}, figure);
+  figure.caption = fmt::format(
+      "Fig. 1, tracks of camera and objects from above, {}. Estimates begin at the truth; objects: the "
+      "origin of the true "
+      "box, moved by the estimated motions. Numbers: mean estimated speed.",
+      title);
+  return {figure};
+}
+
+std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
+  if (views.empty()) return {};
+  Figure figure;
+  figure.name = "fig6_top_views";
+  figure.data.columns = {{"sequence", "sequence"}, {"system", "system"}, {"x_m", "x_m"}, {"z_m", "z_m"}};
+  PanelLayout layout;
+  layout.columns = std::min<size_t>(3, views.size());
+  layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
+  layout.panel_height_cm = 5.6;
+  layout.bottom_cm = 1.15;
+  const std::vector<System> systems = systems_of(views);
+  std::vector<LegendEntry> legend;
+  for (const System& system : systems) legend.push_back({system.name, system_style(system)});
+  std::vector<Panel> panels;
+  for (const TopView& view : views) {
+    Panel panel{view.title, "", {}};
+    EqualAxes axes;
+    for (const System& system : systems) {
+      const auto path = std::ranges::find(view.paths, system.name, &CameraPath::system);
+      if (path == view.paths.end() || path->positions_m.empty()) continue;
+      for (const Eigen::Vector3d& p : path->positions_m) {
+        figure.data.add_row({view.title, system.name, p.x(), p.z()});
+        axes.include(p);
+      }
+      panel.plots.push_back(
+          fmt::format("data using {}:(column(\"z_m\")) {}",
+                      only_where({{"sequence", view.title}, {"system", system.name}}, "column(\"x_m\")"),
+                      system_style(system)));
+    }
+    if (panel.plots.empty()) continue;
+    panel.settings += axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false);
+    panels.push_back(std::move(panel));
+  }
+  if (panels.empty()) return {};
+  set_panels(layout, legend, panels, figure);
+  figure.caption = "Fig. 6, camera paths from above, in the coordinates of the first camera; no alignment.";
+  return {figure};
+}
+
+}  // namespace sextant
