@@ -1,6 +1,7 @@
 #include "sextant/eval/report/figures/speed_figures.h"
 
 #include <algorithm>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -21,11 +22,11 @@ bool has_speed(const Record& record) {
 
 /// The objects with the most estimates, by id.
 std::vector<int> chosen_objects(const Records& records) {
-  std::map<int, size_t> n_of;
-  for (const Record* record : records) ++n_of[body_order(*record)];
+  std::map<int, std::set<int>> frames_of;
+  for (const Record* record : records) frames_of[body_order(*record)].insert(record->frame);
   std::vector<std::pair<size_t, int>> by_size;
-  for (const auto& [id, n] : n_of) {
-    if (n >= min_estimates) by_size.emplace_back(n, -id);
+  for (const auto& [id, frames] : frames_of) {
+    if (frames.size() >= min_estimates) by_size.emplace_back(frames.size(), -id);
   }
   std::ranges::sort(by_size, std::greater());
   by_size.resize(std::min(by_size.size(), max_objects));
