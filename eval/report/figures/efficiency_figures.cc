@@ -87,8 +87,8 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   bodies.resize(std::min(bodies.size(), max_bodies));
   const std::vector<std::string> estimators = in_order(names(rows, &NoiseLevelRow::estimator));
   std::vector<Panel> panels;
-  for (const Kind& kind : kinds) {
-    for (const std::string& body : bodies) {
+  for (const std::string& body : bodies) {
+    for (const Kind& kind : kinds) {
       panels.push_back(panel_of(kind, body, estimators, low, high, highest));
       panels.back().settings +=
           fmt::format("set xlabel {} offset 0,0.4\n", gp_text(parameter_title(first.parameter)));
@@ -100,8 +100,8 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
                                                       estimator_colour(e), estimator_point(e))});
   legend.push_back({"bound", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   PanelLayout layout;
-  layout.columns = bodies.size();
-  layout.width_cm = bodies.size() <= 2 ? 4.4 * 2 : 18.0;
+  layout.columns = kinds.size();
+  layout.width_cm = 18.0;
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Errors over their Cramer-Rao bound, {} {}, with 95 % intervals over {} seeds: 1 is the limit of "

@@ -225,6 +225,7 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
                         fmt::format("with boxes fc rgb \"{}\" fs transparent solid 0.35 border",
                                     estimator_colour(estimator))});
     PanelLayout layout;
+    layout.left_cm = 1.9;
     layout.panel_height_cm = 4.4;
     layout.bottom_cm = 0.6;
     layout.top_cm = 0.25;
