@@ -16,9 +16,19 @@ namespace sextant {
 /// Opens a SOURCE and gives its true camera trajectory.
 using ReferenceLoader = std::function<EgoReference(const std::string& source, const CommonFlags& flags)>;
 
-/// ego, flow and depth: what needs no images of data sets. With `load` empty a SOURCE is an Error.
-CLI::App* add_light_evaluate_commands(CLI::App& app, const ReferenceLoader& load);
-void add_evaluate_ego_command(CLI::App& evaluate, const ReferenceLoader& load);
+/// Writes the report of `evaluate ego --out`.
+using EgoReportWriter = std::function<void(const std::vector<EgoResult>&, const EgoReference&,
+                                           const EgoOptions&, const std::string& out)>;
+
+/// What the full program adds to `evaluate ego`; where it is empty, SOURCEs and --out are Errors.
+struct EgoExtras {
+  ReferenceLoader load;
+  EgoReportWriter write_report;
+};
+
+/// ego, flow and depth: what needs no images of data sets.
+CLI::App* add_light_evaluate_commands(CLI::App& app, const EgoExtras& extras);
+void add_evaluate_ego_command(CLI::App& evaluate, const EgoExtras& extras);
 void add_evaluate_flow_command(CLI::App& evaluate);
 void add_evaluate_depth_command(CLI::App& evaluate);
 /// Needs the definitions of velocity, and with them the estimators.

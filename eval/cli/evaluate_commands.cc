@@ -15,11 +15,11 @@ bool looks_like_source(const std::string& text) {
   return !std::filesystem::exists(text, ignored);
 }
 
-CLI::App* add_light_evaluate_commands(CLI::App& app, const ReferenceLoader& load) {
+CLI::App* add_light_evaluate_commands(CLI::App& app, const EgoExtras& extras) {
   CLI::App* evaluate = app.add_subcommand("evaluate", "Recorded results of any system against the truth");
   evaluate->require_subcommand(1);
   evaluate->footer("Example:\n  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3");
-  add_evaluate_ego_command(*evaluate, load);
+  add_evaluate_ego_command(*evaluate, extras);
   add_evaluate_flow_command(*evaluate);
   add_evaluate_depth_command(*evaluate);
   return evaluate;

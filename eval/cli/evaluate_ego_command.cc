@@ -21,7 +21,7 @@ struct EgoFlags : CommonFlags {
   double delta_tolerance = PairSelection{}.relative_tolerance;
   EgoOptions options;
   std::optional<double> start_s, end_s;
-  std::string zip, tum;
+  std::string zip, tum, out;
 };
 
 /// "NAME=FILE": a run of the system NAME; a plain file belongs to the system "estimate".
@@ -98,8 +98,9 @@ void print(const std::vector<EgoResult>& runs, const EgoReference& reference, co
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
 
-void evaluate(const EgoFlags& flags, const ReferenceLoader& load) {
+void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
   const EgoOptions options = options_of(flags);
+  if (!flags.out.empty() && !extras.write_report) fail("--out {}: no report can be written here", flags.out);
   if (!flags.zip.empty() && flags.estimates.size() > 1)
     fail("--save-zip holds one result: give one estimate");
   std::vector<EstimateArgument> arguments;
@@ -110,7 +111,7 @@ void evaluate(const EgoFlags& flags, const ReferenceLoader& load) {
     return read_trajectory(path, estimate_format(flags, path));
   };
   std::future<TrajectoryFile> first = std::async(std::launch::async, read, arguments.front().path);
-  const EgoReference reference = reference_of(flags, load);
+  const EgoReference reference = reference_of(flags, extras.load);
   std::vector<EgoResult> runs;
   for (size_t i = 0; i < arguments.size(); ++i) {
     TrajectoryFile file = i == 0 ? first.get() : read(arguments[i].path);
@@ -127,6 +128,7 @@ void evaluate(const EgoFlags& flags, const ReferenceLoader& load) {
       write_file(std::filesystem::path(flags.tum) / fmt::format("estimate_{}.tum", i),
                  encode_tum(runs[i].estimate));
   }
+  if (!flags.out.empty()) extras.write_report(runs, reference, options, flags.out);
   print(runs, reference, options, flags);
 }
 
@@ -166,7 +168,7 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
 
 }  // namespace
 
-void add_evaluate_ego_command(CLI::App& evaluate_app, const ReferenceLoader& load) {
+void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
   const auto flags = std::make_shared<EgoFlags>();
   CLI::App* command =
       evaluate_app.add_subcommand("ego", "Camera trajectories: absolute and relative pose errors");
@@ -189,6 +191,8 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const ReferenceLoader& loa
       ->type_name("FILE");
   command->add_option("--save-tum", flags->tum, "Write the matched, aligned trajectories as TUM files")
       ->type_name("DIR");
+  command->add_option("--out", flags->out, "Write report.html, tables and figures (CDF, boxes) here")
+      ->type_name("DIR");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(
@@ -198,8 +202,9 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const ReferenceLoader& loa
       "  sextant evaluate ego --format tum gt.txt estimate.txt --align sim3 --rpe 1s --all-pairs --json\n"
       "  sextant evaluate ego kitti:kitti_tracking#0003 orbslam3.txt --est-format kitti\n"
       "  sextant evaluate ego gt.txt orb=orb_1.txt orb=orb_2.txt vdo=vdo_1.txt vdo=vdo_2.txt\n"
+      "  sextant evaluate ego gt.txt orb=orb_1.txt vdo=vdo_1.txt --out report\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
-  command->callback([flags, load] { evaluate(*flags, load); });
+  command->callback([flags, extras] { evaluate(*flags, extras); });
 }
 
 }  // namespace sextant

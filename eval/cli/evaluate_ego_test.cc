@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "sextant/base/options.h"
@@ -86,6 +87,25 @@ TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     EXPECT_EQ(r.out, "");
   }
+}
+
+TEST_F(EvaluateEgo, WritesAReport) {
+  const std::filesystem::path out = testing::TempDir() + "sextant_evaluate_report";
+  std::filesystem::remove_all(out);
+  const std::string a = "one=" + est, b = "two=" + gt;
+  const Outcome r = sextant({gt.c_str(), a.c_str(), b.c_str(), "--out", out.c_str(), "--quiet"});
+  ASSERT_EQ(r.code, 0) << r.err;
+  for (const char* file : {"report.html", "report.md", "tables/errors.csv", "tables/steps.tex",
+                           "figures/error_cdf.svg", "figures/error_boxes.pdf", "figures/step_Et_cdf.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(out / file)) << file;
+  }
+  std::ifstream in(out / "figures" / "error_cdf.csv");
+  std::string header, line, last;
+  std::getline(in, header);
+  while (std::getline(in, line)) last = line;
+  EXPECT_EQ(header, "share,quantile_1,quantile_2");
+  EXPECT_EQ(last, "1,0.5,0");
+  std::filesystem::remove_all(out);
 }
 
 }  // namespace

@@ -14,13 +14,14 @@
 
 namespace {
 
-/// `evaluate ego`, `flow` and `depth` of files; a SOURCE needs the adapters of data sets.
+/// `evaluate ego`, `flow` and `depth` of files; a SOURCE needs the adapters of data sets, --out figures.
 bool is_light(int argc, char** argv) {
   if (argc < 3 || std::string_view(argv[1]) != "evaluate") return false;
   const std::string_view what = argv[2];
   if (what != "ego" && what != "flow" && what != "depth") return false;
   for (int i = 3; i < argc; ++i) {
-    if (sextant::looks_like_source(argv[i])) return false;
+    const std::string_view word = argv[i];
+    if (sextant::looks_like_source(argv[i]) || word == "--out" || word.starts_with("--out=")) return false;
   }
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace sextant {
@@ -80,6 +81,21 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   return {counted(reference.size()), counted(estimate.size())};
 }
 
+/// See PerFrameErrors.
+std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
+  std::vector<double> errors;
+  for (const auto& [i, j] : pairs) {
+    const auto step = [i = static_cast<size_t>(i), j = static_cast<size_t>(j)](const PoseSeries& series) {
+      return Eigen::Matrix3f(series.rotations[i].cast<float>().transpose() *
+                             series.rotations[j].cast<float>());
+    };
+    const float cosine = ((step(r.reference).transpose() * step(r.estimate)).trace() - 1) / 2;
+    const float angle_rad = std::acos(cosine);
+    if (angle_rad > 0) errors.push_back(angle_rad * 180 / std::numbers::pi);
+  }
+  return errors;
+}
+
 /// Pairs of neighbours in the reference's numbering that the estimate has both.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
@@ -93,6 +109,7 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
   }
   out.Et_m = relative_errors(r.estimate, r.reference, pairs, PoseRelation::trans_part);
   out.ER_deg = relative_errors(r.estimate, r.reference, pairs, PoseRelation::angle_deg);
+  out.ER_float_acos_deg = float_acos_errors_deg(r, pairs);
   return out;
 }
 

@@ -38,6 +38,10 @@ struct EgoReference {
 struct PerFrameErrors {
   std::vector<double> Et_m;
   std::vector<double> ER_deg;
+  /// E_R as code in single precision has it: acos((trace E - 1) / 2) in floats. It has steps of 0.028 deg,
+  /// and steps where it is 0 or NaN are left out, so its mean is larger than that of ER_deg. For comparison
+  /// with published numbers only.
+  std::vector<double> ER_float_acos_deg;
   std::vector<int> row;  ///< of the reference: the current frame of each pair
 };
 

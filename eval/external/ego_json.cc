@@ -12,6 +12,8 @@ Json per_frame_json(const PerFrameErrors& e, const EgoReference& reference) {
     json["Et_m"] = to_json(error_statistics(e.Et_m));
     json["ER_deg"] = to_json(error_statistics(e.ER_deg));
   }
+  if (!e.ER_float_acos_deg.empty())
+    json["ER_float_acos_deg"] = to_json(error_statistics(e.ER_float_acos_deg));
   if (reference.step_floor_m) json["step_floor_m"] = *reference.step_floor_m;
   return json;
 }

@@ -5,7 +5,7 @@
 //   {"metric":"ape|rpe", "relation", "unit", "align", "delta","all_pairs" (rpe), "n",
 //    "stats":{"rmse","mean","median","std","min","max","sse"}, "reference","estimate", "n_reference",
 //    "n_estimate","n_matched", "umeyama_scale", "alignment":[[4x4]],
-//    "per_frame":{"n","Et_m":{"mean",..},"ER_deg":{..},"step_floor_m"},
+//    "per_frame":{"n","Et_m":{"mean",..},"ER_deg":{..},"ER_float_acos_deg":{..},"step_floor_m"},
 //    "kitti_odometry":{"n","path_m","translation_percent","rotation_deg_per_m","by_length":[..]},
 //    "warnings":[{"code","text"}]}
 //

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 int whole(const NumberFile& file, size_t i, const char* what) {
   const double value = file.values()[i];
-  if (value != std::trunc(value) || value < -1 || value > 1e9)
+  if (value != std::trunc(value) || value < 0 || value > 1e9)
     file.fail_here("expected {} for value {}, got {}", what, i + 1, value);
   return static_cast<int>(value);
 }
@@ -90,6 +90,8 @@ std::vector<ObjectLog> read_dynosam(const std::string& folder) {
                              return log.poses.emplace(key, e).second;
                            });
     }
+    if (log.motions.empty())
+      fail("{}: holds no motion: expected lines {}", beside("_object_motion_log.csv"), kDynosamObject);
     if (fs::exists(beside("_camera_pose_log.csv"))) read_dynosam_cameras(beside("_camera_pose_log.csv"), log);
     logs.push_back(std::move(log));
   }
@@ -147,6 +149,8 @@ std::vector<ObjectLog> read_vdo(const std::string& folder) {
   log.estimator = "vdo";
   log.frame = MotionFrame::body;
   for (const auto& [key, motion] : read_vdo_motions(motions, log)) log.motions[key].estimate = motion;
+  if (log.motions.empty())
+    fail("{}: holds no motion: expected lines of frame, label and 16 values of a 4x4 motion", motions);
   if (!truth.empty()) {
     for (const auto& [key, motion] : read_vdo_motions(truth, log)) {
       const auto known = log.motions.find(key);

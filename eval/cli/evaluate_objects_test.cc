@@ -1,0 +1,152 @@
+// `sextant evaluate objects` as a user starts it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+
+#include "sextant/base/files.h"
+#include "sextant/base/options.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+std::string csv(const SE3& T) {
+  const Eigen::Vector3d& t = T.translation();
+  const Eigen::Quaterniond& q = T.rotation();
+  return fmt::format("{},{},{},{},{},{},{}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+/// DynOSAM logs of a scene whose object is called 5, without truth, and the scene with truth.
+class EvaluateObjects : public testing::Test {
+ protected:
+  EvaluateObjects() {
+    VdoFixtureOptions options;
+    options.n_frames = 6;
+    options.width = 64;
+    options.height = 32;
+    scene_ = make_vdo_fixture(temp_.path() / "scene", options);
+    std::string motions =
+        "frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n";
+    std::string cameras = "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n";
+    const std::string missing = csv(SE3());
+    for (const auto& [k, pose] : scene_.T_world_camera) {
+      cameras += fmt::format("{},{},{}\n", k, csv(pose), missing);
+      if (k == 0 || k == 3) continue;  // lost once
+      const SE3 H = scene_.T_world_object.at(k) * scene_.T_world_object.at(k - 1).inverse();
+      motions += fmt::format("{},5,{},{}\n", k, csv(H), missing);
+    }
+    put("m_object_motion_log.csv", motions);
+    put("m_camera_pose_log.csv", cameras);
+  }
+
+  void put(const std::string& name, const std::string& bytes) const { write_file(logs() / name, bytes); }
+  fs::path logs() const {
+    fs::create_directories(temp_.path() / "logs");
+    return temp_.path() / "logs";
+  }
+
+  Outcome evaluate(const std::string& more) const {
+    const std::string out = (temp_.path() / "out").string(), err = (temp_.path() / "err").string();
+    const std::string command =
+        fmt::format("{} evaluate objects {} {} > {} 2> {}", SEXTANT_PROGRAM, logs().string(), more, out, err);
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+  }
+
+  /// Exit code 2 and one line that says `named`.
+  void expect_refused(const std::string& named) const {
+    const Outcome outcome = evaluate("--format dynosam");
+    EXPECT_EQ(outcome.code, 2) << named << ": " << outcome.out;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(named));
+  }
+
+  TempFolder temp_;
+  VdoFixture scene_;
+};
+
+TEST_F(EvaluateObjects, TruthOfASourceIsMatchedByOverlap) {
+  const Outcome outcome = evaluate(fmt::format("--format dynosam --truth {} --json", scene_.source()));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  ASSERT_EQ(json["presets"].size(), 5U);
+  for (const Json& preset : json["presets"]) {
+    const Json& row = preset["rows"][0];
+    EXPECT_EQ(row["object"], "1") << preset["preset"];
+    EXPECT_EQ(row["n_truth"], 5) << preset["preset"];
+    EXPECT_EQ(row["n_estimated"], 4) << preset["preset"];
+    EXPECT_EQ(row["coverage_percent"], 80) << preset["preset"];
+    EXPECT_LT(row["Et_m"].get<double>(), 1e-6) << preset["preset"];
+    EXPECT_LT(row["Ev_kmh"].get<double>(), 1e-4) << preset["preset"];
+  }
+  EXPECT_THAT(json["warnings"].dump(), HasSubstr("logged object 5 is true object 1, by overlap"));
+}
+
+TEST_F(EvaluateObjects, WithoutTruthNothingIsCompared) {
+  const Outcome outcome = evaluate("--format dynosam --preset paper --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json row = Json::parse(outcome.out)["presets"][0]["rows"][0];
+  EXPECT_EQ(row["n_truth"], 0);
+  EXPECT_FALSE(row.contains("Et_m") && !row["Et_m"].is_null()) << row;
+}
+
+TEST_F(EvaluateObjects, DamagedLogsAreRefused) {
+  const std::string name = "m_object_motion_log.csv";
+  const std::string good = read_file(logs() / name);
+  const auto with = [&](const std::function<void(std::string&)>& damage) {
+    std::string bytes = good;
+    damage(bytes);
+    put(name, bytes);
+  };
+  const size_t line2 = good.find('\n') + 1;
+  with([](std::string& b) { b.clear(); });
+  expect_refused("holds no motion");
+  with([&](std::string& b) { b.resize(line2); });
+  expect_refused("holds no motion");
+  with([&](std::string& b) { b.replace(line2 + 4, 3, "nan"); });
+  expect_refused(name + ":2: ");
+  with([&](std::string& b) { b.erase(b.rfind(',')); });
+  expect_refused("got 15 values");
+  with([&](std::string& b) { b.insert(line2 + 4, "1,234."); });
+  expect_refused(name + ":2: ");
+  with([&](std::string& b) { b += b.substr(line2, b.find('\n', line2) + 1 - line2); });
+  expect_refused("is given twice");
+  with([&](std::string& b) { b.replace(line2, 1, "1.5"); });
+  expect_refused("expected a frame number");
+  with([&](std::string& b) { b.replace(line2, 1, "-1"); });
+  expect_refused("expected a frame number");
+  with([](std::string& b) {
+    b.assign(
+        "\xff\xfe"
+        "f\0r\0",
+        6);
+  });
+  expect_refused("UTF-16");
+}
+
+TEST_F(EvaluateObjects, EndsOfLinesAndByteOrderMarksAreRead) {
+  const std::string name = "m_object_motion_log.csv";
+  const std::string wanted = evaluate("--format dynosam --json").out;
+  std::string bytes = "\xef\xbb\xbf";
+  for (const char c : read_file(logs() / name)) bytes += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  put(name, bytes);
+  const Outcome outcome = evaluate("--format dynosam --json");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, wanted);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,85 @@
+// Ctrl-C while a program of somebody else runs: it ends, and the sweep can be resumed.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/experiment/record.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+pid_t start_program(const std::vector<std::string>& arguments) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  std::vector<char*> words = {const_cast<char*>(SEXTANT_PROGRAM)};
+  for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+  words.push_back(nullptr);
+  if (::freopen("/dev/null", "w", stderr) == nullptr) ::_exit(99);
+  ::execv(SEXTANT_PROGRAM, words.data());
+  ::_exit(99);
+}
+
+int exit_code(pid_t child) {
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+bool runs(int pid) {
+  std::ifstream in(fs::path("/proc") / std::to_string(pid) / "stat");
+  std::string line;
+  return std::getline(in, line) && line.find(") Z ") == std::string::npos;
+}
+
+TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
+  const TempFolder temp;
+  VdoFixtureOptions options;
+  options.n_frames = 3;
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  // The second seed hangs until there is a file `go`.
+  write_file(
+      temp.path() / "program.sh",
+      "dir=$(dirname $0)\n"
+      "if [ $2 = 1 ] && [ ! -e $dir/go ]; then echo $$ > $dir/part; mv $dir/part $dir/pid; sleep 60; fi\n"
+      "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 $k; done > $1/camera.txt\n");
+  write_file(temp.path() / "program.json", R"({"command": "sh {config}/program.sh {output} {seed}"})");
+  write_file(
+      temp.path() / "plan.json",
+      Json{{"sources", {fixture.source()}}, {"estimators", {"external:program.json"}}, {"seeds", 3}}.dump());
+  const fs::path out = temp.path() / "out";
+  const std::vector<std::string> command = {
+      "sweep",   (temp.path() / "plan.json").string(), "--out",  out.string(), "--jobs", "1",
+      "--cache", (temp.path() / "cache").string(),     "--quiet"};
+  const pid_t first = start_program(command);
+  for (int i = 0; i < 1000 && !fs::exists(temp.path() / "pid"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ASSERT_TRUE(fs::exists(temp.path() / "pid"));
+  const int program = std::stoi(read_file(temp.path() / "pid"));
+  EXPECT_TRUE(runs(program));
+  ::kill(first, SIGINT);
+  EXPECT_EQ(exit_code(first), 130);
+  EXPECT_FALSE(runs(program));
+  EXPECT_TRUE(fs::exists(out / "journal.jsonl"));
+  EXPECT_FALSE(fs::exists(out / "records.jsonl"));
+  EXPECT_FALSE(fs::exists(out / "external" / "case_000001" / "input"));
+
+  write_file(temp.path() / "go", "");
+  EXPECT_EQ(exit_code(start_program(command)), 0);
+  const std::vector<Record> records = read_records(out / "records.jsonl");
+  EXPECT_EQ(
+      std::ranges::count_if(records, [](const Record& r) { return r.is_ego() && r.status == Status::ok; }),
+      6);  // 3 seeds x 2 pairs
+}
+
+}  // namespace
+}  // namespace sextant
