@@ -81,7 +81,7 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
   }
   figure.script = fmt::format(
       "set xlabel {}\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
-      "set key bottom right\nplot {}\n",
+      "set key bottom right noenhanced\nplot {}\n",
       gp_text(axis), joined(lines));
   return figure;
 }
@@ -119,8 +119,8 @@ Figure box_figure(const std::string& name, const std::string& axis, const std::v
       "with candlesticks lc rgb \"black\" lw 1.5 notitle");
   figure.script = fmt::format(
       "set boxwidth 0.5\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {}\nplot {}\n",
-      static_cast<double>(samples.size()) + 0.6, tics, samples.size() > 3 ? "rotate by -30" : "",
-      gp_text(axis), joined(parts));
+      static_cast<double>(samples.size()) + 0.6, tics,
+      samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis), joined(parts));
   return figure;
 }
 
@@ -133,8 +133,9 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
       by_system(runs, [](const EgoResult& r) -> const std::vector<double>& { return r.errors; }).size(),
       to_string(options.alignment));
   const Table errors = ego_error_table(runs, reference, options);
-  const std::string axis = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
-                                       unit_of(options.relation));
+  std::string axis = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
+                                 unit_of(options.relation));
+  std::ranges::replace(axis, '_', ' ');  // gnuplot would make it a subscript
   ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
   section.figures.push_back(cumulative_figure(
       "error_cdf", axis,
