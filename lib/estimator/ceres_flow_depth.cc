@@ -1,5 +1,6 @@
 #include "sextant/estimator/ceres_flow_depth.h"
 
+#include <Eigen/Eigenvalues>
 #include <memory>
 
 #include "sextant/estimator/ceres_motion.h"
@@ -67,6 +68,25 @@ std::unique_ptr<ceres::LossFunction> make_loss(const RobustKernel& kernel) {
   return nullptr;
 }
 
+/// motion_prior.h, with the precision as U^T U.
+struct PriorResidual {
+  SE3 mean;
+  Matrix6d U;
+
+  template <typename T>
+  bool operator()(const T* motion, T* residual) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> rotation(motion);
+    const Eigen::Quaternion<T> q = rotation.normalized() * mean.rotation().conjugate().cast<T>();
+    const Eigen::Matrix<T, 3, 1> t_mean = mean.translation().cast<T>();
+    Eigen::Matrix<T, 6, 1> xi;
+    xi.template tail<3>() = T(2) * q.vec();
+    xi.template head<3>() = Eigen::Matrix<T, 3, 1>(motion[4], motion[5], motion[6]) - t_mean +
+                            t_mean.cross(xi.template tail<3>());
+    Eigen::Map<Eigen::Matrix<T, 6, 1>>(residual, 6) = U.cast<T>() * xi;
+    return true;
+  }
+};
+
 PointResidual make_residual(const Problem& problem, size_t i, const NoiseLevels& levels,
                             const FlowDepthData& data, double projection_share) {
   const Correspondences& p = problem.points;
@@ -117,6 +137,14 @@ MotionEstimate JointFlowDepthCeres::estimate(const Problem& problem, const Start
     options.linear_solver_ordering->AddElementToGroup(points[i].data(), 0);
   }
   options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
+  if (decided.prior.holds()) {
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(decided.prior.precision);
+    const Matrix6d U =
+        eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+    ceres_problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PriorResidual, 6, 7>(new PriorResidual{decided.prior.mean, U}),
+        nullptr, motion.data());
+  }
   solve(ceres_problem, options, problem, motion, estimate);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!data.used(i)) continue;

@@ -12,8 +12,7 @@ namespace sextant {
 
 /// The arrays and constants that the vectorised loop reads, and what it writes per point.
 struct FlowDepthLanes {
-  const double *x, *y, *target_u, *target_v, *inverse_depth, *inverse_depth_curr, *depth_weight, *weight,
-      *has_curr;
+  const double *x, *y, *target_u, *target_v, *inverse_depth, *inverse_depth_curr, *weight, *has_curr;
   double *refined, *q, *error_u, *error_v, *slope_u, *slope_v;
   size_t n;
   double fx, fy, cx, cy;
@@ -25,7 +24,6 @@ struct FlowDepthLanes {
         target_v(d.target_v_.data()),
         inverse_depth(d.inverse_depth_.data()),
         inverse_depth_curr(d.inverse_depth_curr_.data()),
-        depth_weight(d.depth_weight_.data()),
         weight(d.weight_.data()),
         has_curr(d.has_curr_.data()),
         refined(d.refined_.data()),
@@ -56,6 +54,7 @@ struct Factors {
   double info_depth = 0;  ///< 1 / kappa^2 = (bf / delta_d)^2
   double info_curr = 0;
   bool refine = false;
+  bool as_measured = false;
   bool quasi = false;
   double depth_step_tolerance;
   bool points_only = false;  ///< leave out kernel and sums
@@ -65,6 +64,7 @@ struct Factors {
       : info_u(1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px)),
         info_v(1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px)),
         refine(levels.delta_d_px > 0),
+        as_measured(levels.as_measured),
         quasi(levels.depth_noise == DepthNoise::depth),
         depth_step_tolerance(rho.majorize ? rough_depth_step : last_depth_step),
         kernel(rho) {
@@ -100,8 +100,8 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
     const Lanes inverse_sm = f.quasi ? one / sm : zero;
     const Lanes inverse_cm = f.quasi ? one / cm : zero;
     const Lanes info_curr = f.info_curr * SEXTANT_LOAD(d.has_curr + i);
-    const Lanes info_depth = f.info_depth * SEXTANT_LOAD(d.depth_weight + i);
-    Lanes s = f.refine ? SEXTANT_LOAD(d.refined + i) : sm;
+    const Lanes info_depth = zero + f.info_depth;
+    Lanes s = f.refine && !f.as_measured ? SEXTANT_LOAD(d.refined + i) : sm;
 
     Lanes iw, xn, yn, eu, ev, us, vs, c, cs, slope, slope_curr, curv, curv_curr;
     LaneMask in_front;
@@ -124,7 +124,7 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
       curv_curr = info_curr * (f.quasi ? 2.0 * c * inverse_cm - 1.0 : one);
       curv = curv > 0.1 * info_depth ? curv : 0.1 * info_depth;
       curv_curr = curv_curr > 0.1 * info_curr ? curv_curr : 0.1 * info_curr;
-      if (!f.refine || step == max_depth_steps) break;
+      if (!f.refine || f.as_measured || step == max_depth_steps) break;
       const Lanes bend = -2.0 * m.t[2] * iw;  // u''/u' = v''/v' = s'''/s''
       const Lanes first = eu * us * f.info_u + ev * vs * f.info_v + slope + slope_curr * cs;
       const Lanes gauss_newton = us * us * f.info_u + vs * vs * f.info_v + curv + curv_curr * cs * cs;
@@ -144,7 +144,19 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
         info_depth * (s - sm) * (s - sm) * (f.quasi ? (2.0 * s + sm) * inverse_sm / 3.0 : one);
     const Lanes deviance_curr =
         info_curr * (c - cm) * (c - cm) * (f.quasi ? (2.0 * c + cm) * inverse_cm / 3.0 : one);
-    const Lanes q = f.info_u * eu * eu + f.info_v * ev * ev + deviance + deviance_curr;
+    Lanes su = f.info_u * eu;
+    Lanes sv = f.info_v * ev;
+    Lanes q = su * eu + sv * ev + deviance + deviance_curr;
+    const Lanes h = f.refine ? f.info_u * us * us + f.info_v * vs * vs + curv_curr * cs * cs + curv : one;
+    const Lanes ih = one / h;
+    if (f.as_measured && f.refine) {  // one step of s, in what is linear in it
+      const Lanes first = su * us + sv * vs + slope + slope_curr * cs;
+      const Lanes change = -first * ih;
+      q += first * change;
+      su += f.info_u * us * change;
+      sv += f.info_v * vs * change;
+      slope_curr += curv_curr * cs * change;
+    }
     behind += in_front ? zero : count;
     SEXTANT_STORE(d.refined + i, s);
     SEXTANT_STORE(d.q + i, in_front ? q : zero + infinity);
@@ -175,14 +187,10 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
     cost += count * rho;
 
     // Weight matrix of the rows u, v, c after the Schur complement of s, and the kernel's curvature.
-    const Lanes su = f.info_u * eu;
-    const Lanes sv = f.info_v * ev;
     Lanes bu = f.info_u * us;
     Lanes bv = f.info_v * vs;
     Lanes bc = curv_curr * cs;
-    const Lanes h = f.refine ? bu * us + bv * vs + bc * cs + curv : one;
     if (!f.refine) bu = bv = bc = zero;
-    const Lanes ih = one / h;
     const Lanes wuu = weight * (f.info_u - bu * bu * ih - bent * su * su);
     const Lanes wuv = weight * (-bu * bv * ih - bent * su * sv);
     const Lanes wvv = weight * (f.info_v - bv * bv * ih - bent * sv * sv);
@@ -217,7 +225,7 @@ FlowDepthData::FlowDepthData(const StereoCamera& camera, size_t size) : camera_(
                       &slope_u_, &slope_v_}) {
     array->assign(padded, 0);
   }
-  for (auto* array : {&inverse_depth_, &inverse_depth_curr_, &depth_weight_, &curr_weight_, &refined_}) {
+  for (auto* array : {&inverse_depth_, &inverse_depth_curr_, &refined_}) {
     array->assign(padded, 1);
   }
   valid_.assign(size, 0);
@@ -265,7 +273,6 @@ FlowDepthData FlowDepthData::sample(size_t size) const {
     out.target_u_[k] = target_u_[i];
     out.target_v_[k] = target_v_[i];
     out.inverse_depth_[k] = out.refined_[k] = inverse_depth_[i];
-    out.depth_weight_[k] = depth_weight_[i];
     ++k;
   }
   return out;
@@ -273,7 +280,7 @@ FlowDepthData FlowDepthData::sample(size_t size) const {
 
 void FlowDepthData::use(size_t i, bool point, bool depth_curr) {
   weight_[i] = point && valid_[i] != 0 ? 1 : 0;
-  has_curr_[i] = depth_curr && measures_depth_curr(i) ? curr_weight_[i] : 0;
+  has_curr_[i] = depth_curr && measures_depth_curr(i) ? 1 : 0;
 }
 
 size_t FlowDepthData::n_used() const {
@@ -283,11 +290,9 @@ size_t FlowDepthData::n_used() const {
 }
 
 PointDepths FlowDepthData::depths(size_t i, const NoiseLevels& levels) const {
-  const auto weight = [&](double delta_d_px, double share) {
-    return delta_d_px > 0 ? camera_.bf / delta_d_px * std::sqrt(share) : 0.0;
-  };
-  return {inverse_depth_[i], weight(levels.delta_d_px, depth_weight_[i]), inverse_depth_curr_[i],
-          weight(levels.delta_d_curr_px, has_curr_[i])};
+  const auto weight = [&](double delta_d_px) { return delta_d_px > 0 ? camera_.bf / delta_d_px : 0.0; };
+  return {inverse_depth_[i], weight(levels.delta_d_px), inverse_depth_curr_[i],
+          uses_depth_curr(i) ? weight(levels.delta_d_curr_px) : 0};
 }
 
 NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
@@ -318,17 +323,29 @@ void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLev
   out.slope_v = data.slope_v_;
   out.inverse_depth = data.refined_;
   const RigidMotion m(T_curr_prev);
-  out.inverse_depth_curr.resize(data.x_.size());
+  for (auto* values : {&out.inverse_depth_curr, &out.x_curr, &out.y_curr}) values->resize(data.x_.size());
   for (size_t i = 0; i < data.size_; ++i) {
-    const double w = m.r[6] * data.x_[i] + m.r[7] * data.y_[i] + m.r[8] + out.inverse_depth[i] * m.t[2];
-    out.inverse_depth_curr[i] = out.inverse_depth[i] / w;
+    const double x = data.x_[i];
+    const double y = data.y_[i];
+    const double s = out.inverse_depth[i];
+    const double w = m.r[6] * x + m.r[7] * y + m.r[8] + s * m.t[2];
+    out.inverse_depth_curr[i] = s / w;
+    out.x_curr[i] = (m.r[0] * x + m.r[1] * y + m.r[2] + s * m.t[0]) / w;
+    out.y_curr[i] = (m.r[3] * x + m.r[4] * y + m.r[5] + s * m.t[1]) / w;
     if (data.valid_[i] == 0) out.q[i] = infinity;
   }
 }
 
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
-                                 const RobustKernel& kernel, const SolverOptions& options) {
-  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, levels, kernel); }, start, options);
+                                 const RobustKernel& kernel, const SolverOptions& options,
+                                 const MotionPrior& prior) {
+  return minimize_on_se3(
+      [&](const SE3& X) {
+        NormalEquations at = accumulate(data, X, levels, kernel);
+        if (prior.holds()) add_prior(prior, X, at);
+        return at;
+      },
+      start, options);
 }
 
 }  // namespace sextant

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "sextant/estimator/levenberg_marquardt.h"
+#include "sextant/estimator/motion_prior.h"
 #include "sextant/estimator/robust_kernel.h"
 #include "sextant/measurement/problem.h"
 
@@ -39,6 +40,7 @@ struct NoiseLevels {
   double delta_d_px = 0;       ///< 0 = the depth is exact
   double delta_d_curr_px = 0;  ///< of the current depth where there is one; 0 = do not use it
   DepthNoise depth_noise = DepthNoise::depth;
+  bool as_measured = false;  ///< q and gradient to first order about the measured depths, which stay
 };
 
 /// The depth measurements of one point and the square roots of their information (m); 0 = no such
@@ -68,12 +70,6 @@ class FlowDepthData {
   size_t n_used() const;
   /// Every k-th of the points that count, without their current depths: `size` to 2 `size` of them, or all.
   FlowDepthData sample(size_t size) const;
-  /// Replaces the measured inverse depth of point i, with its variance over kappa^2.
-  void set_inverse_depth(size_t i, double inverse_depth, double variance_share, double curr_weight) {
-    inverse_depth_[i] = inverse_depth;
-    depth_weight_[i] = 1 / variance_share;
-    curr_weight_[i] = curr_weight;
-  }
   void forget_depth_curr(size_t i) { valid_curr_[i] = 0; }
   void shift_inverse_depth_curr(size_t i, double change) { inverse_depth_curr_[i] += change; }
   /// Back to the measured depths, from which the next evaluation starts.
@@ -94,8 +90,7 @@ class FlowDepthData {
   StereoCamera camera_;
   size_t size_ = 0;
   std::vector<unsigned char> valid_, valid_curr_;
-  std::vector<double> x_, y_, target_u_, target_v_, inverse_depth_, inverse_depth_curr_, depth_weight_,
-      curr_weight_, weight_, has_curr_;
+  std::vector<double> x_, y_, target_u_, target_v_, inverse_depth_, inverse_depth_curr_, weight_, has_curr_;
   std::vector<double> refined_, q_, error_u_, error_v_, slope_u_, slope_v_;
 };
 
@@ -108,6 +103,7 @@ struct PointEvaluation {
   std::vector<double> slope_v;
   std::vector<double> inverse_depth;       ///< refined, 1/m
   std::vector<double> inverse_depth_curr;  ///< predicted from it at X, 1/m
+  std::vector<double> x_curr, y_curr;      ///< (u' - cx) / fx, (v' - cy) / fy
 };
 void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                      PointEvaluation& out);
@@ -116,6 +112,7 @@ NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const No
                            const RobustKernel& kernel);
 
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
-                                 const RobustKernel& kernel, const SolverOptions& options);
+                                 const RobustKernel& kernel, const SolverOptions& options,
+                                 const MotionPrior& prior = {});
 
 }  // namespace sextant

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sextant/estimator/degeneracy.h"
+#include "sextant/estimator/errors_in_variables.h"
 #include "sextant/estimator/graduation.h"
 #include "sextant/estimator/local_planes.h"
 #include "sextant/estimator/noise_levels.h"
@@ -77,35 +78,23 @@ NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions&
   return levels;
 }
 
-/// Measured depths give way to planes through their neighbours (local_planes.h).
-void apply_planes(const Problem& problem, const JointFlowDepthOptions& options, const NoiseLevels& levels,
-                  const SE3& motion, FlowDepthData& data) {
+/// The current depth is read at a whole pixel, beside the point by a known part of one. On a plane its slope
+/// corrects that. Elsewhere neighbours err alike (their flows round alike), so it is left out.
+void correct_depth_curr(const Problem& problem, const JointFlowDepthOptions& options,
+                        const NoiseLevels& levels, const SE3& motion, FlowDepthData& data) {
   if (!(options.plane_radius_px > 0)) return;
   const std::vector<LocalPlane> planes =
       fit_local_planes(problem.points, levels.delta_d_px / problem.camera.bf, options.plane_radius_px);
-  // The current depth is read at a whole pixel. On a plane its slope corrects that. Where a plane is
-  // rejected, neighbours err alike (their flows round alike), so it is not used. Single points err each for
-  // itself, which is a variance; but on real edges it is worse, so they count only where depths are declared
-  // independent.
-  const bool independent = problem.noise && problem.noise->independent_gaussian;
   PointEvaluation at;
   evaluate_points(data, motion, levels, at);
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.is_measurement(i)) continue;
     const LocalPlane& plane = planes[i];
+    if (!plane.accepted) data.forget_depth_curr(i);
     const double u = problem.points.u[i] + problem.points.flow_u[i] + at.error_u[i];
     const double v = problem.points.v[i] + problem.points.flow_v[i] + at.error_v[i];
-    // The current depth is compared with the measured one: a plane's bias on curved surfaces has no part in
-    // it.
-    const double ratio = at.inverse_depth_curr[i] / at.inverse_depth[i];
-    data.shift_inverse_depth_curr(i, plane.slope_u * (u - std::round(u)) +
-                                         plane.slope_v * (v - std::round(v)) +
-                                         ratio * ratio * (plane.inverse_depth - 1 / problem.points.depth[i]));
-    const double curr2 = levels.delta_d_curr_px * levels.delta_d_curr_px;
-    const double taken2 = levels.delta_d_px * levels.delta_d_px * (1 - plane.variance_share);
-    if (plane.variance_share == 1 && (plane.tested || !independent)) data.forget_depth_curr(i);
-    data.set_inverse_depth(i, plane.inverse_depth, plane.variance_share,
-                           curr2 > 0 ? curr2 / (curr2 + taken2) : 1);
+    data.shift_inverse_depth_curr(i,
+                                  plane.slope_u * (u - std::round(u)) + plane.slope_v * (v - std::round(v)));
   }
 }
 
@@ -146,8 +135,10 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     if (out.start.is_finite()) {
       levels = estimate_noise_levels(data, out.start, declared);
     }
-    if (options.use_depth_curr) levels.delta_d_curr_px = estimate_delta_d_curr(data, out.start, levels);
-    apply_planes(problem, options, levels, out.start, data);
+    if (options.use_depth_curr) {
+      levels.delta_d_curr_px = estimate_delta_d_curr(data, out.start, levels);
+      correct_depth_curr(problem, options, levels, out.start, data);
+    }
     for (int k = 0; k < 4; ++k) {
       if (!gate_points(data, out.start, levels, options.gate) && k > 0) break;
       if (data.n_used() < min_points) break;
@@ -161,6 +152,11 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
       if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
       out.start = result.T_curr_prev;
     }
+  }
+  if (data.n_used() >= min_points) {
+    out.prior = weak_directions(data, start.T_curr_prev, levels, out.kernel);
+    if (out.prior.holds()) out.start = out.prior.mean;
+    data.reset_depths();
   }
   for (size_t i = 0; i < data.size(); ++i) {
     out.inliers.push_back(data.used(i) ? 1 : 0);
@@ -178,19 +174,21 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   estimate.inliers = decided.inliers;
   estimate.status = decided.status;
   if (decided.status != Status::ok) return estimate;
-  const SolverResult solution =
-      minimize_flow_depth(data, decided.start, decided.levels, decided.kernel, options_.solver);
+  const SolverResult solution = minimize_flow_depth(data, decided.start, decided.levels, decided.kernel,
+                                                    options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
   PointEvaluation at;
   evaluate_points(data, solution.T_curr_prev, decided.levels, at);
-  const Matrix6d hessian = accumulate(data, solution.T_curr_prev, decided.levels, {}).hessian;
-  const double inflation = variance_factor(data, at.q, decided.kernel);
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
     estimate.refined_flow_u[i] += (1 - options_.projection_share) * at.error_u[i];
     estimate.refined_flow_v[i] += (1 - options_.projection_share) * at.error_v[i];
   }
-  conclude(problem, hessian, decided.kernel.kind == Kind::none ? 1.0 : std::max(inflation, 1.0), estimate);
+  const double inflation =
+      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(data, at.q, decided.kernel), 1.0);
+  const Matrix6d covariance =
+      motion_covariance(depth_information(data, solution.T_curr_prev, decided.levels, {}), decided.prior);
+  conclude(problem, inflation * covariance, estimate);
   return estimate;
 }
 

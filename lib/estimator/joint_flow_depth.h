@@ -38,8 +38,9 @@ struct JointFlowDepthOptions {
     v("depth_noise", depth_noise, "", "what is Gaussian: depth or disparity");
     v("use_depth_curr", use_depth_curr, "", "use the depth measured in the current frame as well");
     v("plane_radius_px", plane_radius_px, "px",
-      "depths are taken from a plane through the points within this distance where they agree with one; 0 = "
-      "off");
+      "the current depth counts where the points within this distance agree with a plane, "
+      "whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + "
+      "flow");
     v("projection_share", projection_share, "fraction of the variance",
       "of the flow that its reprojection term has; decides the refined flow only, not the motion");
     v("robust", robust, "", robust_meaning);
@@ -57,6 +58,7 @@ struct FlowDepthProblem {
   SE3 start;
   NoiseLevels levels;
   RobustKernel kernel;
+  MotionPrior prior;  ///< of the directions that depths do not determine (errors_in_variables.h)
   std::vector<unsigned char> inliers;         ///< per point
   std::vector<unsigned char> use_depth_curr;  ///< per point
 };

@@ -141,6 +141,93 @@ TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {
   EXPECT_NEAR(mean_nees(problem, with("geman_mcclure_gnc", 0.3, 0.3, 0.2), 300), 1, 0.12);
 }
 
+// A far, flat car: 120 points within +-`relief_m` of 30 m, depths good to 1.8 m, seen from a car beside it.
+RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad) {
+  std::mt19937_64 engine(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> normal;
+  RandomProblem out;
+  const StereoCamera camera{{700, 700, 600, 180}, 350};
+  out.problem = {camera, {}, MeasurementNoise{0.3, 0.2, 1.8 / (30 * 30)}};
+  const SE3 centre(Eigen::Quaterniond::Identity(), {1, 0, 30});
+  out.T_curr_prev = centre * SE3(so3_exp({0, turn_rad, 0}), {0.02, 0, -0.05}) * centre.inverse();
+  for (int i = 0; i < 120; ++i) {
+    const double u = camera.left.cx + 25 + 20 * uniform(engine);
+    const double v = camera.left.cy + 15 * uniform(engine);
+    const double z = 30 + relief_m * uniform(engine);
+    const Eigen::Vector2d to = camera.left.project(out.T_curr_prev * camera.left.backproject(u, v, z));
+    out.problem.points.push_back(u, v, z + 1.8 * z * z / 900 * normal(engine),
+                                 to.x() - u + 0.3 * normal(engine), to.y() - v + 0.2 * normal(engine));
+  }
+  out.start = {out.T_curr_prev, std::vector<unsigned char>(120, 1)};
+  return out;
+}
+
+struct FarCars {
+  double rms_m = 0;  ///< of E_t
+  double worst_m = 0;
+  double nees = 0;  ///< mean, over 6
+};
+
+FarCars estimate_far_cars(const Estimator& estimator, double relief_m, double turn_rad) {
+  constexpr int n = 300;
+  FarCars out;
+  for (unsigned seed = 1; seed <= n; ++seed) {
+    const RandomProblem car = make_far_car(seed, relief_m, turn_rad);
+    const MotionEstimate estimate = estimator.estimate(car.problem, car.start);
+    EXPECT_EQ(estimate.status, Status::ok) << seed;
+    const double error = (estimate.T_curr_prev.inverse() * car.T_curr_prev).translation().norm();
+    const Vector6d xi = (estimate.T_curr_prev * car.T_curr_prev.inverse()).log();
+    out.rms_m += error * error / n;
+    out.worst_m = std::max(out.worst_m, error);
+    out.nees += xi.dot(estimate.covariance.ldlt().solve(xi)) / n / 6;
+  }
+  out.rms_m = std::sqrt(out.rms_m);
+  return out;
+}
+
+// Without the prior of errors_in_variables.h single estimates are off by metres.
+TEST(JointFlowDepth, FarFlatBodiesAreNoWorseThanWithJointFlow) {
+  for (const double relief_m : {0.2, 0.8, 1.5}) {
+    const FarCars ours = estimate_far_cars(JointFlowDepth({}), relief_m, 0);
+    const FarCars joint = estimate_far_cars(JointFlow({}), relief_m, 0);
+    EXPECT_LT(ours.rms_m, 1.02 * joint.rms_m) << relief_m;
+    EXPECT_LT(ours.worst_m, 5 * joint.rms_m) << relief_m;
+  }
+}
+
+// It allows for a bias that the data do not show; here, without a turn, there is none, so it is a little
+// wide. Standard error of 300: 3.3 %.
+TEST(JointFlowDepth, CovarianceOfFarFlatBodiesHoldsWhatTheyErrBy) {
+  for (const double relief_m : {0.2, 0.8, 1.5}) {
+    const double nees = estimate_far_cars(JointFlowDepth({}), relief_m, 0).nees;
+    EXPECT_GT(nees, 0.75) << relief_m;
+    EXPECT_LT(nees, 1.1) << relief_m;
+  }
+  EXPECT_LT(estimate_far_cars(JointFlowDepth({}), 2.5, 0.05).nees, 1.25);
+}
+
+TEST(JointFlowDepth, AFarBodyThatTurnsIsNotDrawnToOneThatDoesNot) {
+  const double turn = 3 * 3.14159265 / 180;
+  const FarCars ours = estimate_far_cars(JointFlowDepth({}), 2.5, turn);
+  const FarCars joint = estimate_far_cars(JointFlow({}), 2.5, turn);
+  EXPECT_LT(ours.rms_m, 0.8 * joint.rms_m);
+}
+
+TEST(JointFlowDepth, SameOptimumAsCeresWithAPrior) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const RandomProblem car = make_far_car(seed, 0.8, 0.01);
+    FlowDepthData data(car.problem);
+    ASSERT_TRUE(decide(car.problem, car.start, {}, data).prior.holds());
+    const MotionEstimate ours = JointFlowDepth({}).estimate(car.problem, car.start);
+    const MotionEstimate reference = JointFlowDepthCeres({}).estimate(car.problem, car.start);
+    ASSERT_EQ(ours.status, Status::ok) << seed;
+    ASSERT_EQ(reference.status, Status::ok) << seed;
+    EXPECT_LT(pose_difference(ours.T_curr_prev, reference.T_curr_prev), 1e-8) << seed;
+    EXPECT_NEAR(ours.cost, reference.cost, 1e-8 * reference.cost) << seed;
+  }
+}
+
 TEST(JointFlowDepth, ReadmitsWhatTheStartLeftOut) {
   RandomProblem random = make_random_problem(5, {.n_points = 300, .delta_d_px = 0.2});
   for (size_t i = 0; i < 300; i += 2) random.start.inliers[i] = 0;
@@ -202,32 +289,33 @@ TEST(RobustOption, GraduatedMotionOnlyAndJointFlowResistOutliers) {
   EXPECT_THROW(make_estimator("motion_only", Json{{"robust", "tukey"}}), Error);
 }
 
-TEST(LocalPlanes, TakeNoiseFromPlanesAndLeaveEdgesAlone) {
+TEST(LocalPlanes, FindSlopesAndLeaveEdgesAlone) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   const double kappa = 0.2 / 380;
   Correspondences points;
-  std::vector<double> exact;
   for (int v = 0; v < 60; v += 3) {
     for (int u = 0; u < 60; u += 3) {
-      exact.push_back(0.05 + 1e-4 * u - 5e-5 * v + (u >= 30 ? 0.03 : 0));
-      points.push_back(u, v, 1 / (exact.back() + kappa * normal(engine)), 0, 0);
+      const double exact = 0.05 + 1e-4 * u - 5e-5 * v + (u >= 30 ? 0.03 : 0);
+      points.push_back(u, v, 1 / (exact + kappa * normal(engine)), 0, 0);
     }
   }
   const std::vector<LocalPlane> planes = fit_local_planes(points, kappa, 6);
-  double measured = 0, fitted = 0;
-  for (size_t i = 0; i < exact.size(); ++i) {
-    const double u = points.u[i];
-    if (u > 23 && u < 36) {  // the neighbourhood holds the step
-      EXPECT_EQ(planes[i].variance_share, 1);
-      EXPECT_EQ(planes[i].inverse_depth, 1 / points.depth[i]);
-    } else if (planes[i].variance_share < 1) {
-      measured += std::pow(1 / points.depth[i] - exact[i], 2);
-      fitted += std::pow(planes[i].inverse_depth - exact[i], 2);
+  int n_accepted = 0;
+  double sum_u = 0, sum_v = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const bool beside_step = points.u[i] > 23 && points.u[i] < 36;
+    if (beside_step) {
+      EXPECT_FALSE(planes[i].accepted);
     }
+    if (!planes[i].accepted) continue;
+    ++n_accepted;
+    sum_u += planes[i].slope_u;
+    sum_v += planes[i].slope_v;
   }
-  EXPECT_GT(measured, 0);
-  EXPECT_LT(fitted, 0.15 * measured);
+  EXPECT_GT(n_accepted, 250);
+  EXPECT_NEAR(sum_u / n_accepted, 1e-4, 2e-5);
+  EXPECT_NEAR(sum_v / n_accepted, -5e-5, 2e-5);
 }
 
 }  // namespace

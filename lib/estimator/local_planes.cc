@@ -70,7 +70,6 @@ std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double k
   std::vector<LocalPlane> planes(points.size());
   std::vector<unsigned char> valid(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    planes[i].inverse_depth = 1 / points.depth[i];
     valid[i] = points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::abs(points.u[i]) < max_pixel &&
                std::abs(points.v[i]) < max_pixel;
   }
@@ -92,14 +91,12 @@ std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double k
     Eigen::Matrix3d normal;
     normal << n, su, sv, su, suu, suv, sv, suv, svv;
     if (!(normal.determinant() > 1e-3 * n * suu * svv)) continue;
-    planes[i].tested = true;
-    const Eigen::Matrix3d inverse = normal.inverse();
     const Eigen::Vector3d right(s, us, vs);
-    const Eigen::Vector3d plane = inverse * right;
+    const Eigen::Vector3d plane = normal.inverse() * right;
     const double dof = n - 3;
     const double residual = (ss - right.dot(plane)) / (kappa * kappa);
     if (residual > dof + 2.33 * std::sqrt(2 * dof)) continue;
-    planes[i] = {true, planes[i].inverse_depth + plane[0], inverse(0, 0), plane[1], plane[2]};
+    planes[i] = {true, plane[1], plane[2]};
   }
   return planes;
 }
