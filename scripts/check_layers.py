@@ -39,12 +39,15 @@ LAYERS = {
     "eval/experiment": _LIB + _DATASETS,
     "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
     "eval/report/figures": ["base", "stats", "eval/experiment", "eval/report"],
-    "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report"],
+    "eval/report/tables": ["base", "stats", "eval/experiment", "eval/report"],
+    "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report", "eval/report/tables"],
     "eval/report/html": ["base", "eval/experiment", "eval/report"],
     "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
     "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
+    "eval/reproduce": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures", "eval/report/html",
+                                    "eval/report/tables", "eval/report/claims", "eval/external"],
     "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures",
-                               "eval/report/claims", "eval/report/html", "eval/gate", "eval/external"],
+                               "eval/report/claims", "eval/report/html", "eval/gate", "eval/external", "eval/reproduce"],
 }
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".

@@ -12,6 +12,7 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_sweep_command,
     add_merge_command,
     add_report_command,
+    add_reproduce_command,
     add_evaluate_command,
     add_overlay_command,
     add_cache_command,

@@ -35,6 +35,7 @@ void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_report_command(CLI::App& app);
+void add_reproduce_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);

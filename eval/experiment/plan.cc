@@ -102,7 +102,7 @@ class PlanReader {
   }
 
   void read_sources(const Json& json, Plan& plan) const {
-    std::set<std::pair<std::string, std::string>> seen;
+    std::vector<SequenceInfo> seen;
     for (const Json& entry : list_of(json, "sources")) {
       Json source = entry;
       if (entry.is_string()) source = {{"source", entry}};
@@ -114,8 +114,14 @@ class PlanReader {
       spec.add_options(source.value("options", Json::object()));
       try {
         const std::unique_ptr<Sequence> opened = open_source(spec);
-        if (!seen.emplace(opened->info().dataset, opened->info().sequence).second) {
-          fail("its {} sequence {} is in the plan twice", opened->info().dataset, opened->info().sequence);
+        const SequenceInfo& info = opened->info();
+        const bool twice = std::ranges::any_of(seen, [&](const SequenceInfo& other) {
+          return other.dataset == info.dataset && other.sequence == info.sequence &&
+                 other.first_frame < info.last_frame && info.first_frame < other.last_frame;
+        });
+        seen.push_back(info);
+        if (twice) {
+          fail("its frames of {} sequence {} are in the plan twice", info.dataset, info.sequence);
         }
       } catch (const Error& error) {
         fail("'{}': {}", text, error.what());

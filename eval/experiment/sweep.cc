@@ -142,9 +142,14 @@ void claim_folder(const SweepConfig& config, const Json& data) {
   const Json present = read_plan_file(config.out);
   for (const auto& [key, what] : {std::pair{"plan", "another plan"}, std::pair{"shard", "another shard"},
                                   std::pair{"data", "data that have changed since"}}) {
-    if (present[key] != wanted[key]) {
+    if (present[key] == wanted[key]) continue;
+    if (!config.replace) {
       fail("{}: holds a sweep of {}; choose another folder, or remove it", config.out.string(), what);
     }
+    for (const char* file : {"records.jsonl", "cases.jsonl", "run.json", "journal.jsonl"})
+      fs::remove(config.out / file);
+    write_file(config.out / "plan.json", wanted.dump(2) + "\n");
+    return;
   }
 }
 

@@ -31,6 +31,7 @@ struct SweepConfig {
   uint64_t n_shards = 1;
   int jobs = 1;
   bool quiet = false;
+  bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
 };
 
 struct SweepOutcome {

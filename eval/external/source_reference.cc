@@ -6,7 +6,8 @@
 
 namespace sextant {
 
-EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options) {
+EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
+                              bool every_pose) {
   for (const auto& group : options.items()) {
     if (group.key() != "source")
       fail("unknown option group '{}': a reference has options under 'source'", group.key());
@@ -21,7 +22,7 @@ EgoReference source_reference(const std::string& source, const std::string& data
   reference.warnings = info.warnings;
   reference.step_floor_m = sequence->truth().camera_step_floor_m;
   for (const auto& [frame, pose] : sequence->truth().camera.poses()) {
-    if (frame < info.first_frame || frame > info.last_frame) continue;
+    if (!every_pose && (frame < info.first_frame || frame > info.last_frame)) continue;
     const auto time = info.times_s.find(frame);
     reference.poses.frames.push_back(frame);
     reference.poses.stamps_s.push_back(time != info.times_s.end() ? time->second : frame / info.rate_hz);

@@ -11,6 +11,9 @@ namespace sextant {
 
 /// `options` as of `--options` and `--set`, e.g. {"kitti":{"truth":"rectified"}}. Poses have frame numbers,
 /// and time stamps: those of the data set, else frame / rate. Throws Error when the source has no true poses.
-EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options);
+/// `every_pose`: also poses of frames that the source does not have, as KITTI's GPS/IMU file where only some
+/// images are there.
+EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
+                              bool every_pose = false);
 
 }  // namespace sextant

@@ -29,17 +29,31 @@ Verdict is_above(double limit, double value, const std::optional<Interval>& inte
   return is_below(-limit, -value, mirrored);
 }
 
-std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
+Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval) {
+  const Verdict above = is_above(low, value, interval);
+  const Verdict below = is_below(high, value, interval);
+  if (above == Verdict::not_reproduced || below == Verdict::not_reproduced) return Verdict::not_reproduced;
+  return above == below ? above : Verdict::undecided;
+}
+
+std::vector<CheckedClaim> check_claims(const Evidence& evidence) {
   std::vector<CheckedClaim> checked;
-  for (const Claim& claim : claims()) checked.push_back({&claim, claim.check(sweeps)});
+  for (const Claim& claim : claims()) checked.push_back({&claim, claim.check(evidence)});
   return checked;
+}
+
+std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
+  Evidence evidence;
+  for (const NoiseSweep& sweep : sweeps) evidence.parts.push_back({"", PartRole::noise, sweep});
+  return check_claims(evidence);
 }
 
 Table claim_table(const std::vector<CheckedClaim>& checked) {
   Table table;
   table.title = "Statements of the paper";
   table.caption =
-      "low, high: 95 % interval (bootstrap over seeds). Reproduced or not: the whole interval agrees with "
+      "low, high: 95 % interval (bootstrap over seeds; with one seed over stretches of frames). Reproduced "
+      "or not: the whole interval agrees with "
       "the "
       "statement or contradicts it. Objects are numbered by distance, as in the paper.";
   table.columns = {{"claim", "claim", Align::left, 0, true},
@@ -54,7 +68,8 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
                    {"low", "low", Align::right, 4},
                    {"high", "high", Align::right, 4},
                    {"stated", "stated", Align::left},
-                   {"verdict", "verdict", Align::left}};
+                   {"verdict", "verdict", Align::left},
+                   {"records", "records", Align::left, 0, true}};
   for (const auto& [claim, results] : checked) {
     if (results.empty())
       table.notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");
@@ -64,6 +79,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
       add_interval(r.interval, cells);
       cells.emplace_back(r.stated);
       cells.emplace_back(to_string(r.verdict));
+      cells.push_back(r.records.empty() ? Cell() : Cell(fmt::format("parts/{}/records.jsonl", r.records)));
       table.add_row(std::move(cells));
     }
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 // Statements of the paper, checked on records. How to add one:
-//   1. write eval/report/claims/<name>.{h,cc}: a function from sweeps to results;
+//   1. write eval/report/claims/<name>.{h,cc}: a function from evidence to results;
 //   2. add one line to the table in registry.cc.
 //
 // A result is one number with its 95 % interval beside what the paper states. Verdicts:
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
@@ -34,13 +35,14 @@ struct ClaimResult {
   std::optional<Interval> interval;
   std::string stated;  ///< "< 0.02"
   Verdict verdict = Verdict::undecided;
+  std::string records;  ///< the part it was measured on
 };
 
 struct Claim {
   std::string name;
   std::string statement;  ///< of the paper, shortened
   std::string place;      ///< where the paper says so
-  std::function<std::vector<ClaimResult>(const std::vector<NoiseSweep>&)> check;
+  std::function<std::vector<ClaimResult>(const Evidence&)> check;
 };
 
 std::span<const Claim> claims();
@@ -48,12 +50,16 @@ std::span<const Claim> claims();
 /// The verdict on "value < limit" and on "value > limit".
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
 Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
+/// On "low <= value <= high".
+Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval);
 
 struct CheckedClaim {
   const Claim* claim;
   std::vector<ClaimResult> results;
 };
 /// All of claims(), in order.
+std::vector<CheckedClaim> check_claims(const Evidence& evidence);
+/// Of sweeps alone: claims on other parts are not tested.
 std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps);
 
 /// One row a result; claims without results are listed in the notes as not tested here.

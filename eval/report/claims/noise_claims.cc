@@ -256,11 +256,8 @@ std::vector<ClaimResult> check_flow_noise_highest(const std::vector<NoiseSweep>&
         return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
       };
       measure(means[0].n_clusters(), larger, result);
-      const Verdict low = is_above((1 - nearly) * kind.highest, result.value, result.interval);
-      const Verdict high = is_below((1 + nearly) * kind.highest, result.value, result.interval);
-      result.verdict = low == high ? low : Verdict::undecided;
-      if (low == Verdict::not_reproduced || high == Verdict::not_reproduced)
-        result.verdict = Verdict::not_reproduced;
+      result.verdict =
+          is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value, result.interval);
       results.push_back(std::move(result));
     }
   }

@@ -1,0 +1,75 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/reproduce/reproduce.h"
+
+namespace sextant {
+namespace {
+
+struct ReproduceFlags : CommonFlags {
+  std::string out;
+  std::string cache;
+  bool report_only = false;
+};
+
+void print_outcome(const ReproduceFlags& flags, const ReportDocument& document,
+                   const std::filesystem::path& report) {
+  if (flags.json) {
+    Json verdicts = Json::array();
+    for (const VerdictLine& line : document.verdicts) {
+      verdicts.push_back({{"subject", line.subject}, {"verdict", line.verdict}, {"evidence", line.evidence}});
+    }
+    fmt::print("{}\n", Json{{"report", (report / "report.html").string()}, {"verdicts", verdicts}}.dump(2));
+    return;
+  }
+  for (const VerdictLine& line : document.verdicts) {
+    if (!flags.quiet) fmt::print("{:<18} {}\n", line.verdict, line.subject);
+  }
+  fmt::print("Report: {}\nVerdicts: {}\n", (report / "report.html").string(),
+             count_verdicts(document.verdicts));
+}
+
+void reproduce(const ReproduceFlags& flags) {
+  ReproduceConfig config;
+  config.data_root = flags.data_root;
+  config.out = flags.out;
+  config.parts = reproduction_parts(flags.data_root);
+  if (!flags.cache.empty()) config.cache = PackCache(flags.cache);
+  config.jobs = flags.jobs;
+  config.quiet = flags.quiet;
+  if (!flags.report_only) run_parts(config);
+  const ReportDocument document = reproduction_document(config);
+  const std::filesystem::path report = config.out / "report";
+  write_output_folder(report, report_folder(document, {true, flags.jobs}));
+  print_outcome(flags, document, report);
+}
+
+}  // namespace
+
+void add_reproduce_command(CLI::App& app) {
+  const auto flags = std::make_shared<ReproduceFlags>();
+  CLI::App* command =
+      app.add_subcommand("reproduce", "Every table, figure and claim of the paper, with a verdict");
+  command->add_option("--out", flags->out, "Folder for records and report; an unfinished one is resumed")
+      ->required()
+      ->type_name("DIR");
+  command->add_flag("--report-only", flags->report_only, "Run nothing: the report of the records in --out");
+  command
+      ->add_option("--cache", flags->cache, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
+      ->type_name("DIR");
+  add_data_flag(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress; only where the report is");
+  command->add_flag("--json", flags->json, "Print the verdicts as JSON");
+  command->footer(
+      "Without data the embedded scenarios are measured; docs/reproduction.md says what else is used.\n"
+      "Ctrl-C or a crash loses nothing: give the same command again.\n"
+      "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
+  command->callback([flags] { reproduce(*flags); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,121 @@
+// Table I: dynamic or static, per sequence.
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/paper_table.h"
+
+namespace sextant {
+namespace {
+
+/// Counts of one run.
+struct Quantity {
+  const char* published_key;
+  const char* title;
+  int (*of)(const ClassificationCounts&);
+};
+constexpr std::array<Quantity, 6> quantities = {{
+    {"total_detections", "detections", [](const ClassificationCounts& c) { return c.total(); }},
+    {"dynamic", "dynamic by truth",
+     [](const ClassificationCounts& c) { return c.true_positive + c.false_negative; }},
+    {"static", "static by truth",
+     [](const ClassificationCounts& c) { return c.false_positive + c.true_negative; }},
+    {nullptr, "true positive", [](const ClassificationCounts& c) { return c.true_positive; }},
+    {"false_positive", "false positive", [](const ClassificationCounts& c) { return c.false_positive; }},
+    {"false_negative", "false negative", [](const ClassificationCounts& c) { return c.false_negative; }},
+}};
+
+/// The paper's "01" for 0001/clone and Scene01/clone; empty for other sequences.
+std::string paper_sequence(const Record& record) {
+  if (record.dataset.ends_with("vkitti1")) return record.sequence.substr(2, 2);
+  if (record.dataset == "vkitti2") return record.sequence.substr(5, 2);
+  return "";
+}
+
+struct SequenceRuns {
+  std::string data;
+  std::string part;
+  std::map<uint64_t, std::vector<Record>> by_seed;
+};
+
+/// (dataset, sequence) -> its runs, in order of appearance.
+std::vector<std::pair<std::string, SequenceRuns>> runs_of(const Evidence& evidence) {
+  std::vector<std::pair<std::string, SequenceRuns>> runs;
+  for (const EvidencePart* part : evidence.with(PartRole::classification)) {
+    for (const Record& record : part->sweep.records) {
+      const std::string data = data_title(record.dataset, record.sequence);
+      auto it = std::find_if(runs.begin(), runs.end(), [&](const auto& r) { return r.second.data == data; });
+      if (it == runs.end()) {
+        runs.push_back({paper_sequence(record), {data, part->name, {}}});
+        it = runs.end() - 1;
+      }
+      it->second.by_seed[record.seed].push_back(record);
+    }
+  }
+  return runs;
+}
+
+/// The paper's number, the true positives from those it prints.
+std::optional<double> published_count(const Json& table, size_t at, const Quantity& quantity) {
+  const auto number = [&](const char* key) { return table.at(key).at(at).get<double>(); };
+  if (quantity.published_key != nullptr) return number(quantity.published_key);
+  return number("dynamic") - number("false_negative");
+}
+
+void add_rows(const std::string& sequence, const Json& published, std::optional<size_t> at,
+              const SequenceRuns* runs, Table& table) {
+  std::vector<ClassificationCounts> counts;
+  if (runs != nullptr) {
+    for (const auto& [seed, records] : runs->by_seed) counts.push_back(count_classification(records));
+  }
+  for (const Quantity& quantity : quantities) {
+    PaperRow row{{sequence}, quantity.title};
+    if (at) row.published = published_count(published, *at, quantity);
+    if (runs != nullptr) {
+      std::vector<double> by_seed;
+      for (const ClassificationCounts& c : counts) by_seed.push_back(quantity.of(c));
+      const auto& first = runs->by_seed.begin()->second;
+      const auto pairs =
+          std::count_if(first.begin(), first.end(), [](const Record& r) { return r.is_ego(); });
+      row.measured = measure_by_seed(by_seed, static_cast<int>(pairs) * static_cast<int>(by_seed.size()));
+      row.data = runs->data;
+      row.records = runs->part;
+    }
+    add_published_row(row, table);
+  }
+}
+
+}  // namespace
+
+Table classification_table(const Evidence& evidence) {
+  Table table = published_table(
+      "Table I: dynamic or static",
+      "Counts per run over detections that pass the gates on distance and area; positive = dynamic. Truth: "
+      "the data set's flag of moving objects (0018: speed above 1 m/s). The paper counts detections of Mask "
+      "R-CNN, "
+      "so its totals differ; its true positives are its dynamic less its false negatives. Noise: delta_d 0.2 "
+      "px, "
+      "flow of Table II; estimator joint_flow.",
+      {{"sequence", "sequence", Align::left}}, 1);
+  const Json& published = evidence.published.at("tab:dyn_obj");
+  const auto runs = runs_of(evidence);
+  const Json& sequences = published.at("sequences");
+  for (size_t i = 0; i < sequences.size(); ++i) {
+    bool measured = false;
+    for (const auto& [sequence, of_sequence] : runs) {
+      if (sequence != sequences[i]) continue;
+      measured = true;
+      add_rows(sequence, published, i, &of_sequence, table);
+    }
+    if (!measured) add_rows(sequences[i], published, i, nullptr, table);
+  }
+  for (const auto& [sequence, of_sequence] : runs) {
+    if (sequence.empty()) add_rows(of_sequence.data, published, std::nullopt, &of_sequence, table);
+  }
+  return table;
+}
+
+}  // namespace sextant

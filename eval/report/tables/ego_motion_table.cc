@@ -1,0 +1,146 @@
+// Table IV: ego motion of recorded systems and of ours on KITTI tracking, with the ground-truth floor.
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+struct Quantity {
+  const char* key;
+  const char* published_key;  ///< nullptr: not in the paper
+  const char* title;
+};
+constexpr std::array<Quantity, 4> quantities = {
+    {{"Et_m", "Et_m", "E_t [m]"},
+     {"ER_deg", "ER_deg", "E_R [deg]"},
+     {"Et_corrected_m", nullptr, "E_t, velocity-corrected truth [m]"},
+     {"Et_scaled_m", nullptr, "E_t, estimate scaled to the truth's path [m]"}}};
+
+/// system -> sequence -> its ego records.
+using Systems = std::map<std::string, std::map<std::string, RecordRefs>>;
+
+struct Source {
+  const EvidencePart* part;
+  Systems systems;
+};
+
+Systems systems_of(const EvidencePart& part) {
+  Systems systems;
+  for (const Record& record : part.sweep.records) {
+    if (!record.is_ego() || record.status != Status::ok || !has_truth(record)) continue;
+    systems[record.estimator][record.sequence].push_back(&record);
+  }
+  return systems;
+}
+
+std::string frames_title(const RecordRefs& records) {
+  int first = records.front()->frame;
+  int last = first;
+  for (const Record* record : records) {
+    first = std::min(first, record->frame);
+    last = std::max(last, record->frame);
+  }
+  const Record& record = *records.front();
+  return fmt::format("{}, frames {}-{}", data_title(record.dataset, record.sequence), first - 1, last);
+}
+
+/// RMS floor of the truth and what of the RMSE is beyond it.
+struct Floor {
+  std::optional<double> floor_m, rmse_m, beyond_m;
+};
+
+Floor floor_of(const RecordRefs& records) {
+  Floor floor;
+  std::vector<double> floors, errors;
+  for (const Record* record : records) {
+    const auto f = find_number(record->values, "step_floor_m");
+    const auto e = find_number(record->errors, "Et_m");
+    if (f && e) {
+      floors.push_back(*f);
+      errors.push_back(*e);
+    }
+  }
+  if (floors.empty()) return floor;
+  floor.floor_m = rmse(floors);
+  floor.rmse_m = rmse(errors);
+  floor.beyond_m = std::sqrt(std::max(0.0, *floor.rmse_m * *floor.rmse_m - *floor.floor_m * *floor.floor_m));
+  return floor;
+}
+
+class Builder {
+ public:
+  explicit Builder(Table& table) : table_(table) {}
+
+  void add(const std::string& sequence, const std::string& system, const RecordRefs& records,
+           const Json* published, const std::string& data, const std::string& part) {
+    const Floor floor = floor_of(records);
+    for (const Quantity& q : quantities) {
+      PaperRow row{{sequence, system}, q.title};
+      if (published != nullptr && q.published_key != nullptr)
+        row.published = published_number(*published, q.published_key);
+      row.measured = measure_mean(records, &Record::errors, q.key);
+      if (!row.measured && !row.published) continue;
+      row.data = data;
+      row.records = part;
+      std::vector<Cell> cells = published_cells(row);
+      const bool is_Et = q.key == std::string("Et_m");
+      cells.push_back(cell(is_Et ? floor.rmse_m : std::nullopt));
+      cells.push_back(cell(is_Et ? floor.floor_m : std::nullopt));
+      cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
+      table_.add_row(std::move(cells));
+    }
+  }
+
+ private:
+  Table& table_;
+};
+
+}  // namespace
+
+Table ego_motion_table(const Evidence& evidence) {
+  const Json& published = evidence.published.at("tab:cam_err");
+  Table table = published_table(
+      "Table IV: ego motion on KITTI tracking",
+      "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published "
+      "values "
+      "are means over 12 sequences; ORB-SLAM2's is a reference, no trajectory of it is recorded here. "
+      "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2).",
+      {{"sequence", "sequence", Align::left}, {"system", "system", Align::left}}, 4);
+  table.columns.push_back({"Et_rmse_m", "E_t RMSE [m]", Align::right, 4});
+  table.columns.push_back({"floor_m", "floor [m]", Align::right, 4});
+  table.columns.push_back({"beyond_floor_m", "beyond the floor [m]", Align::right, 4});
+  Builder builder(table);
+  for (const char* role : {"proposed", "orb_slam2"}) {
+    builder.add("12 sequences", role == std::string("proposed") ? "paper, proposed" : "ORB-SLAM2 (reference)",
+                {}, &published.at(role), "the paper's own runs", "");
+  }
+  for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
+    for (const auto& [system, sequences] : systems_of(*part)) {
+      RecordRefs all;
+      for (const auto& [sequence, records] : sequences) {
+        builder.add(sequence, system, records, nullptr, frames_title(records), part->name);
+        all.insert(all.end(), records.begin(), records.end());
+      }
+      builder.add(fmt::format("all {}", sequences.size()), system, all, nullptr,
+                  fmt::format("KITTI tracking, {} sequences", sequences.size()), part->name);
+    }
+  }
+  for (const EvidencePart* part : evidence.with(PartRole::real)) {
+    for (const auto& [system, sequences] : systems_of(*part)) {
+      for (const auto& [sequence, records] : sequences) {
+        const Json* reference = system == "joint_flow" ? &published.at("proposed") : nullptr;
+        builder.add(sequence, system, records, reference, frames_title(records), part->name);
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace sextant

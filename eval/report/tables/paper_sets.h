@@ -1,0 +1,30 @@
+#pragma once
+
+// The paper's three sets of frames and the data that can stand for them.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/tables/comparison.h"
+
+namespace sextant {
+
+/// One set on one kind of data.
+struct SetData {
+  std::string set;  ///< the paper's name: "S18-F124-134"
+  RecordFilter filter;
+};
+
+/// All that are known, the paper's own data first.
+const std::vector<SetData>& set_data();
+
+/// "S18-F124-134" -> its frames on the data that `filter` names: "replay of ..., frames 124-134".
+std::string set_data_title(const RecordFilter& filter);
+
+/// Estimated records with truth, by the paper's name of the body: "Ego", then "Obj1", "Obj2", .. by true
+/// distance, over all objects with truth that move. A set with a single moving object calls it "Obj1" too.
+std::map<std::string, RecordRefs> paper_bodies(const std::vector<Record>& records,
+                                               const RecordFilter& filter);
+
+}  // namespace sextant

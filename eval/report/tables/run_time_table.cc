@@ -1,0 +1,75 @@
+// Table VII (ours): run time per stage.
+
+#include <map>
+#include <set>
+
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/run_time.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr double ms_per_s = 1000;
+
+}  // namespace
+
+std::vector<RunTimes> run_times(const Evidence& evidence) {
+  std::vector<RunTimes> all;
+  for (const EvidencePart* part : evidence.with(PartRole::timing)) {
+    std::map<std::pair<std::string, std::string>, std::map<int, std::map<std::string, double>>> frames;
+    for (const Record& record : part->sweep.records) {
+      const std::string data = data_title(record.dataset, record.sequence);
+      std::map<std::string, double>& stages = frames[{data, record.estimator}][record.frame];
+      for (const auto& [stage, ms] : record.time_ms) {
+        if (stage == "decode" || stage == "extraction") {
+          stages[stage] += ms;
+        } else {
+          stages[(record.is_ego() ? "camera, " : "objects, ") + stage] += ms;
+        }
+      }
+    }
+    for (const auto& [key, by_frame] : frames) {
+      RunTimes times{key.first, key.second, part->name, {}};
+      for (const auto& [frame, stages] : by_frame) {
+        double total = 0;
+        for (const char* stage : {"extraction", "camera, total", "objects, total"}) {
+          const auto it = stages.find(stage);
+          if (it != stages.end()) total += it->second;
+        }
+        for (const auto& [stage, ms] : stages) times.by_stage[stage].push_back(ms);
+        times.by_stage[frame_stage].push_back(total);
+      }
+      all.push_back(std::move(times));
+    }
+  }
+  return all;
+}
+
+Table run_time_table(const Evidence& evidence) {
+  Table table;
+  table.title = "Table VII (ours): run time";
+  const double fps = evidence.published.at("text_claims").at("runtime_fps").get<double>();
+  table.caption = fmt::format(
+      "Milliseconds per frame pair on one thread, median and 95 % quantile over pairs. The frame is "
+      "extraction, camera and objects: what the paper's {:.0f} fps ({:.0f} ms) are compared with; reading or "
+      "rendering "
+      "the images (decode) and the networks are not in it. The machine stands in the provenance.",
+      fps, ms_per_s / fps);
+  table.columns = {
+      {"data", "data", Align::left},           {"estimator", "estimator", Align::left},
+      {"stage", "stage", Align::left},         {"median_ms", "median [ms]", Align::right, 2},
+      {"q95_ms", "q95 [ms]", Align::right, 2}, {"published_ms", "published [ms]", Align::right, 0},
+      {"pairs", "pairs", Align::right, 0}};
+  for (const RunTimes& times : run_times(evidence)) {
+    for (const auto& [stage, ms] : times.by_stage) {
+      table.add_row({times.data, times.estimator, stage, median(ms), quantile(ms, 0.95),
+                     stage == frame_stage ? Cell(ms_per_s / fps) : Cell(), static_cast<double>(ms.size())});
+    }
+  }
+  if (table.rows.empty()) table.notes.push_back("Not measured here: no part was timed.");
+  return table;
+}
+
+}  // namespace sextant

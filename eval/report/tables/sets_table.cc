@@ -1,0 +1,100 @@
+// Table III: motion_only, joint_flow and joint_flow_depth on the paper's three sets.
+
+#include <array>
+#include <set>
+
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/report/tables/paper_table.h"
+
+namespace sextant {
+namespace {
+
+struct Quantity {
+  const char* key;
+  const char* published_key;
+  const char* title;
+};
+constexpr std::array<Quantity, 2> quantities = {
+    {{"Et_m", "Et_m", "E_t [m]"}, {"ER_deg", "ER_deg", "E_R [deg]"}}};
+
+/// Column of the paper for an estimator; none for ours.
+std::optional<std::string> published_column(const std::string& estimator) {
+  if (estimator.starts_with("motion_only")) return "motion_only";
+  if (estimator == "joint_flow" || estimator.starts_with("joint_flow,")) return "joint";
+  return std::nullopt;
+}
+
+/// "Obj" of the sets that have one object.
+std::string body_key(const std::string& published_body) {
+  return published_body == "Obj" ? "Obj1" : published_body;
+}
+
+struct SetRows {
+  const Json& published;  ///< row of the paper
+  const SetData& data;
+  const EvidencePart& part;
+};
+
+/// Rows of one line of the paper on one kind of data; false where that was not measured.
+bool add_measured(const SetRows& rows, Table& table) {
+  std::vector<std::string> estimators;
+  std::map<std::string, std::vector<Record>> by_estimator;
+  for (const Record& record : rows.part.sweep.records) {
+    if (!rows.data.filter.matches(record)) continue;
+    if (!by_estimator.contains(record.estimator)) estimators.push_back(record.estimator);
+    by_estimator[record.estimator].push_back(record);
+  }
+  const std::string body = rows.published.at("body");
+  for (const std::string& estimator : estimators) {
+    const std::map<std::string, RecordRefs> bodies = paper_bodies(by_estimator[estimator], rows.data.filter);
+    const auto of_body = bodies.find(body_key(body));
+    const std::optional<std::string> column = published_column(estimator);
+    for (const Quantity& q : quantities) {
+      PaperRow row{{rows.data.set, body, estimator}, q.title};
+      if (column) row.published = published_number(rows.published.at(*column), q.published_key);
+      if (of_body != bodies.end()) row.measured = measure_mean(of_body->second, &Record::errors, q.key);
+      row.data = set_data_title(rows.data.filter);
+      row.records = rows.part.name;
+      add_published_row(row, table);
+    }
+  }
+  return !estimators.empty();
+}
+
+void add_missing(const Json& published, Table& table) {
+  for (const char* estimator : {"motion_only", "joint_flow"}) {
+    for (const Quantity& q : quantities) {
+      PaperRow row{{published.at("set"), published.at("body"), estimator}, q.title};
+      row.published = published_number(published.at(*published_column(estimator)), q.published_key);
+      add_published_row(row, table);
+    }
+  }
+}
+
+}  // namespace
+
+Table sets_table(const Evidence& evidence) {
+  Table table = published_table(
+      "Table III: motion only and joint optimisation",
+      "Preset paper: mean over pairs of E_t and E_R, objects in the camera frame. Noise on exact depth and "
+      "flow: "
+      "delta_d 0.2 px, flow of Table II; rows of an estimator with \"code's kernel\": kernels of the "
+      "published code and its noise (delta_d 0.15 px, one draw per frame). joint_flow_depth is ours.",
+      {{"set", "set", Align::left}, {"body", "body", Align::left}, {"estimator", "estimator", Align::left}},
+      4);
+  for (const Json& published : evidence.published.at("tab:mot_all").at("rows")) {
+    bool measured = false;
+    for (const PartRole role : {PartRole::sets, PartRole::sets_code}) {
+      for (const EvidencePart* part : evidence.with(role)) {
+        for (const SetData& data : set_data()) {
+          if (data.set == published.at("set")) measured |= add_measured({published, data, *part}, table);
+        }
+      }
+    }
+    if (!measured) add_missing(published, table);
+  }
+  return table;
+}
+
+}  // namespace sextant

@@ -1,0 +1,109 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/testing.h"
+
+namespace sextant {
+namespace {
+
+size_t column_of(const Table& table, const std::string& key) {
+  for (size_t i = 0; i < table.columns.size(); ++i) {
+    if (table.columns[i].key == key) return i;
+  }
+  return table.columns.size();
+}
+
+std::string text_at(const Table& table, size_t row, const std::string& key) {
+  const Cell& cell = table.rows.at(row).at(column_of(table, key));
+  return std::holds_alternative<std::string>(cell) ? std::get<std::string>(cell) : "";
+}
+
+std::optional<double> number_at(const Table& table, size_t row, const std::string& key) {
+  const Cell& cell = table.rows.at(row).at(column_of(table, key));
+  return std::holds_alternative<double>(cell) ? std::optional(std::get<double>(cell)) : std::nullopt;
+}
+
+class EveryTable : public testing::TestWithParam<PaperTable> {};
+
+TEST_P(EveryTable, SaysSoWhereNothingWasMeasured) {
+  Evidence none;
+  none.published = published_values();
+  const Table table = GetParam().make(none);
+  EXPECT_FALSE(table.rows.empty() && table.notes.empty());
+  for (size_t row = 0; row < table.rows.size(); ++row) {
+    EXPECT_EQ(text_at(table, row, "verdict"), "not measured here");
+    EXPECT_FALSE(number_at(table, row, "reproduced"));
+    EXPECT_FALSE(number_at(table, row, "difference"));
+  }
+}
+
+TEST_P(EveryTable, IsAFunctionOfTheRecords) {
+  const std::string all = to_csv(GetParam().make(test_evidence()));
+  EXPECT_EQ(all, to_csv(GetParam().make(test_evidence())));
+  Evidence fewer = test_evidence();
+  for (EvidencePart& part : fewer.parts)
+    std::erase_if(part.sweep.records, [](const Record& r) { return r.frame > 9; });
+  EXPECT_NE(all, to_csv(GetParam().make(fewer)));
+}
+
+TEST_P(EveryTable, DifferencesAndVerdictsFollowFromTheirRow) {
+  const Table table = GetParam().make(test_evidence());
+  if (column_of(table, "verdict") == table.columns.size()) GTEST_SKIP() << "a table without published values";
+  size_t n_measured = 0;
+  for (size_t row = 0; row < table.rows.size(); ++row) {
+    const auto published = number_at(table, row, "published");
+    const auto reproduced = number_at(table, row, "reproduced");
+    const std::string verdict = text_at(table, row, "verdict");
+    EXPECT_EQ(verdict == "not measured here", !reproduced.has_value());
+    if (!reproduced) continue;
+    ++n_measured;
+    EXPECT_FALSE(text_at(table, row, "records").empty());
+    EXPECT_EQ(verdict.empty(), !published.has_value());
+    if (!published) continue;
+    EXPECT_DOUBLE_EQ(number_at(table, row, "difference").value(), *reproduced - *published);
+    const char* prefix = number_at(table, row, "run_low") ? "run_" : "";
+    const auto low = number_at(table, row, std::string(prefix) + "low");
+    const auto high = number_at(table, row, std::string(prefix) + "high");
+    if (!low) continue;
+    EXPECT_EQ(verdict, *published >= *low && *published <= *high ? "within" : "outside");
+  }
+  EXPECT_GT(n_measured, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tables, EveryTable, testing::ValuesIn(paper_tables().begin(), paper_tables().end()),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(Comparison, MeansAndRangesOfSingleRuns) {
+  std::vector<Record> records;
+  for (const double e : {1.0, 2.0, 3.0}) {
+    for (const int frame : {1, 2}) {
+      Record r = test_record("d", "s", "e", "ego", frame, static_cast<uint64_t>(e));
+      r.errors["Et_m"] = e;
+      records.push_back(r);
+    }
+  }
+  RecordRefs refs;
+  for (const Record& r : records) refs.push_back(&r);
+  const auto measured = measure_mean(refs, &Record::errors, "Et_m");
+  ASSERT_TRUE(measured && measured->one_run);
+  EXPECT_DOUBLE_EQ(measured->value, 2);
+  EXPECT_EQ(measured->n_pairs, 6);
+  EXPECT_EQ(measured->n_seeds, 3);
+  // m +- t_{2, 0.975} s sqrt(1 + 1/3), s = 1.
+  EXPECT_NEAR(measured->one_run->high, 2 + 4.302653 * std::sqrt(4.0 / 3), 1e-5);
+  EXPECT_FALSE(measure_mean(refs, &Record::errors, "no_such_error"));
+  EXPECT_EQ(published_verdict(2.5, measured), "within");
+  EXPECT_EQ(published_verdict(-9, measured), "outside");
+  EXPECT_EQ(published_verdict(2.5, std::nullopt), "not measured here");
+}
+
+TEST(Published, AMisspeltKeyIsNotAMissingValue) {
+  const Json values = published_values();
+  EXPECT_DOUBLE_EQ(published_number(values.at("tab:cam_err").at("proposed"), "Et_m").value(), 0.0642);
+  EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,82 @@
+#pragma once
+
+// Evidence for tests: a few records of every role, with errors that are simple numbers.
+
+#include "sextant/eval/report/evidence.h"
+#include "sextant/eval/report/tables/paper_table.h"
+
+namespace sextant {
+
+inline Record test_record(const std::string& dataset, const std::string& sequence,
+                          const std::string& estimator, const std::string& body, int frame, uint64_t seed) {
+  Record r;
+  r.dataset = dataset;
+  r.sequence = sequence;
+  r.estimator = estimator;
+  r.body = body;
+  r.frame = frame;
+  r.seed = seed;
+  r.n_points = 100;
+  // Grows with seed and frame, so that there is a spread.
+  const double e = 0.01 * (1 + 0.1 * static_cast<double>(seed) + 0.01 * frame) * (body == "ego" ? 1 : 2);
+  r.errors = {{"Et_m", e},
+              {"ER_deg", 3 * e},
+              {"epe_initial_px", 1},
+              {"epe_refined_px", 0.5},
+              {"epe_initial_x_px", 0.8},
+              {"epe_initial_y_px", 0.3}};
+  r.bound = {{"Et_m", 0.9 * e}, {"ER_deg", 2 * e}};
+  r.values = {{"nees", 6}};
+  r.time_ms = {{"total", 5}, {"start", 2}, {"refine", 1}};
+  if (body == "ego") {
+    r.values["step_gt_m"] = 1;
+    r.values["step_floor_m"] = 0.05;
+    r.time_ms["extraction"] = 4;
+  } else {
+    r.errors["Ev_kmh"] = 2.5;
+    r.values.insert({{"distance_gt_m", 8.0 * (body.back() - '0')},
+                     {"distance_m", 7},
+                     {"area_fraction", 0.06},
+                     {"dynamic", 1},
+                     {"dynamic_gt", 1},
+                     {"v_gt_kmh", 54}});
+  }
+  return r;
+}
+
+/// Every role with `n_frames` pairs and `n_seeds` seeds (one seed on real data).
+inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n_seeds = 4) {
+  Evidence evidence;
+  evidence.published = published_values();
+  const auto add = [&](const std::string& name, PartRole role, const std::string& dataset,
+                       const std::string& sequence, const std::vector<std::string>& estimators,
+                       const std::vector<std::string>& bodies, uint64_t seeds,
+                       const std::string& parameter = "", const std::vector<double>& levels = {0}) {
+    EvidencePart part{name, role, {parameter, {}, {}}};
+    for (const std::string& estimator : estimators) {
+      for (const double level : levels) {
+        for (uint64_t seed = 0; seed < seeds; ++seed) {
+          for (int frame = first_frame; frame < first_frame + n_frames; ++frame) {
+            for (const std::string& body : bodies) {
+              part.sweep.records.push_back(test_record(dataset, sequence, estimator, body, frame, seed));
+              part.sweep.records.back().level = level;
+            }
+          }
+        }
+      }
+    }
+    evidence.parts.push_back(std::move(part));
+  };
+  const std::vector<std::string> two = {"motion_only", "joint_flow"};
+  const std::vector<std::string> bodies = {"ego", "object:1", "object:2", "object:3"};
+  add("sets", PartRole::sets, "synthetic", "s18", two, bodies, n_seeds);
+  add("flow", PartRole::noise, "synthetic", "s18", two, bodies, n_seeds, "flow.scale", {0.5, 1});
+  add("classification", PartRole::classification, "replay-vkitti1", "0002/clone", {"joint_flow"}, bodies,
+      n_seeds);
+  add("demo", PartRole::real, "vdo", "kitti_03_demo", {"joint_flow"}, {"ego", "object:1"}, 1);
+  add("recorded", PartRole::recorded, "kitti", "0003", {"ORB-SLAM3"}, {"ego"}, 1);
+  add("timing", PartRole::timing, "synthetic", "s18", two, bodies, 1);
+  return evidence;
+}
+
+}  // namespace sextant

@@ -1,0 +1,108 @@
+#include "sextant/eval/reproduce/parts.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "sextant/base/embedded_file.h"
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/reproduce/recorded.h"
+
+namespace sextant {
+
+std::span<const EmbeddedFile> plan_files();
+
+namespace {
+
+constexpr const char* vkitti1_text = "scripts/fetch_vkitti1 --text-only";
+constexpr const char* vkitti1_all = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
+constexpr const char* vkitti2_all = "scripts/fetch_vkitti2 --all";
+constexpr const char* kitti_images = "scripts/fetch_kitti_tracking --left --right";
+
+std::string plan_text(const std::string& name) {
+  for (const EmbeddedFile& file : plan_files()) {
+    if (file.name == name) return std::string(file.text);
+  }
+  fail("there is no plan '{}' in eval/plans", name);
+}
+
+std::string replaced(std::string text, const std::string& word, const std::string& by) {
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
+    text.replace(at, word.size(), by);
+  return text;
+}
+
+Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
+                const char* fetch = "") {
+  Part part{name, role, PartKind::sweep, "", needs, fetch, plan_text(plan)};
+  part.title = Json::parse(part.plan).at("name").get<std::string>();
+  return part;
+}
+
+/// A part on the text of Virtual KITTI, wherever below the root that lies.
+Part replay_part(const char* name, PartRole role, const char* plan, const std::string& data_root) {
+  Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", vkitti1_text);
+  const std::filesystem::path root(data_root);
+  if (data_root.empty() || std::filesystem::is_directory(root / part.needs)) return part;
+  part.plan = replaced(part.plan, part.needs, "vkitti_1.3.1");
+  part.needs = "vkitti_1.3.1";
+  return part;
+}
+
+Part kitti_part(const std::string& sequence) {
+  Part part = sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", kitti_images);
+  part.name += "_" + sequence;
+  part.title = replaced(part.title, "SEQUENCE", sequence);
+  part.plan = replaced(part.plan, "SEQUENCE", sequence);
+  return part;
+}
+
+}  // namespace
+
+std::vector<Part> reproduction_parts(const std::string& data_root) {
+  std::vector<Part> parts = {
+      sweep_part("sets", PartRole::sets, "sets"),
+      sweep_part("sets_code", PartRole::sets_code, "sets_code"),
+      sweep_part("depth", PartRole::noise, "depth_s18"),
+      sweep_part("flow", PartRole::noise, "flow_s18"),
+      sweep_part("classification", PartRole::classification, "classification"),
+      {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
+       plan_text("timing")},
+      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo",
+                 "scripts/fetch_demo --out ROOT/kitti_03_demo"),
+      {"recorded", PartRole::recorded, PartKind::recorded, "recorded trajectories on KITTI tracking",
+       "kitti_tracking_peers", "run the systems yourself; docs/reproduction.md says where their files go",
+       ""},
+      replay_part("sets_replay", PartRole::sets, "sets_replay", data_root),
+      replay_part("sets_code_replay", PartRole::sets_code, "sets_code_replay", data_root),
+      replay_part("depth_replay", PartRole::noise, "depth_vkitti18", data_root),
+      replay_part("flow_replay", PartRole::noise, "flow_vkitti18", data_root),
+      replay_part("classification_replay", PartRole::classification, "classification_replay", data_root),
+      sweep_part("sets_vkitti1", PartRole::sets, "sets_vkitti1", "vkitti_1.3.1", vkitti1_all),
+      sweep_part("classification_vkitti1", PartRole::classification, "classification_vkitti1", "vkitti_1.3.1",
+                 vkitti1_all),
+      sweep_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", vkitti2_all),
+      sweep_part("classification_vkitti2", PartRole::classification, "classification_vkitti2", "vkitti_2.0.3",
+                 vkitti2_all),
+  };
+  for (const std::string& sequence : recorded_sequences()) parts.push_back(kitti_part(sequence));
+  return parts;
+}
+
+std::string what_is_missing(const Part& part, const std::string& data_root) {
+  if (part.needs.empty()) return "";
+  if (data_root.empty()) return "no data folder given (--data ROOT or SEXTANT_DATA)";
+  if (!std::filesystem::is_directory(std::filesystem::path(data_root) / part.needs))
+    return fmt::format("ROOT has no folder {}", part.needs);
+  if (part.kind == PartKind::recorded) return "";
+  try {
+    for (const SourceSpec& spec : parse_plan(part.plan, part.name, data_root).sources)
+      check_runnable(spec, *open_source(spec));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace sextant

@@ -1,0 +1,129 @@
+#include "sextant/eval/reproduce/recorded.h"
+
+#include <array>
+#include <filesystem>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/external/source_reference.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct System {
+  const char* name;
+  const char* folder;
+  const char* extension;
+  const char* format;
+};
+constexpr std::array<System, 2> systems = {{{"ORB-SLAM3", "orbslam3_camera", ".txt", "kitti"},
+                                            {"VDO-SLAM front end", "vdo_slam_frontend", ".xml", "vdo_xml"}}};
+
+struct Recording {
+  const System* system;
+  std::string sequence;
+  std::string path;
+};
+
+std::vector<Recording> recordings_in(const fs::path& root) {
+  std::vector<Recording> found;
+  for (const System& system : systems) {
+    for (const std::string& sequence : recorded_sequences()) {
+      const fs::path path = root / "kitti_tracking_peers" / system.folder / (sequence + system.extension);
+      if (fs::exists(path)) found.push_back({&system, sequence, path.string()});
+    }
+  }
+  if (found.empty())
+    fail("{}: holds no trajectory of a known name", (root / "kitti_tracking_peers").string());
+  return found;
+}
+
+EgoReference truth_of(const Recording& recording, const std::string& data_root, const char* velocity) {
+  return source_reference("kitti:kitti_tracking#" + recording.sequence, data_root,
+                          {{"source", {{"velocity", velocity}}}}, /*every_pose=*/true);
+}
+
+EgoResult evaluate(const Recording& recording, const EgoReference& truth, Alignment alignment) {
+  EgoOptions options;
+  options.alignment = alignment;
+  return evaluate_ego(truth, read_trajectory(recording.path, recording.system->format), recording.path,
+                      options);
+}
+
+std::vector<Record> records_of(const Recording& recording, const EgoResult& raw, const EgoResult& corrected,
+                               const EgoResult& scaled, const EgoReference& truth) {
+  std::vector<Record> records;
+  for (size_t i = 0; i < raw.per_frame.row.size(); ++i) {
+    const auto row = static_cast<size_t>(raw.per_frame.row[i]);
+    Record record;
+    record.dataset = "kitti";
+    record.sequence = recording.sequence;
+    record.estimator = recording.system->name;
+    record.frame = truth.poses.frames[row];
+    record.body = "ego";
+    record.errors = {{"Et_m", raw.per_frame.Et_m[i]},
+                     {"ER_deg", raw.per_frame.ER_deg[i]},
+                     {"Et_corrected_m", corrected.per_frame.Et_m[i]},
+                     {"Et_scaled_m", scaled.per_frame.Et_m[i]}};
+    record.values["step_gt_m"] = (truth.poses.positions_m[row] - truth.poses.positions_m[row - 1]).norm();
+    if (truth.step_floor_m) record.values["step_floor_m"] = *truth.step_floor_m;
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+std::string file_stem(const Recording& recording) {
+  return fmt::format("{}_{}", recording.system->folder, recording.sequence);
+}
+
+}  // namespace
+
+const std::vector<std::string>& recorded_sequences() {
+  static const std::vector<std::string> sequences = {"0000", "0001", "0002", "0003", "0004",
+                                                     "0005", "0006", "0018", "0020"};
+  return sequences;
+}
+
+Json recorded_inputs(const std::string& data_root) {
+  Json inputs = Json::object();
+  const fs::path training = fs::path(data_root) / "kitti_tracking" / "training";
+  for (const Recording& recording : recordings_in(data_root)) {
+    inputs[recording.path] = sha256(read_file(recording.path));
+    for (const char* part : {"oxts", "calib"}) {
+      const fs::path path = training / part / (recording.sequence + ".txt");
+      if (fs::exists(path)) inputs[path.string()] = sha256(read_file(path));
+    }
+  }
+  return inputs;
+}
+
+OutputFiles evaluate_recorded(const std::string& data_root) {
+  OutputFiles files;
+  std::vector<Record> records;
+  Json warnings = Json::object();
+  for (const Recording& recording : recordings_in(data_root)) {
+    check_interrupt();
+    const EgoReference truth = truth_of(recording, data_root, "raw");
+    const EgoResult raw = evaluate(recording, truth, Alignment::none);
+    const EgoResult corrected =
+        evaluate(recording, truth_of(recording, data_root, "velocity_corrected"), Alignment::none);
+    const EgoResult scaled = evaluate(recording, truth, Alignment::scale);
+    SEXTANT_CHECK(raw.per_frame.row == corrected.per_frame.row && raw.per_frame.row == scaled.per_frame.row);
+    for (Record& record : records_of(recording, raw, corrected, scaled, truth))
+      records.push_back(std::move(record));
+    files[file_stem(recording) + "_reference.tum"] = encode_tum(raw.reference);
+    files[file_stem(recording) + "_estimate.tum"] = encode_tum(raw.estimate);
+    for (const TrajectoryWarning& warning : raw.warnings) warnings[recording.path].push_back(warning.text);
+  }
+  files["records.jsonl"] = write_records(records);
+  Json run = build_provenance();
+  run["inputs"] = recorded_inputs(data_root);
+  run["warnings"] = warnings;
+  files["run.json"] = run.dump(2) + "\n";
+  return files;
+}
+
+}  // namespace sextant

@@ -1,0 +1,35 @@
+#pragma once
+
+// The paper's experiments again, as far as the data allow. A folder DIR holds
+//
+//   parts/<name>/      one sweep, run or evaluation each, complete or resumable
+//   data.json          which parts could run with this data, and what the others need
+//   report/            tables, claims, figures, report.html: a function of the two above alone
+//
+// A part is run again when its plan, its inputs or the program have changed; else it is left as it is.
+
+#include <filesystem>
+#include <string>
+
+#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/report/document.h"
+#include "sextant/eval/reproduce/parts.h"
+
+namespace sextant {
+
+struct ReproduceConfig {
+  std::string data_root;  ///< empty: embedded scenarios only
+  std::filesystem::path out;
+  PackCache cache{default_cache_folder()};
+  std::vector<Part> parts;  ///< reproduction_parts(data_root)
+  int jobs = 1;
+  bool quiet = false;
+};
+
+/// Runs what is not finished. Throws Error on bad data, Interrupted on Ctrl-C: the same call resumes.
+void run_parts(const ReproduceConfig& config);
+
+/// The report of what is in config.out. Throws Error where nothing is.
+ReportDocument reproduction_document(const ReproduceConfig& config);
+
+}  // namespace sextant

@@ -1,0 +1,133 @@
+#include "sextant/eval/reproduce/reproduce.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/report/html/report_folder.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// Two small parts that can run, and one that lacks its data.
+class ReproduceTest : public testing::Test {
+ protected:
+  ReproduceTest() {
+    VdoFixtureOptions options;
+    options.n_frames = 4;
+    options.width = 160;
+    options.height = 48;
+    source_ = make_vdo_fixture(folder_.path() / "kitti_03_demo", options).source();
+    config_.out = folder_.path() / "out";
+    config_.cache = PackCache(folder_.path() / "cache");
+    config_.parts = {sweep_part("demo", PartRole::real, "1"), sweep_part("noise", PartRole::noise, "3"),
+                     sweep_part("absent", PartRole::sets, "1")};
+    config_.parts.back().needs = "no_such_folder";
+    config_.parts.back().fetch = "scripts/fetch_it";
+    config_.data_root = folder_.path().string();
+    config_.quiet = true;
+  }
+
+  Part sweep_part(const std::string& name, PartRole role, const std::string& seeds) const {
+    Part part{name, role, PartKind::sweep, "part " + name, "", "", ""};
+    part.plan =
+        "{\"sources\":[\"" + source_ + "\"],\"estimators\":[\"joint_flow\"],\"seeds\":" + seeds +
+        (role == PartRole::noise ? R"(,"noise":{"parameter":"depth.delta_d_px","levels":[0.1,0.2]}})" : "}");
+    return part;
+  }
+
+  fs::path part_file(const std::string& part, const std::string& name = "records.jsonl") const {
+    return config_.out / "parts" / part / name;
+  }
+  OutputFiles report() const { return report_folder(reproduction_document(config_), {false, 1}); }
+
+  TempFolder folder_;
+  std::string source_;
+  ReproduceConfig config_;
+};
+
+TEST_F(ReproduceTest, ReportsWhatWasMeasuredAndWhatIsMissing) {
+  run_parts(config_);
+  const OutputFiles files = report();
+  EXPECT_THAT(files.at("tables/data.md"), HasSubstr("ROOT has no folder no_such_folder"));
+  EXPECT_THAT(files.at("tables/data.md"), HasSubstr("scripts/fetch_it"));
+  EXPECT_THAT(files.at("tables/table_4_ego_motion.csv"), HasSubstr("parts/demo/records.jsonl"));
+  EXPECT_THAT(files.at("tables/table_3_sets.csv"), HasSubstr("not measured here"));
+  EXPECT_THAT(files.at("tables/claims.csv"), HasSubstr("parts/noise/records.jsonl"));
+}
+
+TEST_F(ReproduceTest, FinishedPartsStayAsTheyAreAndGiveTheSameReport) {
+  run_parts(config_);
+  const std::string demo = read_file(part_file("demo"));  // with times, which no second run would repeat
+  const OutputFiles first = report();
+  fs::remove(part_file("noise"));  // as if it had been interrupted
+  run_parts(config_);
+  EXPECT_EQ(read_file(part_file("demo")), demo);
+  EXPECT_TRUE(fs::exists(part_file("noise")));
+  EXPECT_EQ(report(), first);
+}
+
+TEST_F(ReproduceTest, AnUnfinishedPartIsNotReported) {
+  run_parts(config_);
+  write_file(part_file("demo", "journal.jsonl"), "");
+  EXPECT_THAT(report().at("tables/data.md"), HasSubstr("not finished"));
+  run_parts(config_);  // resumes
+  EXPECT_FALSE(fs::exists(part_file("demo", "journal.jsonl")));
+  EXPECT_THAT(report().at("tables/data.md"), testing::Not(HasSubstr("not finished")));
+}
+
+TEST_F(ReproduceTest, AnotherPlanProgramOrInputRunsAgain) {
+  run_parts(config_);
+  const std::string demo = read_file(part_file("demo"));
+  config_.parts[1] = sweep_part("noise", PartRole::noise, "1");
+  const auto n_before = std::ranges::count(read_file(part_file("noise")), '\n');
+  run_parts(config_);
+  EXPECT_LT(std::ranges::count(read_file(part_file("noise")), '\n'), n_before);
+  EXPECT_EQ(read_file(part_file("demo")), demo);
+
+  write_file(part_file("demo", "part.json"), R"({"program":"another"})");
+  run_parts(config_);
+  EXPECT_NE(read_file(part_file("demo")), demo);
+
+  const std::string noise = read_file(part_file("noise"));
+  const fs::path depth = folder_.path() / "kitti_03_demo" / "depth" / "000002.png";
+  write_file(depth, read_file(folder_.path() / "kitti_03_demo" / "depth" / "000001.png"));
+  run_parts(config_);
+  EXPECT_NE(read_file(part_file("noise")), noise);
+}
+
+TEST_F(ReproduceTest, AFolderWithoutRecordsIsRefused) {
+  EXPECT_THROW(reproduction_document(config_), Error);
+  config_.parts.erase(config_.parts.begin(), config_.parts.begin() + 2);
+  run_parts(config_);
+  EXPECT_THROW(reproduction_document(config_), Error);
+}
+
+TEST(ReproductionParts, HavePlansThatAreRead) {
+  std::set<std::string> names;
+  for (const Part& part : reproduction_parts("")) {
+    EXPECT_TRUE(names.insert(part.name).second) << part.name;
+    EXPECT_FALSE(part.title.empty());
+    EXPECT_EQ(part.needs.empty(), part.fetch.empty()) << part.name;
+    if (part.plan.empty() || !part.needs.empty()) continue;
+    EXPECT_GT(parse_plan(part.plan, part.name, "").n_cases(), 0U);
+    EXPECT_EQ(what_is_missing(part, ""), "");
+  }
+}
+
+TEST(ReproductionParts, RunOnTheRealTextAndSample) {
+  const char* root = std::getenv("SEXTANT_DATA");
+  if (root == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set";
+  for (const Part& part : reproduction_parts(root)) {
+    if (!fs::is_directory(fs::path(root) / part.needs) || part.name.starts_with("kitti_")) continue;
+    EXPECT_EQ(what_is_missing(part, root), "") << part.name;
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <chrono>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/reproduce/recorded.h"
+#include "sextant/eval/reproduce/reproduce.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What made a part besides its plan and data: this very program.
+std::string program_id() {
+  static const std::string id = sha256(read_file("/proc/self/exe"));
+  return id;
+}
+
+/// A part's own file: what it was made by and, where no sweep keeps track of that itself, from.
+constexpr const char* stamp_name = "part.json";
+
+bool has_stamp(const fs::path& folder, const Json& stamp) {
+  if (!fs::exists(folder / stamp_name)) return false;
+  return Json::parse(read_file(folder / stamp_name), nullptr, /*allow_exceptions=*/false) == stamp;
+}
+
+/// Removes what another program or other inputs have left; says whether anything of this part is there.
+void prepare_folder(const fs::path& folder, const Json& stamp) {
+  if (has_stamp(folder, stamp)) return;
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  write_file(folder / stamp_name, stamp.dump(2) + "\n");
+}
+
+void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
+  prepare_folder(folder, {{"program", program_id()}});
+  SweepConfig sweep_config;
+  sweep_config.plan = parse_plan(part.plan, part.name, config.data_root);
+  sweep_config.out = folder;
+  sweep_config.cache = config.cache;
+  sweep_config.jobs = config.jobs;
+  sweep_config.quiet = config.quiet;
+  sweep_config.replace = true;
+  sweep(sweep_config);
+}
+
+/// Files that are written together, at once.
+void run_whole_part(const fs::path& folder, const Json& stamp, const std::function<OutputFiles()>& make) {
+  prepare_folder(folder, stamp);
+  if (!fs::exists(folder / "records.jsonl")) write_output_folder(folder, make());
+}
+
+/// One estimator after the other on one thread, so that stages do not share cores.
+OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
+  const Plan plan = parse_plan(part.plan, part.name, config.data_root);
+  OutputFiles files;
+  std::string records;
+  for (const PlanEstimator& estimator : plan.estimators) {
+    RunConfig run_config;
+    run_config.sources = plan.sources;
+    run_config.estimator = estimator.name;
+    run_config.options = {{"estimator", estimator.options}};
+    run_config.jobs = 1;
+    run_config.quiet = config.quiet;
+    const RunResult result = run(run_config);
+    records += write_records(result.records);
+    files["run.json"] = run_provenance(result).dump(2) + "\n";
+  }
+  files["records.jsonl"] = std::move(records);
+  return files;
+}
+
+void run_part(const Part& part, const ReproduceConfig& config) {
+  const fs::path folder = config.out / "parts" / part.name;
+  switch (part.kind) {
+    case PartKind::sweep:
+      return run_sweep_part(part, config, folder);
+    case PartKind::recorded:
+      return run_whole_part(folder,
+                            {{"program", program_id()}, {"inputs", recorded_inputs(config.data_root)}},
+                            [&] { return evaluate_recorded(config.data_root); });
+    case PartKind::timing:
+      return run_whole_part(folder, {{"program", program_id()}, {"plan", part.plan}},
+                            [&] { return time_estimators(part, config); });
+  }
+}
+
+bool is_finished(const fs::path& folder) {
+  return fs::exists(folder / "records.jsonl") && !fs::exists(folder / "journal.jsonl");
+}
+
+/// "[3/9] flow noise, scenario s18 ... 4.1 s", on standard error.
+class PartLines {
+ public:
+  PartLines(size_t n, bool quiet) : n_(n), quiet_(quiet) {}
+
+  void begin(const Part& part, bool finished) {
+    ++at_;
+    start_ = Clock::now();
+    if (quiet_) return;
+    fmt::print(stderr, "[{}/{}] {}{}\n", at_, n_, part.title, finished ? " (finished before)" : "");
+  }
+  void end() {
+    const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    total_s_ += seconds;
+    if (quiet_) return;
+    const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(n_ - at_);
+    fmt::print(stderr, "      {:.1f} s; {} parts left, about {:.0f} s\n", seconds, n_ - at_, left_s);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  size_t n_, at_ = 0;
+  bool quiet_;
+  double total_s_ = 0;
+  Clock::time_point start_;
+};
+
+}  // namespace
+
+void run_parts(const ReproduceConfig& config) {
+  fs::create_directories(config.out);
+  Json data = Json::array();
+  std::vector<const Part*> available;
+  for (const Part& part : config.parts) {
+    const std::string missing = what_is_missing(part, config.data_root);
+    data.push_back({{"part", part.name},
+                    {"title", part.title},
+                    {"missing", missing},
+                    {"needs", part.needs},
+                    {"fetch", part.fetch}});
+    if (missing.empty()) available.push_back(&part);
+    if (!missing.empty()) fs::remove_all(config.out / "parts" / part.name);
+  }
+  write_file(config.out / "data.json", data.dump(2) + "\n");
+  PartLines lines(available.size(), config.quiet);
+  for (const Part* part : available) {
+    lines.begin(*part, is_finished(config.out / "parts" / part->name));
+    run_part(*part, config);
+    lines.end();
+  }
+}
+
+}  // namespace sextant

@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""Compares a reproduction with the committed reference run of the embedded part.
+
+usage: scripts/check_baseline.py DIR [--baseline DIR] [--update] [--self-test]
+
+DIR is what `sextant reproduce --out DIR` has written, with or without data. Every measured row of
+results/baseline/*.json has to be in DIR/report/tables with equal texts and numbers equal within rounding:
+|a - b| <= 1e-6 max(|a|, |b|) + 1e-9. Run times are not part of the baseline.
+--update writes the baseline from DIR, which has to be a run without data.
+Exit codes: 0 equal, 1 differences, 2 usage.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+
+TABLES = ["table_1_classification", "table_2_flow_error", "table_3_sets", "table_6_limit", "claims"]
+RELATIVE, ABSOLUTE = 1e-6, 1e-9
+
+
+def is_stable(row):
+    """Measured, and not a run time."""
+    return row.get("verdict") != "not measured here" and row.get("claim") != "frame_rate"
+
+
+def read_rows(folder, table):
+    path = folder / f"{table}.json"
+    if not path.exists():
+        sys.exit(f"check_baseline.py: {path}: no such file: expected the tables of a reproduction")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def key_of(row):
+    return tuple(sorted((k, v) for k, v in row.items() if isinstance(v, str) and k != "verdict"))
+
+
+def differences(wanted, rows):
+    """One line per row that is missing or has another number or verdict."""
+    by_key = {}
+    for row in rows:
+        by_key.setdefault(key_of(row), []).append(row)
+    lines = []
+    for row in filter(is_stable, wanted):
+        name = ", ".join(v for _, v in key_of(row))
+        found = by_key.get(key_of(row), [])
+        if not found:
+            lines.append(f"missing: {name}")
+            continue
+        present = found.pop(0)
+        for field in sorted(set(row) | set(present)):
+            a, b = row.get(field), present.get(field)
+            if isinstance(a, (int, float)) and isinstance(b, (int, float)):
+                equal = abs(a - b) <= RELATIVE * max(abs(a), abs(b)) + ABSOLUTE
+            else:
+                equal = a == b
+            if not equal:
+                lines.append(f"{name}: {field}: baseline {a}, now {b}")
+    return lines
+
+
+def self_test():
+    row = {"body": "Ego", "value": 1.0, "verdict": "within"}
+    assert differences([row], [dict(row, value=1 + 1e-8)]) == []
+    assert len(differences([row], [dict(row, value=1.001)])) == 1
+    assert len(differences([row], [dict(row, verdict="outside")])) == 1
+    assert len(differences([row], [])) == 1
+    assert len(differences([row], [{k: v for k, v in row.items() if k != "value"}])) == 1
+    assert differences([dict(row, verdict="not measured here")], []) == []
+    print("self test passed")
+
+
+def main():
+    root = pathlib.Path(__file__).resolve().parent.parent
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("dir", nargs="?", type=pathlib.Path)
+    parser.add_argument("--baseline", type=pathlib.Path, default=root / "results" / "baseline")
+    parser.add_argument("--update", action="store_true")
+    parser.add_argument("--self-test", action="store_true")
+    options = parser.parse_args()
+    if options.self_test:
+        return self_test()
+    if options.dir is None:
+        parser.error("DIR is missing")
+    tables = options.dir / "report" / "tables"
+    n_rows, lines = 0, []
+    for table in TABLES:
+        rows = read_rows(tables, table)
+        if options.update:
+            options.baseline.mkdir(parents=True, exist_ok=True)
+            text = ",\n".join(json.dumps(row) for row in rows if is_stable(row))
+            (options.baseline / f"{table}.json").write_text(f"[\n{text}\n]\n", encoding="utf-8")
+            continue
+        wanted = read_rows(options.baseline, table)
+        n_rows += len(wanted)
+        lines += [f"{table}: {line}" for line in differences(wanted, rows)]
+    for line in lines[:40]:
+        print(line)
+    if not options.update:
+        print(f"{n_rows} rows of the baseline, {len(lines)} differences")
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
