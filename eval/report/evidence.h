@@ -12,7 +12,7 @@
 namespace sextant {
 
 /// What a part was run for; tables look for their records by it.
-enum class PartRole { sets, sets_code, noise, classification, real, recorded, timing };
+enum class PartRole { sets, sets_code, noise, classification, real, recorded, timing, showcase };
 
 struct EvidencePart {
   std::string name;  ///< its folder below parts/

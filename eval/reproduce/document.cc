@@ -4,9 +4,8 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/version.h"
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/figures/noise_figures.h"
-#include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/reproduce/figures.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 namespace sextant {
@@ -94,18 +93,6 @@ void add_paper_tables(const Evidence& evidence, ReportDocument& document) {
   }
 }
 
-/// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
-void add_noise_sections(const Evidence& evidence, int jobs, ReportDocument& document) {
-  for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-    const std::vector<NoiseLevelRow> levels = noise_levels(part->sweep, jobs);
-    ReportSection section{part->name + "-section",
-                          fmt::format("Fig. 4: {} ({})", parameter_title(part->sweep.parameter), part->name)};
-    section.tables.push_back({"fig_4_" + part->name, noise_level_table(levels)});
-    section.figures = noise_level_figures(levels);
-    document.sections.push_back(std::move(section));
-  }
-}
-
 }  // namespace
 
 ReportDocument reproduction_document(const ReproduceConfig& config) {
@@ -116,11 +103,10 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   document.title = "Reproduction of Robust Ego and Object 6-DoF Motion Estimation and Tracking";
   document.abstract =
       "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), rebuilt from "
-      "records "
-      "beside the published values.";
+      "records beside the published values.";
   document.verdicts = claim_verdicts(checked, "#claims");
   add_paper_tables(evidence, document);
-  add_noise_sections(evidence, config.jobs, document);
+  add_figure_sections(config.out / "parts", evidence, config.jobs, document);
   document.sections.insert(document.sections.begin(),
                            {"claims-section", "Claims", {}, {{"claims", claim_table(checked)}}, {}, {}});
   document.sections.push_back({"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}});

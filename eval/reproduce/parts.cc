@@ -15,6 +15,7 @@ std::span<const EmbeddedFile> plan_files();
 
 namespace {
 
+constexpr const char* demo_files = "scripts/fetch_demo --out ROOT/kitti_03_demo";
 constexpr const char* vkitti1_text = "scripts/fetch_vkitti1 --text-only";
 constexpr const char* vkitti1_all = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
 constexpr const char* vkitti2_all = "scripts/fetch_vkitti2 --all";
@@ -50,6 +51,12 @@ Part replay_part(const char* name, PartRole role, const char* plan, const std::s
   return part;
 }
 
+Part showcase_part(const char* name, const char* needs = "", const char* fetch = "") {
+  Part part = sweep_part(name, PartRole::showcase, name, needs, fetch);
+  part.kind = PartKind::showcase;
+  return part;
+}
+
 Part kitti_part(const std::string& sequence) {
   Part part = sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", kitti_images);
   part.name += "_" + sequence;
@@ -69,8 +76,9 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       sweep_part("classification", PartRole::classification, "classification"),
       {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
        plan_text("timing")},
-      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo",
-                 "scripts/fetch_demo --out ROOT/kitti_03_demo"),
+      showcase_part("showcase"),
+      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", demo_files),
+      showcase_part("showcase_demo", "kitti_03_demo", demo_files),
       {"recorded", PartRole::recorded, PartKind::recorded, "recorded trajectories on KITTI tracking",
        "kitti_tracking_peers", "run the systems yourself; docs/reproduction.md says where their files go",
        ""},

@@ -15,6 +15,7 @@ enum class PartKind {
   sweep,     ///< a plan, from packs
   recorded,  ///< trajectories of other systems against the truth
   timing,    ///< one thread, sources decoded, no packs: run times
+  showcase,  ///< a run with paths, and the picture of its last pair
 };
 
 struct Part {

@@ -5,6 +5,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/output.h"
 #include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/report/showcase.h"
 #include "sextant/eval/reproduce/recorded.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
@@ -47,10 +48,33 @@ void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::p
   sweep(sweep_config);
 }
 
+/// The files that a run has read are as its run.json says.
+bool same_inputs(const fs::path& folder) {
+  const Json run = Json::parse(read_file(folder / "run.json"), nullptr, /*allow_exceptions=*/false);
+  if (!run.is_object()) return false;
+  for (const Json& source : run.value("sources", Json::array())) {
+    for (const auto& [path, input] : source.value("inputs", Json::object()).items()) {
+      if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
+    }
+  }
+  return true;
+}
+
 /// Files that are written together, at once.
 void run_whole_part(const fs::path& folder, const Json& stamp, const std::function<OutputFiles()>& make) {
   prepare_folder(folder, stamp);
-  if (!fs::exists(folder / "records.jsonl")) write_output_folder(folder, make());
+  if (!fs::exists(folder / "records.jsonl") || !same_inputs(folder)) write_output_folder(folder, make());
+}
+
+OutputFiles make_showcase_part(const Part& part, const ReproduceConfig& config) {
+  const Plan plan = parse_plan(part.plan, part.name, config.data_root);
+  ShowcaseRequest request;
+  request.source = plan.sources.front();
+  request.frame = open_source(request.source)->info().last_frame;
+  request.estimator = plan.estimators.front().name;
+  request.jobs = config.jobs;
+  request.quiet = config.quiet;
+  return showcase_files(request);
 }
 
 /// One estimator after the other on one thread, so that stages do not share cores.
@@ -85,6 +109,9 @@ void run_part(const Part& part, const ReproduceConfig& config) {
     case PartKind::timing:
       return run_whole_part(folder, {{"program", program_id()}, {"plan", part.plan}},
                             [&] { return time_estimators(part, config); });
+    case PartKind::showcase:
+      return run_whole_part(folder, {{"program", program_id()}, {"plan", part.plan}},
+                            [&] { return make_showcase_part(part, config); });
   }
 }
 

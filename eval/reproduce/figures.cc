@@ -1,0 +1,131 @@
+#include "sextant/eval/reproduce/figures.h"
+
+#include <algorithm>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/external/trajectory_files.h"
+#include "sextant/eval/report/figures/efficiency_figures.h"
+#include "sextant/eval/report/figures/error_figures.h"
+#include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/figures/speed_figures.h"
+#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/noise_levels.h"
+#include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/reproduce/recorded.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_section(const std::string& name, const std::string& heading, std::vector<Figure> figures,
+                 ReportDocument& document) {
+  if (figures.empty()) return;
+  document.sections.push_back({name, heading, {}, {}, std::move(figures), {}});
+}
+
+/// Fig. 1: the picture of a pair, and the tracks from above.
+void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocument& document) {
+  for (const EvidencePart* part : evidence.with(PartRole::showcase)) {
+    const std::vector<Record>& records = part->sweep.records;
+    const std::string title = data_title(records.front().dataset, records.front().sequence);
+    const std::string tracks = (parts / part->name / "tracks.csv").string();
+    ReportSection section{part->name + "-section", "Fig. 1: " + title};
+    section.pictures = {
+        {part->name + "-picture",
+         "Static features with a quarter of their flow; moving objects with their points, outline, estimated "
+         "and true speed.",
+         "Camera image with static features on the background and the outlines of moving objects",
+         read_file(parts / part->name / "overlay.png")}};
+    section.figures = showcase_figures(title, parse_tracks(read_file(tracks), tracks), records);
+    for (Figure& figure : section.figures) figure.name = part->name + "_" + figure.name;
+    document.sections.push_back(std::move(section));
+  }
+}
+
+/// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
+void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePart& part,
+                      ReportDocument& document) {
+  ReportSection section{part.name + "-section",
+                        fmt::format("Fig. 4: {} ({})", parameter_title(part.sweep.parameter), part.name)};
+  section.tables.push_back({"fig_4_" + part.name, noise_level_table(levels)});
+  section.figures = noise_level_figures(levels);
+  document.sections.push_back(std::move(section));
+}
+
+/// The paper's sets on the data of one part, bodies as the paper calls them.
+std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
+  std::vector<RecordSet> sets;
+  for (const SetData& data : set_data()) {
+    RecordSet set{part.name + "_" + data.set, set_data_title(data.filter), {}};
+    for (const auto& [body, records] : paper_bodies(part.sweep.records, data.filter))
+      set.bodies.push_back({body, records});
+    if (!set.bodies.empty()) sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+std::vector<CameraPath> recorded_paths(const fs::path& folder, const std::string& sequence) {
+  static constexpr std::pair<const char*, const char*> systems[] = {
+      {"ORB-SLAM3", "orbslam3_camera"}, {"VDO-SLAM front end", "vdo_slam_frontend"}};
+  const auto positions = [](const std::string& path) {
+    return read_trajectory(path, "tum").poses.positions_m;
+  };
+  std::vector<CameraPath> paths;
+  for (const auto& [system, name] : systems) {
+    const std::string stem = (folder / fmt::format("{}_{}", name, sequence)).string();
+    if (!fs::exists(stem + "_estimate.tum")) continue;
+    if (paths.empty()) paths.push_back({truth_path, positions(stem + "_reference.tum")});
+    paths.push_back({system, positions(stem + "_estimate.tum")});
+  }
+  return paths;
+}
+
+std::vector<TopView> recorded_views(const fs::path& folder) {
+  std::vector<TopView> views;
+  for (const std::string& sequence : recorded_sequences()) {
+    std::vector<CameraPath> paths = recorded_paths(folder, sequence);
+    if (!paths.empty()) views.push_back({sequence, std::move(paths)});
+  }
+  return views;
+}
+
+/// By sequence. The authors' sample is a part of 0003 under its own name.
+std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
+  std::map<std::string, double> floors;
+  for (const EvidencePart* part : evidence.with(PartRole::recorded))
+    floors.merge(kitti_speed_floor_kmh(part->sweep.records));
+  if (floors.contains("0003")) floors["kitti_03_demo"] = floors.at("0003");
+  return floors;
+}
+
+std::vector<Figure> all_speed_figures(const Evidence& evidence) {
+  std::vector<Figure> figures;
+  const std::map<std::string, double> floors = speed_floors_kmh(evidence);
+  for (const EvidencePart* part : evidence.with(PartRole::real))
+    std::ranges::move(speed_figures(part->sweep.records, floors), std::back_inserter(figures));
+  return figures;
+}
+
+}  // namespace
+
+void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jobs,
+                         ReportDocument& document) {
+  add_showcases(parts, evidence, document);
+  std::vector<NoiseLevelRow> all_levels;
+  for (const EvidencePart* part : evidence.with(PartRole::noise)) {
+    std::vector<NoiseLevelRow> levels = noise_levels(part->sweep, jobs);
+    add_noise_levels(levels, *part, document);
+    std::ranges::move(levels, std::back_inserter(all_levels));
+  }
+  std::vector<RecordSet> sets;
+  for (const EvidencePart* part : evidence.with(PartRole::sets))
+    std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
+  add_section("fig5", "Fig. 5: flow before and after the optimisation", epe_figures(sets), document);
+  add_section("fig6", "Fig. 6: camera paths", top_view_figures(recorded_views(parts / "recorded")), document);
+  add_section("distributions", "Distribution of the errors (ours)", distribution_figures(sets), document);
+  add_section("efficiency", "Errors against the bound (ours)", efficiency_figures(all_levels), document);
+  add_section("speeds", "Speed of the objects (ours)", all_speed_figures(evidence), document);
+}
+
+}  // namespace sextant
