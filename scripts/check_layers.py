@@ -42,7 +42,7 @@ LAYERS = {
     "eval/report/tables": ["base", "stats", "eval/experiment", "eval/report"],
     "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report", "eval/report/tables"],
     "eval/report/html": ["base", "eval/experiment", "eval/report"],
-    "eval/gate": ["base", "stats", "metrics", "eval/experiment"],
+    "eval/gate": ["base", "stats", "metrics", "eval/experiment", "eval/report", "eval/report/html"],
     "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
     "eval/reproduce": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures", "eval/report/html",
                                     "eval/report/tables", "eval/report/claims", "eval/external"],

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/gate.h"
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
@@ -13,6 +13,9 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_merge_command,
     add_report_command,
     add_reproduce_command,
+    add_compare_command,
+    add_trend_command,
+    add_baseline_command,
     add_evaluate_command,
     add_overlay_command,
     add_cache_command,

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/gate.h"
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/version.h"
 
@@ -80,6 +80,8 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
   try {
     app.parse(argc, argv);
     return exit_ok;
+  } catch (const Finished& finished) {
+    return finished.code;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return report(usage_message(app, error), exit_bad_input);

@@ -4,6 +4,7 @@
 #include <build_info.h>
 #include "sextant/eval/experiment/output.h"
 #include "sextant/eval/experiment/version.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 namespace {
@@ -64,6 +65,8 @@ Json build_provenance() {
                       {"fmt", build_info::fmt},
                       {"nlohmann_json", build_info::nlohmann_json}};
   json["machine"] = {{"cpu", cpu_model()}, {"cores", std::thread::hardware_concurrency()}};
+  json["metric_definitions"] = metric_definitions_json();
+  json["metric_presets"] = metric_presets_json();
   return json;
 }
 

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/record_scanner.h"
 
 namespace sextant {
 namespace {
@@ -103,17 +104,12 @@ class LineReader {
 };
 
 Gate gate_from_string(const std::string& name, const std::string& where) {
-  for (const Gate gate : {Gate::distance, Gate::area, Gate::is_static}) {
-    if (to_string(gate) == name) return gate;
-  }
+  if (const std::optional<Gate> gate = find_gate(name)) return *gate;
   fail("{}: unknown gate '{}': expected distance, area or static", where, name);
 }
 
 void check_body(const std::string& body, const std::string& where) {
-  const std::string prefix = "object:";
-  const bool is_object = body.starts_with(prefix) && body.size() > prefix.size() &&
-                         body.find_first_not_of("0123456789", prefix.size()) == std::string::npos;
-  if (body != "ego" && !is_object) fail("{}: key 'body': expected ego or object:ID, got '{}'", where, body);
+  if (!is_body(body)) fail("{}: key 'body': expected ego or object:ID, got '{}'", where, body);
 }
 
 }  // namespace
@@ -196,16 +192,20 @@ std::vector<Record> parse_records(std::string_view text, const std::string& name
   std::vector<Record> records;
   int line_number = 0;
   while (!text.empty()) {
-    const std::string where = fmt::format("{}:{}", name, ++line_number);
+    const auto where = [&, number = ++line_number] { return fmt::format("{}:{}", name, number); };
     const size_t end = text.find('\n');
     if (end == std::string_view::npos) {
-      fail("{}: the line is not finished: the file is truncated; repeat the run that wrote it", where);
+      fail("{}: the line is not finished: the file is truncated; repeat the run that wrote it", where());
     }
     const std::string_view line = text.substr(0, end);
     text.remove_prefix(end + 1);
+    if (std::optional<Record> record = scan_record(line)) {
+      records.push_back(std::move(*record));
+      continue;
+    }
     const Json json = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (json.is_discarded()) fail("{}: not valid JSON", where);
-    records.push_back(record_from_json(json, where));
+    if (json.is_discarded()) fail("{}: not valid JSON", where());
+    records.push_back(record_from_json(json, where()));
   }
   return records;
 }

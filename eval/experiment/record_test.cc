@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/experiment/record_scanner.h"
 
 namespace sextant {
 namespace {
@@ -115,6 +116,62 @@ TEST(Record, StripTimesLeavesTheRest) {
   Record expected = example();
   expected.time_ms.clear();
   EXPECT_EQ(strip_times(example()), expected);
+}
+
+TEST(Record, TheFastReaderAgreesWithTheStrictOne) {
+  std::vector<Record> records(3, example());
+  records[0].errors = {{"ER_deg", 1e-300}, {"Et_m", -0.0}, {"Ev_kmh", 123456789.0}};
+  records[1].status = Status::gated;
+  records[1].gate = Gate::area;
+  records[1].flow_truth.clear();
+  records[2].seed = 18446744073709551615ULL;
+  records[2].level = 1e22;
+  records[2].values.clear();
+  for (const Record& record : records) {
+    std::string line = write_records({record});
+    line.pop_back();
+    const std::optional<Record> scanned = scan_record(line);
+    ASSERT_TRUE(scanned) << line;
+    EXPECT_EQ(*scanned, record_from_json(Json::parse(line), "line"));
+    EXPECT_EQ(*scanned, record);
+  }
+}
+
+TEST(Record, TheFastReaderLeavesEveryOtherLineToTheStrictOne) {
+  std::string line = write_records({example()});
+  line.pop_back();
+  ASSERT_TRUE(scan_record(line));
+  for (size_t i = 0; i < line.size(); ++i) EXPECT_FALSE(scan_record(line.substr(0, i))) << i;
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = line;
+    const size_t at = changed.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return changed.replace(at, from.size(), to);
+  };
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::string, std::string>>{{"0.1}", "NaN}"},
+                                                        {"0.1}", "nan}"},
+                                                        {"0.1}", "inf}"},
+                                                        {"0.1}", "1e999}"},
+                                                        {"0.1}", "01}"},
+                                                        {"0.1}", "1.}"},
+                                                        {"0.1}", ".1}"},
+                                                        {"0.1}", "+1}"},
+                                                        {"0.1}", "null}"},
+                                                        {"0.1}", "0.1 }"},
+                                                        {"\"schema\":1", "\"schema\":2"},
+                                                        {"object:3", "object:"},
+                                                        {"object:3", "object:x"},
+                                                        {"\"ok\"", "\"gated\""},
+                                                        {"\"ok\"", "\"fine\""},
+                                                        {":120", ":-120"},
+                                                        {"induced", "guessed"},
+                                                        {"vdo", "v\\u0064o"},
+                                                        {"vdo", "v\xc3\xa4o"},
+                                                        {"\"Et_m\"", "\"ER_deg\""},
+                                                        {"}}", "}} "}}) {
+    EXPECT_FALSE(scan_record(with(from, to))) << to;
+  }
 }
 
 }  // namespace

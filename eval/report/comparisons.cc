@@ -8,6 +8,7 @@
 #include "sextant/base/parallel_for.h"
 #include "sextant/eval/report/multiplicity.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/cluster_means.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/tests.h"
 
@@ -26,16 +27,6 @@ struct Level {
   std::map<std::string, Estimated> by_estimator;
 };
 
-std::vector<double> means_of_clusters(std::span<const double> values, std::span<const uint64_t> cluster) {
-  std::vector<double> means;
-  for (const std::vector<size_t>& members : members_of_clusters(cluster)) {
-    double sum = 0;
-    for (const size_t i : members) sum += values[i];
-    means.push_back(sum / static_cast<double>(members.size()));
-  }
-  return means;
-}
-
 ErrorComparison compare(const std::vector<const Record*>& first, const std::vector<const Record*>& second,
                         const std::string& key, const BootstrapOptions& options) {
   const Clusters clusters(first);
@@ -47,7 +38,7 @@ ErrorComparison compare(const std::vector<const Record*>& first, const std::vect
   std::vector<double> differences;
   for (size_t i = 0; i < a.values.size(); ++i) differences.push_back(b.values[i] - a.values[i]);
   out.identical = std::ranges::all_of(differences, [](double d) { return std::abs(d) <= identical_below; });
-  const std::vector<double> by_cluster = means_of_clusters(differences, a.clusters);
+  const std::vector<double> by_cluster = cluster_means(differences, a.clusters);
   if (by_cluster.size() < 2) return out;
   out.p = out.identical ? 1.0 : wilcoxon_test(by_cluster).p;
   out.detectable = minimum_detectable_effect(std_dev(by_cluster), static_cast<int>(by_cluster.size()));

@@ -76,6 +76,25 @@ std::vector<double> subset_sums_of_size(const std::vector<size_t>& ranks, size_t
   return weights[n];
 }
 
+/// The largest k with P(U < k) <= tail, for samples of m and n values without ties.
+size_t values_of_u_below(size_t m, size_t n, double tail) {
+  if (m + n > max_exact_mann_whitney) {
+    const auto pairs = static_cast<double>(m * n);
+    const double sigma = std::sqrt(pairs * static_cast<double>(m + n + 1) / 12);
+    return static_cast<size_t>(std::max(0.0, pairs / 2 + normal_quantile(tail) * sigma));
+  }
+  std::vector<size_t> ranks(m + n);
+  std::iota(ranks.begin(), ranks.end(), size_t{1});
+  const std::vector<double> weights = subset_sums_of_size(ranks, m);  // of U + m (m + 1) / 2
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  double below = 0;
+  for (size_t k = 0; k <= m * n; ++k) {
+    below += weights[k + m * (m + 1) / 2];
+    if (below > tail * total) return k;
+  }
+  return m * n;
+}
+
 /// Number of members among `n_patterns` whose |sum of signed values| reaches the observed one.
 template <typename Signs>
 double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs sign_bits) {
@@ -185,6 +204,21 @@ MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const dou
   const double variance = m * n / 12 * (total + 1 - tie_term(all) / (total * (total - 1)));
   test.p = two_sided_normal(test.U - m * n / 2, variance);
   return test;
+}
+
+std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::span<const double> y,
+                                                double confidence) {
+  check_sample(x, "Hodges-Lehmann interval, first sample");
+  check_sample(y, "Hodges-Lehmann interval, second sample");
+  if (!(confidence > 0 && confidence < 1)) fail("confidence = {}: must be in 0..1", confidence);
+  std::vector<double> shifts;
+  for (const double a : x) {
+    for (const double b : y) shifts.push_back(a - b);
+  }
+  std::sort(shifts.begin(), shifts.end());
+  const size_t n_out = values_of_u_below(x.size(), y.size(), (1 - confidence) / 2);
+  if (n_out == 0) return std::nullopt;
+  return Interval{shifts[n_out - 1], shifts[shifts.size() - n_out]};
 }
 
 std::vector<double> holm(std::span<const double> p) {

@@ -17,8 +17,11 @@
 //   Exact two-sided p = min(1, 2 min(P(T <= t), P(T >= t))).
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
+
+#include "sextant/stats/bootstrap.h"
 
 namespace sextant {
 
@@ -45,6 +48,12 @@ struct MannWhitneyTest {
   double hodges_lehmann_shift = 0;  ///< median of all x - y
 };
 MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const double> y);
+
+/// The shifts that Mann-Whitney's test does not reject at 1 - confidence: between order statistics of all
+/// x - y (Hollander and Wolfe 1973), exact without ties up to 40 values, beyond by the normal
+/// approximation. None where so few values cannot reject any shift.
+std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::span<const double> y,
+                                                double confidence = 0.95);
 
 /// Adjusted p-values in the order given: reject where <= alpha.
 /// Holm (1979) bounds the probability of any false rejection; Benjamini and Hochberg (1995) the expected

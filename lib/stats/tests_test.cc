@@ -177,5 +177,39 @@ TEST(Tests, RefuseEmptyAndNonFiniteSamples) {
   EXPECT_THROW(sign_flip_test(Values(20, 1.0), 0), Error);
 }
 
+TEST(HodgesLehmann, IntervalIsWhatTheTestDoesNotReject) {
+  const std::vector<double> x = {1.1, 2.7, 3.2, 4.9, 5.3}, y = {0.2, 0.9, 1.7, 2.2, 2.6};
+  const auto interval = hodges_lehmann_interval(x, y, 0.95);
+  ASSERT_TRUE(interval);
+  const auto p_of_shift = [&](double shift) {
+    std::vector<double> moved;
+    for (const double v : x) moved.push_back(v - shift);
+    return mann_whitney_test(moved, y).p;
+  };
+  constexpr double hair = 1e-9;
+  EXPECT_LE(p_of_shift(interval->low - hair), 0.05);
+  EXPECT_GT(p_of_shift(interval->low + hair), 0.05);
+  EXPECT_GT(p_of_shift(interval->high - hair), 0.05);
+  EXPECT_LE(p_of_shift(interval->high + hair), 0.05);
+}
+
+TEST(HodgesLehmann, TooFewValuesHaveNoInterval) {
+  const std::vector<double> three = {1, 2, 3}, four = {1, 2, 3, 4};
+  EXPECT_FALSE(hodges_lehmann_interval(three, three));  // smallest p: 0.1
+  EXPECT_TRUE(hodges_lehmann_interval(four, four));     // 0.029
+}
+
+TEST(HodgesLehmann, ManyValuesByTheNormalApproximation) {
+  std::vector<double> x, y;
+  for (int i = 0; i < 30; ++i) {
+    x.push_back(i * 0.1 + 5);
+    y.push_back(i * 0.1 + 0.01);
+  }
+  const auto interval = hodges_lehmann_interval(x, y);
+  ASSERT_TRUE(interval);
+  EXPECT_NEAR((interval->low + interval->high) / 2, 4.99, 1e-9);
+  EXPECT_NEAR(interval->high - interval->low, 0.9, 0.15);
+}
+
 }  // namespace
 }  // namespace sextant

@@ -1,0 +1,69 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/gate.h"
+#include "sextant/eval/gate/baseline.h"
+#include "sextant/eval/gate/comparison.h"
+
+namespace sextant {
+namespace {
+
+struct BaselineFlags : CommonFlags {
+  std::string fresh;
+  std::string baseline = "results/baseline";
+  bool yes = false;
+};
+
+/// What accepting NEW would change, as `compare` says it.
+void show_changes(const BaselineFlags& flags) {
+  Policy policy;
+  policy.speed.judge = false;
+  const Comparison comparison = compare_paths(flags.baseline, flags.fresh, policy, flags.jobs);
+  for (const Table& table :
+       {findings_table(comparison), status_table(comparison), accuracy_table(comparison, true)}) {
+    if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
+  }
+  fmt::print("{}\n", headline(comparison));
+}
+
+void run_update(const BaselineFlags& flags) {
+  const OutputFiles files = baseline_files(flags.fresh);  // bad results are no baseline
+  const bool exists = std::filesystem::exists(std::filesystem::path(flags.baseline) / "records.jsonl");
+  if (!flags.quiet) {
+    if (exists) {
+      show_changes(flags);
+    } else {
+      fmt::print("{}: there is no baseline yet\n", flags.baseline);
+    }
+  }
+  if (!flags.yes) {
+    if (!flags.quiet) fmt::print("Nothing was written. Give --yes to make {} the baseline.\n", flags.fresh);
+    return;
+  }
+  write_output_folder(flags.baseline, files);
+  fmt::print("Baseline: {}\n", flags.baseline);
+}
+
+}  // namespace
+
+void add_baseline_command(CLI::App& app) {
+  const auto flags = std::make_shared<BaselineFlags>();
+  CLI::App* command = app.add_subcommand("baseline", "The result that `compare` is given as BASE");
+  command->require_subcommand(1);
+  CLI::App* update =
+      command->add_subcommand("update", "Show what accepting NEW changes; with --yes accept it");
+  update->add_option("new", flags->fresh, "Folder of a run or sweep")->required()->type_name("NEW");
+  update->add_option("--baseline", flags->baseline, "Folder of the baseline")
+      ->type_name("DIR")
+      ->capture_default_str();
+  update->add_flag("--yes", flags->yes, "Write it");
+  add_jobs_flag(*update, *flags);
+  update->add_flag("--quiet", flags->quiet, "Do not show the changes");
+  update->footer(
+      "Example:\n  sextant baseline update out          (look)\n  sextant baseline update out --yes");
+  update->callback([flags] { run_update(*flags); });
+}
+
+}  // namespace sextant

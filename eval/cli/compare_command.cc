@@ -1,0 +1,116 @@
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/cli/gate.h"
+#include "sextant/eval/gate/outputs.h"
+
+namespace sextant {
+namespace {
+
+struct CompareFlags : CommonFlags {
+  std::string base;
+  std::string fresh;
+  std::string policy;
+  std::string only;
+  std::string out;
+  std::vector<std::string> allowed;
+  bool all = false;
+  bool show_policy = false;
+};
+
+Policy policy_of(const CompareFlags& flags) {
+  Policy policy;
+  if (!flags.policy.empty()) policy = read_policy(flags.policy);
+  Json tree = write_options(policy);
+  for (const std::string& what : flags.allowed) tree["same"][what] = "note";
+  read_options(tree, policy);
+  if (flags.only == "accuracy") policy.speed.judge = false;
+  if (flags.only == "speed") policy.accuracy.judge = false;
+  return policy;
+}
+
+void print_policy(const Policy& policy, bool json) {
+  if (json) {
+    fmt::print("{}\n", write_options(policy).dump(2));
+    return;
+  }
+  Table table;
+  table.title = "Policy of sextant compare";
+  table.columns = {{"key", "key", Align::left},
+                   {"value", "value", Align::left},
+                   {"unit", "unit", Align::left},
+                   {"meaning", "meaning", Align::left}};
+  for (const OptionHelp& option : describe_options(policy)) {
+    table.add_row(
+        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
+  }
+  fmt::print("{}", to_text(table));
+}
+
+void print_part(const Table& table) {
+  if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
+}
+
+void run_compare(const CompareFlags& flags) {
+  const Policy policy = policy_of(flags);
+  if (flags.show_policy) return print_policy(policy, flags.json);
+  if (flags.base.empty() || flags.fresh.empty()) fail("expected two results: sextant compare BASE NEW");
+  const Comparison comparison = compare_paths(flags.base, flags.fresh, policy, flags.jobs);
+  if (!flags.out.empty())
+    write_output_folder(flags.out, comparison_files(comparison, policy, utc_timestamp()));
+  if (flags.json) {
+    fmt::print("{}\n", comparison_json(comparison, policy).dump(2));
+  } else if (!flags.quiet) {
+    print_part(findings_table(comparison));
+    print_part(status_table(comparison));
+    print_part(accuracy_table(comparison, !flags.all));
+    print_part(speed_table(comparison, !flags.all && comparison.speed.size() > 40));
+    fmt::print("{}\n", headline(comparison));
+  }
+  if (comparison.verdict == GateVerdict::invalid) {
+    const auto first = std::ranges::find(comparison.findings, true, &Mismatch::invalidates);
+    fmt::print(stderr, "sextant: error: not comparable: {} {}\n", first->what, first->subject);
+  }
+  throw Finished{exit_code(comparison.verdict)};
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app) {
+  const auto flags = std::make_shared<CompareFlags>();
+  CLI::App* command = app.add_subcommand("compare", "Has NEW regressed against BASE? Errors and times");
+  command->add_option("base", flags->base, "Folder of a run or sweep, or JSON of Google Benchmark")
+      ->type_name("BASE");
+  command->add_option("new", flags->fresh, "The same, of what is to be judged")->type_name("NEW");
+  command->add_option("--policy", flags->policy, "What counts as a change; see --show-policy")
+      ->type_name("FILE");
+  command->add_flag("--show-policy", flags->show_policy, "Print every rule with its value and meaning");
+  command->add_option("--only", flags->only, "Judge these alone")
+      ->type_name("accuracy|speed")
+      ->check(CLI::IsMember({"accuracy", "speed"}));
+  command
+      ->add_option(
+          "--allow", flags->allowed,
+          "Accept a difference, and say so: cases, new_cases, data, configuration, definitions, machine")
+      ->type_name("WHAT")
+      ->expected(1)
+      ->take_all()
+      ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
+  command
+      ->add_option("--out", flags->out, "Folder for comparison.md, .json, junit.xml, bmf.json, github.json")
+      ->type_name("DIR");
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--all", flags->all, "Also rows that are ok");
+  command->add_flag("--quiet", flags->quiet, "Print nothing");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer(
+      "Exit codes: 0 ok or improved, 1 regressed, 2 invalid (bad input, or not comparable), 3 inconclusive.\n"
+      "Example:\n  sextant compare results/baseline out --only accuracy");
+  command->callback([flags] { run_compare(*flags); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,100 @@
+// compare, baseline and trend as a user starts them: exit codes, and what is left on disk.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/gate/testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+class GateProgram : public ::testing::Test {
+ protected:
+  GateProgram() {
+    testing::write_run(temp_.path() / "base", testing::sweep_records(3));
+    write("new", 1);
+  }
+
+  void write(const std::string& name, double factor) const {
+    std::vector<Record> records = testing::sweep_records(3);
+    for (Record& r : records) r.errors["Et_m"] *= factor;
+    testing::write_run(temp_.path() / name, records);
+  }
+
+  int run(const std::string& arguments) const {
+    const std::string command =
+        fmt::format("cd {} && {} {} > out.txt 2> err.txt", temp_.path().string(), SEXTANT_PROGRAM, arguments);
+    return WEXITSTATUS(std::system(command.c_str()));
+  }
+
+  std::string text(const std::string& name) const { return read_file(temp_.path() / name); }
+
+  TempFolder temp_;
+};
+
+TEST_F(GateProgram, ExitCodesAreTheVerdict) {
+  EXPECT_EQ(run("compare base new"), 0);
+  EXPECT_TRUE(text("out.txt").ends_with("ok: nothing changed (16 errors over 108 cases, 4 times compared)\n"))
+      << text("out.txt");
+  write("new", 0.9);
+  EXPECT_EQ(run("compare base new --quiet"), 0);
+  EXPECT_EQ(text("out.txt"), "");
+  write("new", 1.05);
+  EXPECT_EQ(run("compare base new --json"), 1);
+  EXPECT_EQ(Json::parse(text("out.txt"))["verdict"], "regressed");
+  fs::remove(temp_.path() / "new" / "records.jsonl");
+  EXPECT_EQ(run("compare base new --out cmp"), 2);
+  EXPECT_TRUE(text("err.txt").starts_with("sextant: error: not comparable: "));
+  for (const char* name : {"comparison.md", "comparison.json", "junit.xml", "bmf.json", "github.json"})
+    EXPECT_TRUE(fs::exists(temp_.path() / "cmp" / name)) << name;
+  write_file(temp_.path() / "a.json", testing::benchmark_json(1, 1).dump());
+  write_file(temp_.path() / "b.json", testing::benchmark_json(1, 1, 3).dump());
+  EXPECT_EQ(run("compare a.json b.json"), 3);
+}
+
+TEST_F(GateProgram, UsageIsBadInput) {
+  EXPECT_EQ(run("compare base"), 2);
+  EXPECT_EQ(run("compare base new --only fun"), 2);
+  EXPECT_EQ(run("compare base new --allow everything"), 2);
+  EXPECT_EQ(run("compare base new --policy none.json"), 2);
+  EXPECT_EQ(run("compare --show-policy --json"), 0);
+  EXPECT_TRUE(Json::parse(text("out.txt"))["accuracy"].contains("default"));
+}
+
+TEST_F(GateProgram, ABaselineIsReplacedOnPurposeOnly) {
+  EXPECT_EQ(run("baseline update base --baseline kept --yes"), 0);
+  EXPECT_EQ(text("kept/records.jsonl").find("refine"), std::string::npos);  // no times
+  EXPECT_EQ(run("compare kept new"), 0);
+  write("new", 1.05);
+  const std::string before = text("kept/records.jsonl");
+  EXPECT_EQ(run("baseline update new --baseline kept"), 0);
+  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("regressed: "));
+  EXPECT_EQ(text("kept/records.jsonl"), before);
+  EXPECT_EQ(run("baseline update new --baseline kept --yes"), 0);
+  EXPECT_NE(text("kept/records.jsonl"), before);
+  EXPECT_EQ(run("compare kept new"), 0);
+  write_file(temp_.path() / "new" / "records.jsonl", "{\n");
+  EXPECT_EQ(run("baseline update new --baseline kept --yes"), 2);
+  EXPECT_EQ(run("compare kept kept"), 0);  // still whole
+}
+
+TEST_F(GateProgram, TrendWritesOnePage) {
+  fs::create_directories(temp_.path() / "past");
+  for (int i = 0; i < 6; ++i) write(fmt::format("past/{}", i), i < 3 ? 1 : 1.2);
+  EXPECT_EQ(run("trend past --out trend.html --json"), 0) << text("err.txt");
+  const Json json = Json::parse(text("out.txt"));
+  EXPECT_EQ(json["points"].size(), 6U);
+  EXPECT_TRUE(text("trend.html").starts_with("<!"));
+  EXPECT_EQ(run("trend past/0 --out one.html"), 2);
+  EXPECT_FALSE(fs::exists(temp_.path() / "one.html"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,74 @@
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/eval/cli/gate.h"
+#include "sextant/eval/gate/history.h"
+#include "sextant/eval/report/html/html.h"
+
+namespace sextant {
+namespace {
+
+struct TrendFlags : CommonFlags {
+  std::vector<std::string> folders;
+  std::string out;
+  std::string policy;
+};
+
+Json history_json(const History& history) {
+  Json json = {{"points", history.labels}, {"series", Json::array()}};
+  for (const Series& series : history.series) {
+    Json values = Json::array();
+    for (const auto& value : series.values) values.push_back(value ? Json(*value) : Json());
+    json["series"].push_back({{"name", series.name},
+                              {"metric", series.metric},
+                              {"unit", series.unit},
+                              {"values", values},
+                              {"changes", series.changes}});
+  }
+  return json;
+}
+
+void run_trend(const TrendFlags& flags) {
+  const Policy policy = flags.policy.empty() ? Policy{} : read_policy(flags.policy);
+  const History history = read_history({flags.folders.begin(), flags.folders.end()}, policy);
+  const ReportDocument document = history_document(history);
+  if (!flags.out.empty()) {
+    std::vector<Figure> figures;
+    for (const ReportSection& section : document.sections)
+      figures.insert(figures.end(), section.figures.begin(), section.figures.end());
+    write_file(flags.out, to_html(document, draw(figures, flags.jobs)));
+  }
+  if (flags.json) {
+    fmt::print("{}\n", history_json(history).dump(2));
+    return;
+  }
+  if (flags.quiet) return;
+  for (const NamedTable& named : document.sections.front().tables) fmt::print("{}\n", to_text(named.table));
+  for (const std::string& paragraph : document.sections.front().paragraphs) fmt::print("{}\n", paragraph);
+  if (!flags.out.empty()) fmt::print("Page: {}\n", flags.out);
+}
+
+}  // namespace
+
+void add_trend_command(CLI::App& app) {
+  const auto flags = std::make_shared<TrendFlags>();
+  CLI::App* command = app.add_subcommand("trend", "Past results as series over time, with changes of level");
+  command
+      ->add_option("dir", flags->folders,
+                   "Results, oldest first, or folders of results, which are taken in order of their names")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--out", flags->out, "Page that needs no other file")->type_name("FILE.html");
+  command->add_option("--policy", flags->policy, "Smallest step that counts; see `sextant compare`")
+      ->type_name("FILE");
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "Print nothing");
+  command->add_flag("--json", flags->json, "Print the series as JSON");
+  command->footer("Example:\n  sextant trend past-runs --out trend.html");
+  command->callback([flags] { run_trend(*flags); });
+}
+
+}  // namespace sextant

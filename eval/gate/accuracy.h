@@ -1,0 +1,77 @@
+#pragma once
+
+// Errors and statuses, case by case: a case (seed, frame) of BASE against the same case of NEW. One row per
+// subject (dataset, sequence, estimator, noise, level, body) and error, over the cases estimated on both
+// sides:
+//
+//   difference   mean of new - base; 95 % interval by cluster bootstrap (clusters: seeds; with one seed
+//   frames) p            Wilcoxon's signed ranks on the clusters' means, zeros left out p_corrected  Holm
+//   over all rows that changed at all and could reach alpha (Tarone 1990: a test that cannot
+//                reject takes nothing from the others)
+//   detectable   smallest mean difference that so many clusters find at 5 % with probability 80 %
+//
+// With the same seeds the same program gives the same numbers, so there is no noise between the two sides: a
+// row is `regressed` where its mean got worse by more than minimum_effect and either no case got better or
+// p_corrected <= alpha; `improved` the other way round; `inconclusive` where it got worse by so much with
+// cases both ways and without evidence; else `ok`.
+//
+// Statuses: a case that was ok and is no longer is lost, the other way round gained. More lost than gained +
+// max_lost is `regressed`, more gained `improved`. Truth that comes or goes is no change of the
+// estimator's: it is a finding.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/gate/sameness.h"
+#include "sextant/eval/gate/verdict.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+struct Subject {
+  std::string dataset, sequence, estimator, noise, body;
+  double level = 0;
+};
+Subject subject_of(const Record& record);
+/// "synthetic s18 joint_flow level 0.1 object:2".
+std::string to_string(const Subject& subject);
+
+struct AccuracyRow {
+  Subject subject;
+  std::string metric;
+  int n = 0;         ///< cases estimated on both sides
+  int n_worse = 0;   ///< beyond rounding
+  int n_better = 0;  ///< beyond rounding
+  int n_used = 0;    ///< clusters whose mean changed
+  double base = 0;   ///< mean
+  double difference = 0;
+  std::optional<Interval> interval;   ///< none with fewer than 2 clusters
+  std::optional<double> p;            ///< none where nothing changed
+  std::optional<double> p_corrected;  ///< none where p is, or could never reach alpha
+  std::optional<double> detectable;   ///< none with fewer than 2 clusters
+  GateVerdict verdict = GateVerdict::ok;
+};
+
+struct StatusRow {
+  Subject subject;
+  int n = 0;
+  int n_lost = 0;
+  int n_gained = 0;
+  int n_other = 0;      ///< between two statuses that are not ok
+  std::string example;  ///< "seed 0 frame 3: ok -> lost"
+  GateVerdict verdict = GateVerdict::ok;
+};
+
+struct AccuracyComparison {
+  std::vector<AccuracyRow> rows;
+  std::vector<StatusRow> statuses;  ///< of subjects where any changed
+  std::vector<Mismatch> findings;
+  int n_cases = 0;  ///< on both sides
+};
+
+/// Both in order of case.
+AccuracyComparison compare_accuracy(const std::vector<Record>& base, const std::vector<Record>& fresh,
+                                    const Policy& policy, int jobs);
+
+}  // namespace sextant

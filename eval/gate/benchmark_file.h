@@ -1,0 +1,26 @@
+#pragma once
+
+// Results of Google Benchmark (--benchmark_format=json or --benchmark_out). Of repetitions every one is a
+// sample; aggregates (mean, median, ..) are used only where the file holds nothing else.
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/base/options.h"
+
+namespace sextant {
+
+struct BenchmarkFile {
+  std::string path;
+  Json context;
+  std::map<std::string, std::vector<double>> cpu_ns;   ///< by name of the benchmark, in order of the file
+  std::map<std::string, std::vector<double>> real_ns;  ///< of the same names
+};
+
+/// Throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed and on a time
+/// that is not a number above 0.
+BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& name);
+
+}  // namespace sextant

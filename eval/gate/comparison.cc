@@ -1,0 +1,72 @@
+#include "sextant/eval/gate/comparison.h"
+
+#include <algorithm>
+#include <future>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+/// Both at once: reading is most of the work.
+std::pair<Side, Side> read_sides(const std::filesystem::path& base, const std::filesystem::path& fresh,
+                                 int jobs) {
+  std::future<Side> first =
+      std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return read_side(base); });
+  Side second = read_side(fresh);
+  return {first.get(), std::move(second)};
+}
+
+void compare_records(const Side& base, const Side& fresh, const Policy& policy, int jobs, Comparison& out) {
+  if (base.runs.empty() != fresh.runs.empty()) {
+    const auto said = [](const Side& side) { return side.runs.empty() ? "missing" : "there"; };
+    out.findings.push_back(mismatch("must", "cases", "records.jsonl", said(base), said(fresh)));
+  }
+  if (base.runs.empty() || fresh.runs.empty()) return;
+  out.n_runs = static_cast<int>(std::min(base.runs.size(), fresh.runs.size()));
+  AccuracyComparison accuracy =
+      compare_accuracy(base.runs.front().records, fresh.runs.front().records, policy, jobs);
+  out.n_cases = accuracy.n_cases;
+  std::ranges::move(accuracy.findings, std::back_inserter(out.findings));
+  if (!policy.accuracy.judge) return;
+  out.accuracy = std::move(accuracy.rows);
+  out.statuses = std::move(accuracy.statuses);
+}
+
+GateVerdict verdict_of(const Comparison& c) {
+  GateVerdict verdict = GateVerdict::ok;
+  for (const Mismatch& f : c.findings) verdict = f.invalidates ? GateVerdict::invalid : verdict;
+  for (const AccuracyRow& row : c.accuracy) verdict = worse(verdict, row.verdict);
+  for (const StatusRow& row : c.statuses) verdict = worse(verdict, row.verdict);
+  for (const SpeedRow& row : c.speed) verdict = worse(verdict, row.verdict);
+  return verdict;
+}
+
+}  // namespace
+
+Comparison compare_paths(const std::filesystem::path& base, const std::filesystem::path& fresh,
+                         const Policy& policy, int jobs) {
+  Comparison out;
+  out.base = base.string();
+  out.fresh = fresh.string();
+  try {
+    const auto [first, second] = read_sides(base, fresh, jobs);
+    out.findings = compare_provenance(first, second, policy);
+    compare_records(first, second, policy, jobs, out);
+    if (policy.speed.judge) {
+      SpeedComparison speed = compare_speed(first, second, policy);
+      out.speed = std::move(speed.rows);
+      std::ranges::move(speed.findings, std::back_inserter(out.findings));
+    }
+    if (out.accuracy.empty() && out.speed.empty()) {
+      out.findings.push_back(
+          mismatch("must", "cases", "everything", "nothing to compare", "nothing to compare"));
+    }
+  } catch (const Error& error) {
+    out.findings.insert(out.findings.begin(), mismatch("must", "input", error.what(), "", ""));
+  }
+  out.verdict = verdict_of(out);
+  return out;
+}
+
+}  // namespace sextant

@@ -1,0 +1,336 @@
+#include "sextant/eval/gate/comparison.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/gate/testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::benchmark_json;
+using ::testing::HasSubstr;
+using testing::sweep_provenance;
+using testing::sweep_records;
+using testing::write_run;
+
+const Policy& defaults() {
+  static const Policy policy;
+  return policy;
+}
+
+class Gate : public ::testing::Test {
+ protected:
+  Gate() { write_run(base(), sweep_records()); }
+
+  fs::path base() const { return temp_.path() / "base"; }
+  fs::path fresh() const { return temp_.path() / "new"; }
+  Comparison compare(const Policy& policy = defaults()) const {
+    return compare_paths(base(), fresh(), policy, 2);
+  }
+
+  /// BASE's records after `change` of each, as NEW.
+  template <typename Change>
+  Comparison compare_changed(Change change, const Policy& policy = defaults()) const {
+    std::vector<Record> records = sweep_records();
+    for (Record& record : records) change(record);
+    write_run(fresh(), records);
+    return compare(policy);
+  }
+
+  /// BASE with another run.json, as NEW.
+  Comparison compare_provenance(const std::function<void(Json&)>& change,
+                                const Policy& policy = defaults()) const {
+    Json run = sweep_provenance();
+    change(run);
+    write_run(fresh(), sweep_records(), run);
+    return compare(policy);
+  }
+
+  GateVerdict compare_benchmarks(const Json& a, const Json& b, const Policy& policy = defaults()) const {
+    write_file(temp_.path() / "a.json", a.dump());
+    write_file(temp_.path() / "b.json", b.dump());
+    return compare_paths(temp_.path() / "a.json", temp_.path() / "b.json", policy, 1).verdict;
+  }
+
+  TempFolder temp_;
+};
+
+bool is_target(const Record& r) { return r.sequence == "s18" && r.body == "object:1"; }
+
+TEST_F(Gate, IdenticalRunsAreOk) {
+  write_run(fresh(), sweep_records());
+  const Comparison c = compare();
+  EXPECT_EQ(c.verdict, GateVerdict::ok) << headline(c);
+  EXPECT_EQ(c.n_cases, 360);
+  EXPECT_EQ(c.accuracy.size(), 2U * (2 + 3 + 3));
+  EXPECT_TRUE(findings_table(c).rows.empty());
+}
+
+TEST_F(Gate, FivePercentWorseTranslationOfOneBodyIsRegressed) {
+  const Comparison c = compare_changed([](Record& r) {
+    if (is_target(r)) r.errors["Et_m"] *= 1.05;
+  });
+  EXPECT_EQ(c.verdict, GateVerdict::regressed) << headline(c);
+  const Table table = accuracy_table(c, true);
+  ASSERT_EQ(table.rows.size(), 1U);
+  EXPECT_EQ(std::get<std::string>(table.rows[0][5]), "object:1");
+}
+
+TEST_F(Gate, FivePercentWorseInTheMeanIsRegressedWhereCasesGoBothWays) {
+  int n_regressed = 0;
+  for (uint64_t draw = 1; draw <= 20; ++draw) {
+    PhiloxStream random(draw, 7);
+    n_regressed += compare_changed([&](Record& r) {
+                     if (is_target(r)) r.errors["Et_m"] *= 1.05 + 0.05 * testing::normal(random);
+                   }).verdict == GateVerdict::regressed;
+  }
+  EXPECT_GE(n_regressed, 19);
+}
+
+TEST_F(Gate, ChangesBothWaysWithoutEvidenceAreNoRegression) {
+  const Comparison c = compare_changed([](Record& r) {
+    if (is_target(r)) r.errors["Et_m"] *= r.frame % 2 == 0 ? 1.05 : 1 / 1.05;
+  });
+  EXPECT_NE(c.verdict, GateVerdict::regressed) << headline(c);
+}
+
+TEST_F(Gate, AGainIsImproved) {
+  const Comparison c = compare_changed([](Record& r) { r.errors["Et_m"] *= 0.9; });
+  EXPECT_EQ(c.verdict, GateVerdict::improved) << headline(c);
+  EXPECT_EQ(exit_code(c.verdict), 0);
+}
+
+TEST_F(Gate, AGainDoesNotHideARegression) {
+  EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= is_target(r) ? 1.05 : 0.9; }).verdict,
+            GateVerdict::regressed);
+}
+
+TEST_F(Gate, DirectionAndMinimumEffectFollowThePolicy) {
+  Policy policy;
+  policy.accuracy.metrics["Et_m"].direction = "higher";
+  const auto worse = [](Record& r) { r.errors["Et_m"] *= 1.05; };
+  EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::improved);
+  policy.accuracy.metrics["Et_m"] = {.minimum_effect = 0.1};
+  EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::ok);
+  policy.accuracy.metrics["Et_m"].direction = "ignore";
+  EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= 2; }, policy).verdict, GateVerdict::ok);
+}
+
+TEST_F(Gate, WithoutMinimumEffectAnySingleCaseCounts) {
+  Policy exact;
+  exact.accuracy.other.minimum_effect = 0;
+  const auto one = [](Record& r) {
+    if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors["Et_m"] *= 1.001;
+  };
+  EXPECT_EQ(compare_changed(one, exact).verdict, GateVerdict::regressed);
+  EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= 1 + 1e-12; }, exact).verdict,
+            GateVerdict::ok);
+}
+
+TEST_F(Gate, ALostCaseIsRegressedAndAGainedOneImproved) {
+  const auto lose = [](Record& r) {
+    if (!is_target(r) || r.seed != 3 || r.frame != 2) return;
+    r.status = Status::lost;
+    r.errors.clear();
+  };
+  const Comparison lost = compare_changed(lose);
+  EXPECT_EQ(lost.verdict, GateVerdict::regressed) << headline(lost);
+  EXPECT_EQ(lost.statuses.at(0).example, "seed 3 frame 2: ok -> lost");
+  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
+  Policy policy;
+  policy.accuracy.max_lost = 1;
+  EXPECT_EQ(compare_changed(lose, policy).verdict, GateVerdict::ok);
+}
+
+TEST_F(Gate, AMissingOrNewCaseIsInvalidUnlessAllowed) {
+  std::vector<Record> records = sweep_records();
+  records.erase(records.begin() + 17);
+  write_run(fresh(), records);
+  const Comparison c = compare();
+  EXPECT_EQ(c.verdict, GateVerdict::invalid);
+  EXPECT_EQ(c.findings.at(0).what, "cases");
+  EXPECT_THAT(c.findings.at(0).subject, HasSubstr("object:2 seed 0 frame 6"));
+  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::invalid);
+  Policy policy;
+  policy.same.cases = "note";
+  EXPECT_EQ(compare(policy).verdict, GateVerdict::ok);
+  EXPECT_EQ(compare(policy).findings.size(), 1U);  // still said
+}
+
+TEST_F(Gate, AMissingErrorIsInvalid) {
+  EXPECT_EQ(compare_changed([](Record& r) {
+              if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors.erase("ER_deg");
+            }).verdict,
+            GateVerdict::invalid);
+}
+
+TEST_F(Gate, NaNAndDamageAreInvalid) {
+  const std::string good = write_records(sweep_records());
+  write_run(fresh(), sweep_records());
+  const size_t at = good.find("\"Et_m\":") + 7, end = good.find_first_of(",}", at);
+  for (const std::string number : {"NaN", "null", "1e999", "\"x\""}) {
+    write_file(fresh() / "records.jsonl", good.substr(0, at) + number + good.substr(end));
+    const Comparison c = compare();
+    EXPECT_EQ(c.verdict, GateVerdict::invalid) << number;
+    EXPECT_THAT(c.findings.at(0).subject, HasSubstr("records.jsonl:1")) << number;
+  }
+  for (const std::string text : {std::string(), good.substr(0, good.size() - 9), good + good}) {
+    write_file(fresh() / "records.jsonl", text);
+    EXPECT_EQ(compare().verdict, GateVerdict::invalid);
+  }
+  fs::remove(fresh() / "records.jsonl");
+  EXPECT_EQ(compare().verdict, GateVerdict::invalid);
+  fs::remove_all(fresh());
+  EXPECT_EQ(compare().verdict, GateVerdict::invalid);
+}
+
+TEST_F(Gate, WhatMustBeTheSameIsNeverSilentlyAccepted) {
+  struct Case {
+    const char* what;
+    std::function<void(Json&)> change;
+    std::string SamenessPolicy::*rule;
+  };
+  const std::vector<Case> cases = {
+      {"definitions", [](Json& run) { run["metric_definitions"]["Et_m"] = "2: another"; },
+       &SamenessPolicy::definitions},
+      {"definitions", [](Json& run) { run.erase("metric_definitions"); }, &SamenessPolicy::definitions},
+      {"definitions", [](Json& run) { run["metric_presets"]["paper"] = "x"; }, &SamenessPolicy::definitions},
+      {"definitions", [](Json& run) { run["schema"] = 2; }, &SamenessPolicy::definitions},
+      {"data", [](Json& run) { run["sources"][0]["inputs"]["/data/s18/a.png"]["sha256"] = "bb"; },
+       &SamenessPolicy::data},
+      {"configuration", [](Json& run) { run["configuration"]["options"]["sigma_px"] = 2; },
+       &SamenessPolicy::configuration},
+      {"machine", [](Json& run) { run["machine"]["cpu"] = "another"; }, &SamenessPolicy::machine}};
+  for (const Case& c : cases) {
+    const Comparison strict = compare_provenance(c.change);
+    EXPECT_EQ(strict.verdict, GateVerdict::invalid) << c.what;
+    EXPECT_EQ(strict.findings.at(0).what, c.what);
+    Policy lenient;
+    lenient.same.*c.rule = "note";
+    const Comparison noted = compare_provenance(c.change, lenient);
+    EXPECT_EQ(noted.verdict, GateVerdict::ok) << c.what;
+    EXPECT_FALSE(noted.findings.empty()) << c.what;
+  }
+}
+
+TEST_F(Gate, AnotherMachineIsANoteWhereTimesAreNotJudged) {
+  Policy policy;
+  policy.speed.judge = false;
+  const Comparison c = compare_provenance([](Json& run) { run["machine"]["cpu"] = "another"; }, policy);
+  EXPECT_EQ(c.verdict, GateVerdict::ok);
+  EXPECT_EQ(c.findings.at(0).what, "machine");
+}
+
+TEST_F(Gate, WhereDataLieAndAnotherBuildAreNoDifference) {
+  const Comparison c = compare_provenance([](Json& run) {
+    run["git_commit"] = "abc";
+    run["sources"][0]["inputs"] = {{"/mnt/s18/a.png", {{"bytes", 3}, {"sha256", "aa"}}}};
+  });
+  EXPECT_EQ(c.verdict, GateVerdict::ok);
+  ASSERT_EQ(c.findings.size(), 1U);
+  EXPECT_EQ(c.findings[0].what, "build");
+}
+
+TEST_F(Gate, ChangedTruthIsInvalid) {
+  EXPECT_EQ(compare_changed([](Record& r) {
+              if (is_target(r) && r.seed == 3 && r.frame == 2) r.values["distance_gt_m"] += 0.01;
+            }).verdict,
+            GateVerdict::invalid);
+}
+
+TEST_F(Gate, OneRunOfEachSideIsNoProofOfSpeed) {
+  const auto slower = [](double factor) { return [factor](Record& r) { r.time_ms["refine"] *= factor; }; };
+  EXPECT_EQ(compare_changed(slower(1.15)).verdict, GateVerdict::ok);
+  EXPECT_EQ(compare_changed(slower(2)).verdict, GateVerdict::ok);
+  EXPECT_EQ(compare_changed(slower(6)).verdict, GateVerdict::inconclusive);
+}
+
+TEST_F(Gate, RepeatedRunsAreJudgedByTheirTimes) {
+  const auto write = [&](const fs::path& side, double factor) {
+    fs::remove_all(side);
+    for (int i = 0; i < 6; ++i) {
+      std::vector<Record> records = sweep_records();
+      for (Record& r : records) r.time_ms["refine"] *= factor * (1 + 0.01 * ((i * 7) % 5));
+      write_run(side / std::to_string(i), records);
+    }
+  };
+  write(base(), 1);
+  write(fresh(), 1.15);
+  const Comparison c = compare();
+  EXPECT_EQ(c.verdict, GateVerdict::regressed) << headline(c);
+  EXPECT_THAT(speed_table(c, true).rows.at(0).at(0),
+              ::testing::VariantWith<std::string>(HasSubstr("refine")));
+  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
+  write(fresh(), 1);
+  EXPECT_EQ(compare().verdict, GateVerdict::ok);
+}
+
+TEST_F(Gate, BenchmarksAreJudgedByTheirRepetitions) {
+  int n_regressed = 0, n_false = 0;
+  for (uint64_t draw = 0; draw < 40; ++draw) {
+    n_false +=
+        compare_benchmarks(benchmark_json(10, 2 * draw), benchmark_json(10, 2 * draw + 1)) != GateVerdict::ok;
+    n_regressed += compare_benchmarks(benchmark_json(10, 2 * draw), benchmark_json(10, 2 * draw + 1, 1.15)) ==
+                   GateVerdict::regressed;
+  }
+  EXPECT_EQ(n_false, 0);
+  EXPECT_GE(n_regressed, 38);
+  EXPECT_EQ(compare_benchmarks(benchmark_json(10, 1), benchmark_json(10, 2, 0.8)), GateVerdict::improved);
+}
+
+TEST_F(Gate, OneSampleIsInconclusiveOnlyWhereItIsMuchSlower) {
+  EXPECT_EQ(compare_benchmarks(benchmark_json(1, 1), benchmark_json(1, 2)), GateVerdict::ok);
+  EXPECT_EQ(compare_benchmarks(benchmark_json(1, 1), benchmark_json(1, 2, 2)), GateVerdict::inconclusive);
+  EXPECT_EQ(compare_benchmarks(benchmark_json(10, 1, 1, 0.3), benchmark_json(10, 4, 1.3, 0.3)),
+            GateVerdict::inconclusive);  // slower, but too noisy to be sure
+}
+
+TEST_F(Gate, BenchmarksThatAreMissingOrBrokenAreInvalid) {
+  const Json good = benchmark_json(10, 1);
+  const auto changed = [&](const std::function<void(Json&)>& change) {
+    Json json = good;
+    change(json);
+    return compare_benchmarks(good, json);
+  };
+  EXPECT_EQ(changed([](Json&) {}), GateVerdict::ok);
+  EXPECT_EQ(changed([](Json& j) {
+              Json& list = j["benchmarks"];
+              list.erase(list.begin() + 10, list.end());
+            }),
+            GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"] = Json::array(); }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = nullptr; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = 0; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = -1; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["error_occurred"] = true; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["time_unit"] = "min"; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["context"]["num_cpus"] = 64; }), GateVerdict::invalid);
+  EXPECT_EQ(changed([](Json& j) { j["context"]["library_build_type"] = "debug"; }), GateVerdict::invalid);
+}
+
+TEST_F(Gate, PolicyIsReadStrictly) {
+  const fs::path file = temp_.path() / "policy.json";
+  const auto message = [&](const std::string& text) -> std::string {
+    write_file(file, text);
+    try {
+      read_policy(file.string());
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message(write_options(Policy{}).dump()), "");
+  EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "");
+  EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
+  EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),
+              HasSubstr("lower, higher or ignore"));
+  EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("must or note"));
+  EXPECT_THAT(message(R"({"speed":{"alpha":2}})"), HasSubstr("alpha"));
+  EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,177 @@
+#include "sextant/eval/gate/history.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/gate/accuracy.h"
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/change_points.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// (name, metric) -> value of one point.
+using Key = std::pair<std::string, std::string>;
+using Point = std::map<Key, double>;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Runs of digits by their value, everything else by character.
+bool natural_less(const std::string& a, const std::string& b) {
+  size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[j])) {
+      const size_t end_a = std::min(a.find_first_not_of("0123456789", i), a.size());
+      const size_t end_b = std::min(b.find_first_not_of("0123456789", j), b.size());
+      const std::string x = a.substr(i, end_a - i), y = b.substr(j, end_b - j);
+      const size_t width = std::max(x.size(), y.size());
+      const std::string padded_x = std::string(width - x.size(), '0') + x;
+      const std::string padded_y = std::string(width - y.size(), '0') + y;
+      if (padded_x != padded_y) return padded_x < padded_y;
+      i = end_a;
+      j = end_b;
+    } else if (a[i] != b[j]) {
+      return a[i] < b[j];
+    } else {
+      ++i;
+      ++j;
+    }
+  }
+  return a.size() - i < b.size() - j;
+}
+
+bool holds_results(const fs::path& path) {
+  if (fs::is_regular_file(path)) return true;
+  if (fs::exists(path / "records.jsonl")) return true;
+  return std::ranges::any_of(fs::directory_iterator(path), [](const fs::directory_entry& entry) {
+    return entry.path().filename().string().starts_with("benchmark") && entry.path().extension() == ".json";
+  });
+}
+
+std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
+  std::vector<fs::path> points;
+  for (const fs::path& path : paths) {
+    if (!fs::exists(path)) fail("{}: is not there: expected past results", path.string());
+    if (holds_results(path)) {
+      points.push_back(path);
+      continue;
+    }
+    std::vector<fs::path> inside;
+    for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+      if (entry.is_directory() || entry.path().extension() == ".json") inside.push_back(entry.path());
+    }
+    if (inside.empty()) fail("{}: holds no results", path.string());
+    std::ranges::sort(inside, [](const fs::path& a, const fs::path& b) {
+      return natural_less(a.filename().string(), b.filename().string());
+    });
+    points.insert(points.end(), inside.begin(), inside.end());
+  }
+  return points;
+}
+
+std::string label_of(const fs::path& path, const Side& side) {
+  std::string label =
+      path.filename().empty() ? path.parent_path().filename().string() : path.filename().string();
+  if (side.runs.empty() || side.runs.front().provenance.is_null()) return label;
+  const std::string commit = side.runs.front().provenance.value("git_commit", std::string());
+  if (commit.size() >= 9 && commit.find_first_not_of("0123456789abcdef-dirty") == std::string::npos)
+    label += " " + commit.substr(0, 9);
+  return label;
+}
+
+std::string group_of(const Record& r) {
+  Subject subject = subject_of(r);
+  subject.body = r.is_ego() ? "camera" : "objects";
+  return to_string(subject);
+}
+
+void add_errors(const RunFolder& run, Point& point) {
+  std::map<Key, std::vector<double>> samples;
+  for (const Record& r : run.records) {
+    if (!has_truth(r)) continue;
+    const std::string group = group_of(r);
+    const bool estimated = r.status == Status::ok;
+    samples[{group, "coverage"}].push_back(estimated ? 1 : 0);
+    for (const char* metric : {"Et_m", "ER_deg"}) {
+      const auto it = r.errors.find(metric);
+      if (estimated && it != r.errors.end()) samples[{group, metric}].push_back(it->second);
+    }
+  }
+  for (const auto& [key, values] : samples) point[key] = mean(values);
+}
+
+void add_times(const Side& side, Point& point) {
+  std::map<Key, std::vector<double>> samples;
+  for (const RunFolder& run : side.runs) {
+    for (const Record& r : run.records) {
+      for (const char* stage : {"refine", "total"}) {
+        const auto it = r.time_ms.find(stage);
+        if (it != r.time_ms.end()) samples[{group_of(r), stage}].push_back(it->second);
+      }
+    }
+  }
+  for (const BenchmarkFile& file : side.benchmarks) {
+    for (const auto& [name, times] : file.cpu_ns) {
+      for (const double ns : times) samples[{name, "benchmark"}].push_back(ns / 1e6);
+    }
+  }
+  for (const auto& [key, values] : samples) point[key] = median(values);
+}
+
+std::string unit_of(const std::string& metric) {
+  if (metric == "Et_m") return "m";
+  if (metric == "ER_deg") return "deg";
+  return metric == "coverage" ? "share" : "ms";
+}
+
+bool is_time(const std::string& metric) { return unit_of(metric) == "ms"; }
+
+void find_changes(Series& series, const Policy& policy) {
+  std::vector<double> values;
+  std::vector<size_t> points;
+  for (size_t i = 0; i < series.values.size(); ++i) {
+    if (!series.values[i]) continue;
+    values.push_back(*series.values[i]);
+    points.push_back(i);
+  }
+  if (values.size() < 2) return;
+  const double effect =
+      is_time(series.metric) ? policy.speed.minimum_effect : policy.accuracy.of(series.metric).minimum_effect;
+  for (const size_t i : change_points(values, std::max(1e-9, effect * std::abs(median(values)))))
+    series.changes.push_back(points[i]);
+}
+
+}  // namespace
+
+History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
+  History history;
+  std::map<Key, std::vector<std::optional<double>>> all;
+  const std::vector<fs::path> points = points_of(paths);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Side side = read_side(points[i]);
+    history.labels.push_back(label_of(points[i], side));
+    Point point;
+    if (!side.runs.empty()) add_errors(side.runs.front(), point);
+    add_times(side, point);
+    for (const auto& [key, value] : point) {
+      auto& values = all[key];
+      values.resize(points.size());
+      values[i] = value;
+    }
+  }
+  if (points.size() < 2) fail("{}: one result has no trend: expected at least two", points.front().string());
+  for (auto& [key, values] : all) {
+    Series series{key.first, key.second, unit_of(key.second), std::move(values), {}};
+    find_changes(series, policy);
+    history.series.push_back(std::move(series));
+  }
+  return history;
+}
+
+}  // namespace sextant

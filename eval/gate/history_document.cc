@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/gate/history.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t max_figures = 60;
+
+/// Values of the segment that begins at `begin`.
+double level_after(const Series& series, size_t begin) {
+  std::vector<double> values;
+  const auto next = std::ranges::upper_bound(series.changes, begin);
+  const size_t end = next == series.changes.end() ? series.values.size() : *next;
+  for (size_t i = begin; i < end; ++i) {
+    if (series.values[i]) values.push_back(*series.values[i]);
+  }
+  return median(values);
+}
+
+double level_before(const Series& series, size_t change) {
+  const auto at = std::ranges::lower_bound(series.changes, change);
+  return level_after(series, at == series.changes.begin() ? 0 : *(at - 1));
+}
+
+Table change_table(const History& history) {
+  Table table;
+  table.title = "Changes of level";
+  table.caption = "Median before and after, over the points of the two levels.";
+  table.columns = {{"point", "from", Align::left},      {"series", "series", Align::left},
+                   {"metric", "number", Align::left},   {"before", "before", Align::right, 6},
+                   {"after", "after", Align::right, 6}, {"change_percent", "change [%]", Align::right, 1}};
+  for (size_t i = 0; i < history.labels.size(); ++i) {
+    for (const Series& series : history.series) {
+      if (std::ranges::find(series.changes, i) == series.changes.end()) continue;
+      const double before = level_before(series, i), after = level_after(series, i);
+      table.add_row({history.labels[i], series.name, fmt::format("{} [{}]", series.metric, series.unit),
+                     before, after, before > 0 ? Cell(100 * (after / before - 1)) : Cell()});
+    }
+  }
+  return table;
+}
+
+Table latest_table(const History& history) {
+  Table table;
+  table.title = "All series";
+  table.columns = {{"series", "series", Align::left}, {"metric", "number", Align::left},
+                   {"n", "points", Align::right, 0},  {"first", "first", Align::right, 6},
+                   {"last", "last", Align::right, 6}, {"n_changes", "changes", Align::right, 0}};
+  for (const Series& series : history.series) {
+    std::vector<double> values;
+    for (const auto& value : series.values) {
+      if (value) values.push_back(*value);
+    }
+    table.add_row({series.name, fmt::format("{} [{}]", series.metric, series.unit),
+                   static_cast<double>(values.size()), values.front(), values.back(),
+                   static_cast<double>(series.changes.size())});
+  }
+  return table;
+}
+
+/// At most eight labels along the axis.
+std::string label_tics(const History& history) {
+  const size_t step = (history.labels.size() + 7) / 8;
+  std::string tics;
+  for (size_t i = 0; i < history.labels.size(); i += step)
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_text(history.labels[i]), i);
+  return fmt::format("set xtics rotate by -30 ({})\n", tics);
+}
+
+Figure series_figure(const History& history, const Series& series, size_t number) {
+  Figure figure;
+  figure.name = fmt::format("series-{}", number);
+  figure.caption = fmt::format("{}: {} [{}]{}", series.name, series.metric, series.unit,
+                               series.changes.empty() ? "" : "; lines: the level changed");
+  figure.data.columns = {{"point", "point"}, {"label", "label", Align::left}, {"value", "value"}};
+  double highest = 0;
+  for (size_t i = 0; i < series.values.size(); ++i) {
+    figure.data.add_row({static_cast<double>(i), history.labels[i], cell(series.values[i])});
+    highest = std::max(highest, series.values[i].value_or(0));
+  }
+  std::string& script = figure.script;
+  script = label_tics(history);
+  script += fmt::format("set xrange [-0.5:{}]\nset yrange [0:{}]\nset ylabel {}\nunset key\n",
+                        static_cast<double>(series.values.size()) - 0.5, highest > 0 ? 1.15 * highest : 1.0,
+                        gp_text(fmt::format("{} [{}]", series.metric, series.unit)));
+  for (const size_t change : series.changes) {
+    const double x = static_cast<double>(change) - 0.5;
+    script += fmt::format("set arrow from {0}, graph 0 to {0}, graph 1 nohead lw 1.5 dt 2 lc rgb \"{1}\"\n",
+                          x, line_colour(1));
+  }
+  script += fmt::format(
+      "plot data using (column(\"point\")):(column(\"value\")) with linespoints pt {} ps 0.5 lw 1.2 lc rgb "
+      "\"{}\"\n",
+      filled_point(0), line_colour(0));
+  return figure;
+}
+
+}  // namespace
+
+ReportDocument history_document(const History& history) {
+  ReportDocument document;
+  document.title = "Trend";
+  document.abstract = fmt::format(
+      "{} series over {} results, from {} to {}. A dashed line marks where a "
+      "level changed.",
+      history.series.size(), history.labels.size(), history.labels.front(), history.labels.back());
+  Table changes = change_table(history);
+  ReportSection levels{"changes-section", "Changes", {}, {}, {}, {}};
+  if (changes.rows.empty()) {
+    levels.paragraphs = {"No level changed."};
+  } else {
+    levels.tables = {{"changes", std::move(changes)}};
+  }
+  document.sections.push_back(std::move(levels));
+  std::vector<const Series*> sorted;
+  for (const Series& series : history.series) sorted.push_back(&series);
+  std::ranges::stable_sort(sorted, std::greater(), [](const Series* s) { return !s->changes.empty(); });
+  ReportSection curves{"series-section", "Series", {}, {}, {}, {}};
+  curves.tables = {{"series", latest_table(history)}};
+  for (size_t i = 0; i < std::min(sorted.size(), max_figures); ++i)
+    curves.figures.push_back(series_figure(history, *sorted[i], i));
+  if (sorted.size() > max_figures) {
+    curves.paragraphs = {
+        fmt::format("{} of {} series are drawn, those that changed first.", max_figures, sorted.size())};
+  }
+  document.sections.push_back(std::move(curves));
+  document.provenance = {{"results", fmt::format("{}", history.labels.size())},
+                         {"page by", "sextant " + version()}};
+  document.citation = citation();
+  return document;
+}
+
+}  // namespace sextant

@@ -1,0 +1,87 @@
+#include "sextant/eval/gate/history.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/gate/testing.h"
+#include "sextant/eval/report/html/html.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// Twelve results; from run-8 on the camera's translation is 10 % worse and the solver 20 % slower.
+class Past : public ::testing::Test {
+ protected:
+  Past() {
+    for (int i = 0; i < 12; ++i) {
+      std::vector<Record> records = testing::sweep_records(2);
+      for (Record& r : records) {
+        if (i >= 8 && r.is_ego()) r.errors["Et_m"] *= 1.1;
+      }
+      const std::filesystem::path folder = temp_.path() / fmt::format("run-{}", i);
+      testing::write_run(folder, records);
+      write_file(folder / "benchmark.json",
+                 testing::benchmark_json(5, static_cast<uint64_t>(i), i >= 8 ? 1.2 : 1.0, 0.01).dump());
+    }
+  }
+
+  const Series& series(const History& history, const std::string& name, const std::string& metric) const {
+    for (const Series& s : history.series) {
+      if (s.name == name && s.metric == metric) return s;
+    }
+    throw InternalError(name + " " + metric);
+  }
+
+  TempFolder temp_;
+  const Policy policy_;
+};
+
+TEST_F(Past, ChangesOfLevelAreFoundWhereTheyHappened) {
+  const History history = read_history({temp_.path()}, policy_);
+  ASSERT_EQ(history.labels.size(), 12U);
+  EXPECT_THAT(history.labels[10], HasSubstr("run-10"));  // after run-9
+  EXPECT_THAT(series(history, "synthetic s18 joint_flow level 0.1 camera", "Et_m").changes, ElementsAre(8));
+  EXPECT_THAT(series(history, "synthetic s18 joint_flow level 0.1 objects", "Et_m").changes, ElementsAre());
+  EXPECT_THAT(series(history, "estimate/joint_flow/3000", "benchmark").changes, ElementsAre(8));
+  EXPECT_THAT(series(history, "ransac/3000/30", "benchmark").changes, ElementsAre());
+}
+
+TEST_F(Past, PageOpensInABrowser) {
+  const ReportDocument document = history_document(read_history({temp_.path()}, policy_));
+  std::vector<Figure> figures;
+  for (const ReportSection& section : document.sections)
+    figures.insert(figures.end(), section.figures.begin(), section.figures.end());
+  figures.resize(std::min<size_t>(figures.size(), 60));
+  const std::string html = to_html(document, draw(figures, 2));
+  EXPECT_THAT(html, HasSubstr("Changes of level"));
+  EXPECT_THAT(html, ::testing::Not(HasSubstr("https:")));
+  if (std::system("command -v chromium > /dev/null") != 0)
+    GTEST_SKIP() << "no chromium to open the page with";
+  write_file(temp_.path() / "trend.html", html);
+  const std::string out = (temp_.path() / "dom").string();
+  const int status = std::system(
+      fmt::format("timeout 60 chromium --headless --no-sandbox --disable-gpu --user-data-dir={0}/profile "
+                  "--dump-dom file://{0}/trend.html > {1} 2> /dev/null",
+                  temp_.path().string(), out)
+          .c_str());
+  ASSERT_EQ(WEXITSTATUS(status), 0);
+  const std::string dom = read_file(out);
+  EXPECT_THAT(dom, HasSubstr("Changes of level"));
+  EXPECT_THAT(dom, HasSubstr("<button type=\"button\" title=\"sort\">"));  // its script has run
+}
+
+TEST_F(Past, OneResultOrNoneIsNoTrend) {
+  EXPECT_THROW(read_history({temp_.path() / "run-1"}, policy_), Error);
+  EXPECT_THROW(read_history({temp_.path() / "nothing"}, policy_), Error);
+  EXPECT_EQ(read_history({temp_.path() / "run-3", temp_.path() / "run-1"}, policy_).labels.size(), 2U);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,131 @@
+#include "sextant/eval/gate/outputs.h"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+
+#include "sextant/metrics/definitions.h"
+
+namespace sextant {
+namespace {
+
+std::string unit_of(const std::string& metric) {
+  const auto known = metric_definitions();
+  const auto definition = std::ranges::find(known, metric, &MetricDefinition::name);
+  return definition == known.end() ? metric.substr(metric.rfind('_') + 1) : definition->unit;
+}
+
+/// A measure's slug: lower case, words joined by '-', at most 64 characters.
+std::string slug(const std::string& metric) {
+  std::string text;
+  for (const char c : metric.substr(0, 64)) {
+    text += std::isalnum(static_cast<unsigned char>(c)) != 0
+                ? static_cast<char>(std::tolower(static_cast<unsigned char>(c)))
+                : '-';
+  }
+  return text;
+}
+
+/// A benchmark's name has at most 1024 characters.
+std::string bounded(const std::string& name) { return name.substr(0, 1024); }
+
+Json bmf_metric(double value, const std::optional<Interval>& interval) {
+  Json json = {{"value", value}};
+  if (interval) {
+    json["lower_value"] = interval->low;
+    json["upper_value"] = interval->high;
+  }
+  return json;
+}
+
+/// NEW's mean, and the interval of its difference to BASE about it.
+std::optional<Interval> around_base(const AccuracyRow& row) {
+  if (!row.interval) return std::nullopt;
+  return Interval{row.base + row.interval->low, row.base + row.interval->high};
+}
+
+std::optional<Interval> in_ns(const SpeedRow& row) {
+  if (!row.interval) return std::nullopt;
+  return Interval{row.base_ns * row.interval->low, row.base_ns * row.interval->high};
+}
+
+Json github_entry(std::string name, std::string unit, double value, const std::optional<Interval>& interval,
+                  GateVerdict verdict) {
+  Json json = {{"name", std::move(name)}, {"unit", std::move(unit)}, {"value", value}};
+  if (interval) json["range"] = fmt::format("{} .. {}", interval->low, interval->high);
+  json["extra"] = std::string(to_string(verdict));
+  return json;
+}
+
+}  // namespace
+
+std::string comparison_markdown(const Comparison& c) {
+  std::string text = fmt::format("# sextant compare: {}\n\n{}\n\nBASE `{}`, NEW `{}`\n", to_string(c.verdict),
+                                 headline(c), c.base, c.fresh);
+  const auto add = [&](const Table& table) {
+    if (!table.rows.empty()) text += "\n" + to_markdown(table);
+  };
+  add(findings_table(c));
+  add(status_table(c));
+  add(accuracy_table(c, /*changed_only=*/true));
+  add(speed_table(c, /*changed_only=*/false));
+  return text;
+}
+
+Json comparison_json(const Comparison& c, const Policy& policy) {
+  Json json;
+  json["schema"] = 1;
+  json["verdict"] = std::string(to_string(c.verdict));
+  json["exit_code"] = exit_code(c.verdict);
+  json["headline"] = headline(c);
+  json["base"] = c.base;
+  json["new"] = c.fresh;
+  json["cases"] = c.n_cases;
+  json["findings"] = rows_to_json(findings_table(c));
+  json["statuses"] = rows_to_json(status_table(c));
+  json["accuracy"] = rows_to_json(accuracy_table(c, /*changed_only=*/false));
+  json["speed"] = rows_to_json(speed_table(c, /*changed_only=*/false));
+  json["policy"] = write_options(policy);
+  return json;
+}
+
+Json comparison_bmf(const Comparison& c) {
+  Json json = Json::object();
+  for (const AccuracyRow& row : c.accuracy) {
+    json[bounded(to_string(row.subject))][slug(row.metric)] =
+        bmf_metric(row.base + row.difference, around_base(row));
+  }
+  for (const SpeedRow& row : c.speed)
+    json[bounded(row.name)]["latency"] = bmf_metric(row.base_ns * row.ratio, in_ns(row));
+  return json;
+}
+
+Json comparison_github(const Comparison& c, const Policy& policy) {
+  Json json = Json::array();
+  for (const AccuracyRow& row : c.accuracy) {
+    if (policy.accuracy.of(row.metric).direction != "lower") continue;
+    json.push_back(github_entry(fmt::format("{} {}", to_string(row.subject), row.metric), unit_of(row.metric),
+                                row.base + row.difference, around_base(row), row.verdict));
+  }
+  for (const SpeedRow& row : c.speed)
+    json.push_back(github_entry(row.name, "ns", row.base_ns * row.ratio, in_ns(row), row.verdict));
+  return json;
+}
+
+OutputFiles comparison_files(const Comparison& c, const Policy& policy, const std::string& timestamp) {
+  return {{"comparison.md", comparison_markdown(c)},
+          {"comparison.json", comparison_json(c, policy).dump(2) + "\n"},
+          {"junit.xml", comparison_junit(c, timestamp)},
+          {"bmf.json", comparison_bmf(c).dump(2) + "\n"},
+          {"github.json", comparison_github(c, policy).dump(2) + "\n"}};
+}
+
+std::string utc_timestamp() {
+  const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
+  const std::time_t now = epoch != nullptr ? std::strtoll(epoch, nullptr, 10) : std::time(nullptr);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}", fmt::gmtime(now));
+}
+
+}  // namespace sextant

@@ -1,0 +1,75 @@
+#include "sextant/eval/gate/policy.h"
+
+#include <algorithm>
+
+#include "sextant/base/files.h"
+#include "sextant/metrics/definitions.h"
+
+namespace sextant {
+namespace {
+
+void check_share(const char* name, double value) {
+  check_option(value >= 0 && value < 1e6, name, value, ">= 0");
+}
+
+void check_alpha(double alpha) {
+  check_option(alpha > 0 && alpha < 1, "alpha", alpha, "above 0 and below 1");
+}
+
+}  // namespace
+
+void MetricPolicy::check() const {
+  check_share("absolute", absolute);
+  check_share("relative", relative);
+  check_share("minimum_effect", minimum_effect);
+  check_option(direction == "lower" || direction == "higher" || direction == "ignore", "direction", direction,
+               "lower, higher or ignore");
+}
+
+void AccuracyPolicy::check() const {
+  check_alpha(alpha);
+  check_option(replicates >= 100, "replicates", replicates, ">= 100");
+  check_option(max_lost >= 0, "max_lost", max_lost, ">= 0");
+}
+
+MetricPolicy AccuracyPolicy::of(const std::string& metric) const {
+  if (const auto named = metrics.find(metric); named != metrics.end()) return named->second;
+  MetricPolicy policy = other;
+  const auto known = metric_definitions();
+  const auto definition = std::ranges::find(known, metric, &MetricDefinition::name);
+  if (definition != known.end() && definition->of_input) policy.direction = "ignore";
+  return policy;
+}
+
+void SpeedPolicy::check() const {
+  check_alpha(alpha);
+  check_share("minimum_effect", minimum_effect);
+  check_share("unrepeated_effect", unrepeated_effect);
+  check_share("unrepeated_run_effect", unrepeated_run_effect);
+  check_option(time == "cpu" || time == "real", "time", time, "cpu or real");
+}
+
+void SamenessPolicy::check() const {
+  for (const auto& [name, value] : {std::pair{"cases", cases},
+                                    {"new_cases", new_cases},
+                                    {"data", data},
+                                    {"configuration", configuration},
+                                    {"definitions", definitions},
+                                    {"machine", machine}}) {
+    check_option(value == "must" || value == "note", name, value, "must or note");
+  }
+}
+
+Policy read_policy(const std::string& file) {
+  const Json json = Json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded()) fail("{}: not valid JSON", file);
+  Policy policy;
+  try {
+    read_options(json, policy);
+  } catch (const Error& error) {
+    fail("{}: {}", file, error.what());
+  }
+  return policy;
+}
+
+}  // namespace sextant

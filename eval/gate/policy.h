@@ -1,0 +1,111 @@
+#pragma once
+
+// What counts as a change. Read from JSON strictly; every default is usable. docs/ci.md explains the rules.
+//
+//   {"accuracy": {"default": {"minimum_effect": 0.02}, "metrics": {"Et_m": {"minimum_effect": 0.01}}},
+//    "speed": {"judge": false}, "same": {"machine": "note"}}
+
+#include <map>
+#include <string>
+
+#include "sextant/base/options.h"
+
+namespace sextant {
+
+/// A case is one body in one frame pair of one seed. Its change is rounding where
+/// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
+/// from minimum_effect |mean of base| on.
+struct MetricPolicy {
+  double absolute = 1e-9;
+  double relative = 1e-6;
+  double minimum_effect = 0.01;
+  std::string direction = "lower";
+  template <typename V>
+  void visit(V& v) {
+    v("absolute", absolute, "of metric", "a case that changes by less has not changed");
+    v("relative", relative, "share", "the same, as a share of its value in BASE");
+    v("minimum_effect", minimum_effect, "share", "smallest change of a body's mean that counts; 0: any");
+    v("direction", direction, "", "lower or higher is better; ignore: not judged");
+  }
+  void check() const;
+};
+
+struct AccuracyPolicy {
+  bool judge = true;
+  double alpha = 0.05;
+  int replicates = 500;
+  int max_lost = 0;
+  MetricPolicy other;
+  std::map<std::string, MetricPolicy> metrics;  ///< by key of a record's "errors"
+  template <typename V>
+  void visit(V& v) {
+    v("judge", judge, "", "false: errors and statuses are left out");
+    v("alpha", alpha, "0..1", "p-values (Holm) up to this are evidence");
+    v("replicates", replicates, "count", "resamples of the 95 % intervals");
+    v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
+    v("default", other, "", "metrics that 'metrics' does not name");
+    v("metrics", metrics, "", "by key of a record's errors");
+  }
+  void check() const;
+
+  /// Of one error; errors of the measurements are ignored unless named.
+  MetricPolicy of(const std::string& metric) const;
+};
+
+struct SpeedPolicy {
+  bool judge = true;
+  double alpha = 0.05;
+  double minimum_effect = 0.05;
+  double unrepeated_effect = 0.5;
+  double unrepeated_run_effect = 4;
+  std::string time = "cpu";
+  template <typename V>
+  void visit(V& v) {
+    v("judge", judge, "", "false: times are left out");
+    v("alpha", alpha, "0..1", "p-values (Mann-Whitney) up to this are evidence");
+    v("minimum_effect", minimum_effect, "share", "smallest change of a time that counts");
+    v("unrepeated_effect", unrepeated_effect, "share",
+      "benchmarks without repetitions: slower by more is inconclusive; less is not judged");
+    v("unrepeated_run_effect", unrepeated_run_effect, "share",
+      "the same of runs, whose times are wall-clock");
+    v("time", time, "", "of Google Benchmark: cpu or real (always real where a benchmark asks for it)");
+  }
+  void check() const;
+};
+
+/// What must be the same on both sides: "must" (else the comparison is invalid) or "note" (said, accepted).
+struct SamenessPolicy {
+  std::string cases = "must";
+  std::string new_cases = "must";
+  std::string data = "must";
+  std::string configuration = "must";
+  std::string definitions = "must";
+  std::string machine = "must";
+  template <typename V>
+  void visit(V& v) {
+    v("cases", cases, "", "cases, benchmarks and errors of BASE are in NEW");
+    v("new_cases", new_cases, "", "and the other way round");
+    v("data", data, "", "SHA-256 of the inputs, true motions in the records");
+    v("configuration", configuration, "", "sources, noise, levels, seeds and options of run.json");
+    v("definitions", definitions, "", "schema, metrics and presets");
+    v("machine", machine, "", "CPU and cores; only where times are judged");
+  }
+  void check() const;
+};
+
+struct Policy {
+  AccuracyPolicy accuracy;
+  SpeedPolicy speed;
+  SamenessPolicy same;
+  template <typename V>
+  void visit(V& v) {
+    v("accuracy", accuracy, "", "errors and statuses");
+    v("speed", speed, "", "times");
+    v("same", same, "", "each: must or note");
+  }
+};
+
+/// Throws Error "FILE: ..." that names the key.
+Policy read_policy(const std::string& file);
+
+}  // namespace sextant

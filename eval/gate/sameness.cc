@@ -1,0 +1,204 @@
+#include "sextant/eval/gate/sameness.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+namespace sextant {
+namespace {
+
+constexpr const char* absent = "(not recorded)";
+
+/// Leaves of a tree by dotted path, as text. An empty object or list is a leaf.
+using Leaves = std::map<std::string, std::string>;
+
+void collect(const Json& tree, const std::string& path, Leaves& leaves) {
+  if ((tree.is_object() || tree.is_array()) && !tree.empty()) {
+    for (const auto& item : tree.items()) {
+      collect(item.value(), path.empty() ? item.key() : path + "." + item.key(), leaves);
+    }
+  } else if (!tree.is_null()) {
+    leaves[path] = tree.is_string() ? tree.get<std::string>() : tree.dump();
+  }
+}
+
+Leaves leaves_of(const Json& tree, const std::string& path) {
+  Leaves leaves;
+  collect(tree, path, leaves);
+  return leaves;
+}
+
+/// "vdo:/data/kitti_03_demo@0-19" -> "vdo:kitti_03_demo@0-19": where data lie is no property of theirs.
+std::string without_folder(const std::string& source) {
+  const size_t colon = source.find(':');
+  const size_t slash = source.substr(0, source.find('#')).rfind('/');
+  if (colon == std::string::npos || slash == std::string::npos || slash < colon) return source;
+  return source.substr(0, colon + 1) + source.substr(slash + 1);
+}
+
+Json configuration_of(const Json& run) {
+  Json configuration = run.value("configuration", Json());
+  if (!configuration.is_object()) return configuration;
+  configuration.erase("name");  // of a plan
+  if (configuration.contains("sources") && configuration["sources"].is_array()) {
+    for (Json& source : configuration["sources"]) {
+      Json& text = source.is_object() && source.contains("source") ? source["source"] : source;
+      if (text.is_string()) text = without_folder(text.get<std::string>());
+    }
+  }
+  return configuration;
+}
+
+/// The last two parts of a path: enough to tell files apart, the same on every machine.
+std::string tail(const std::string& path) {
+  const std::filesystem::path whole(path);
+  return (whole.parent_path().filename() / whole.filename()).string();
+}
+
+/// Of every source: its files' hashes and what describes its data.
+Leaves data_of(const Json& run) {
+  Leaves leaves;
+  const Json sources = run.value("sources", Json::array());
+  if (!sources.is_array()) return leaves;
+  for (const Json& source : sources) {
+    if (!source.is_object()) continue;
+    const std::string name = without_folder(source.value("source", std::string()));
+    for (const char* key : {"provenance", "rate_hz", "width_px", "height_px", "camera"}) {
+      if (source.contains(key)) leaves.merge(leaves_of(source[key], name + " " + key));
+    }
+    const Json inputs = source.value("inputs", Json::object());
+    for (const auto& [path, entry] : inputs.items()) {
+      if (entry.is_object()) leaves[name + " " + tail(path)] += entry.value("sha256", std::string("?"));
+    }
+  }
+  return leaves;
+}
+
+Leaves definitions_of(const Json& run) {
+  Leaves leaves;
+  for (const char* key : {"schema", "metric_definitions", "metric_presets", "preset"}) {
+    if (run.contains(key)) leaves.merge(leaves_of(run[key], key));
+  }
+  return leaves;
+}
+
+Leaves build_of(const Json& run) {
+  Leaves leaves;
+  for (const char* key : {"version", "git_commit", "compiler", "flags", "packages"}) {
+    if (run.contains(key)) leaves.merge(leaves_of(run[key], key));
+  }
+  return leaves;
+}
+
+Leaves machine_of(const BenchmarkFile& file) {
+  Leaves leaves;
+  for (const char* key : {"host_name", "num_cpus", "caches"}) {
+    if (file.context.contains(key)) leaves.merge(leaves_of(file.context[key], key));
+  }
+  return leaves;
+}
+
+Leaves benchmark_build_of(const BenchmarkFile& file) {
+  Leaves leaves;
+  for (const char* key : {"library_build_type", "json_schema_version"}) {
+    if (file.context.contains(key)) leaves.merge(leaves_of(file.context[key], key));
+  }
+  return leaves;
+}
+
+enum class OneSided { differs, is_noted };
+
+class Comparer {
+ public:
+  explicit Comparer(std::vector<Mismatch>& findings) : findings_(findings) {}
+
+  /// At most `shown` of the differences are told one by one.
+  void compare(const std::string& what, const std::string& rule, const Leaves& base, const Leaves& fresh,
+               OneSided one_sided = OneSided::differs) {
+    size_t n = 0;
+    const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool noted) {
+      if (n++ < shown) findings_.push_back(mismatch(noted ? "note" : rule, what, path, a, b));
+    };
+    for (const auto& [path, value] : base) {
+      const auto other = fresh.find(path);
+      if (other == fresh.end()) {
+        add(path, value, absent, one_sided == OneSided::is_noted);
+      } else if (other->second != value) {
+        add(path, value, other->second, false);
+      }
+    }
+    for (const auto& [path, value] : fresh) {
+      if (!base.contains(path)) add(path, absent, value, one_sided == OneSided::is_noted);
+    }
+    if (n > shown) findings_.push_back(mismatch(rule, what, fmt::format("{} more", n - shown), "", ""));
+  }
+
+ private:
+  static constexpr size_t shown = 5;
+  std::vector<Mismatch>& findings_;
+};
+
+bool has_times(const RunFolder& run) {
+  return std::ranges::any_of(run.records, [](const Record& r) { return !r.time_ms.empty(); });
+}
+
+void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& policy,
+                  std::vector<Mismatch>& findings) {
+  if (base.provenance.is_null() && fresh.provenance.is_null()) {
+    findings.push_back(mismatch("note", "definitions", "run.json", absent, absent));
+    return;
+  }
+  Comparer comparer(findings);
+  const Json a = base.provenance.is_null() ? Json::object() : base.provenance;
+  const Json b = fresh.provenance.is_null() ? Json::object() : fresh.provenance;
+  const SamenessPolicy& same = policy.same;
+  comparer.compare("definitions", same.definitions, definitions_of(a), definitions_of(b));
+  comparer.compare("data", same.data, data_of(a), data_of(b));
+  // An option that only one version knows has no value in the other that could differ.
+  comparer.compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
+                   leaves_of(configuration_of(b), ""), OneSided::is_noted);
+  const bool times = policy.speed.judge && has_times(base) && has_times(fresh);
+  const std::string machine_rule = times ? same.machine : "note";
+  comparer.compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
+                   leaves_of(b.value("machine", Json()), ""));
+  comparer.compare("build", "note", build_of(a), build_of(b));
+}
+
+}  // namespace
+
+Mismatch mismatch(const std::string& rule, std::string what, std::string subject, std::string base,
+                  std::string fresh) {
+  return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == "must"};
+}
+
+std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy) {
+  std::vector<Mismatch> findings;
+  for (const Side* side : {&base, &fresh}) {
+    for (const RunFolder& run : side->runs) {
+      if (&run != &base.runs.front() && !base.runs.empty())
+        compare_runs(base.runs.front(), run, policy, findings);
+    }
+  }
+  Comparer comparer(findings);
+  for (const Side* side : {&base, &fresh}) {
+    for (const BenchmarkFile& file : side->benchmarks) {
+      if (base.benchmarks.empty() || &file == &base.benchmarks.front()) continue;
+      const BenchmarkFile& first = base.benchmarks.front();
+      comparer.compare("machine", policy.speed.judge ? policy.same.machine : "note", machine_of(first),
+                       machine_of(file));
+      comparer.compare("definitions", policy.same.definitions, benchmark_build_of(first),
+                       benchmark_build_of(file));
+    }
+  }
+  // Repetitions say the same thing again.
+  std::vector<Mismatch> once;
+  for (Mismatch& f : findings) {
+    const bool known = std::ranges::any_of(once, [&](const Mismatch& o) {
+      return o.what == f.what && o.subject == f.subject && o.base == f.base && o.fresh == f.fresh;
+    });
+    if (!known) once.push_back(std::move(f));
+  }
+  return once;
+}
+
+}  // namespace sextant

@@ -1,0 +1,176 @@
+#include "sextant/eval/gate/speed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
+#include "sextant/stats/trend.h"
+
+namespace sextant {
+namespace {
+
+/// Times by name; every vector holds the repetitions.
+using Samples = std::map<std::string, std::vector<double>>;
+
+bool asks_for_real_time(const std::string& name) {
+  return name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
+}
+
+/// One program's names are its own where a side has several programs.
+std::string prefix_of(const BenchmarkFile& file, bool several) {
+  const std::string program = file.context.value("executable", std::string());
+  return several ? program.substr(program.rfind('/') + 1) + ": " : "";
+}
+
+bool several_programs(const std::vector<BenchmarkFile>& files) {
+  std::set<std::string> programs;
+  for (const BenchmarkFile& file : files) {
+    const std::string program = file.context.value("executable", std::string());
+    programs.insert(program.substr(program.rfind('/') + 1));
+  }
+  return programs.size() > 1;
+}
+
+Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several, const SpeedPolicy& policy) {
+  Samples samples;
+  for (const BenchmarkFile& file : files) {
+    for (const auto& [name, cpu] : file.cpu_ns) {
+      const bool real = policy.time == "real" || asks_for_real_time(name);
+      const std::vector<double>& times = real ? file.real_ns.at(name) : cpu;
+      for (const double ns : times) {
+        if (ns <= 0)
+          fail("{}: benchmark '{}': its {} time is 0: it measured nothing", file.path, name,
+               real ? "real" : "CPU");
+      }
+      std::vector<double>& all = samples[prefix_of(file, several) + name];
+      all.insert(all.end(), times.begin(), times.end());
+    }
+  }
+  return samples;
+}
+
+/// Stages whose time is the estimator's; the others are the source's.
+constexpr const char* stages[] = {"refine", "start", "total"};
+
+struct StageTimes {
+  std::vector<double> log_ratios;  ///< to the reference, over cases
+  std::vector<double> reference_ms;
+};
+
+/// One number a stage, estimator and sequence: median time of the run, in ns.
+std::map<std::string, double> run_times(const std::vector<Record>& records,
+                                        const std::vector<Record>& reference) {
+  std::map<std::string, StageTimes> stages_of;
+  auto r = reference.begin();
+  for (const Record& record : records) {
+    while (r != reference.end() && compare_cases(*r, record) < 0) ++r;
+    if (r == reference.end()) break;
+    if (compare_cases(*r, record) != 0 || record.status != Status::ok || r->status != Status::ok) continue;
+    for (const char* stage : stages) {
+      const auto a = r->time_ms.find(stage), b = record.time_ms.find(stage);
+      if (a == r->time_ms.end() || b == record.time_ms.end() || a->second <= 0 || b->second <= 0) continue;
+      StageTimes& times =
+          stages_of[fmt::format("{} {} {} {}", record.dataset, record.sequence, record.estimator, stage)];
+      times.log_ratios.push_back(std::log(b->second / a->second));
+      times.reference_ms.push_back(a->second);
+    }
+  }
+  std::map<std::string, double> medians;
+  for (auto& [name, times] : stages_of)
+    medians[name] = 1e6 * median(times.reference_ms) * std::exp(median(times.log_ratios));
+  return medians;
+}
+
+Samples run_samples(const Side& side, const Side& base) {
+  Samples samples;
+  if (base.runs.empty()) return samples;
+  for (const RunFolder& run : side.runs) {
+    for (const auto& [name, ns] : run_times(run.records, base.runs.front().records))
+      samples[name].push_back(ns);
+  }
+  return samples;
+}
+
+std::vector<double> logarithms(const std::vector<double>& values) {
+  std::vector<double> logs;
+  for (const double value : values) logs.push_back(std::log(value));
+  return logs;
+}
+
+/// Spread of the repetitions about their own side's median, robust against a few that were disturbed.
+double pooled_sigma(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> residuals;
+  for (const std::vector<double>* side : {&a, &b}) {
+    const double middle = median(*side);
+    for (const double value : *side) residuals.push_back(value - middle);
+  }
+  return 1.4826 * mad(residuals);
+}
+
+void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy, double unrepeated,
+                     SpeedComparison& out) {
+  for (const auto& [name, times] : base) {
+    const auto other = fresh.find(name);
+    if (other == fresh.end()) {
+      out.findings.push_back(mismatch(policy.same.cases, "cases", name, "there", "missing"));
+    } else {
+      out.rows.push_back(compare_times(name, times, other->second, policy.speed, unrepeated));
+    }
+  }
+  for (const auto& [name, times] : fresh) {
+    if (!base.contains(name))
+      out.findings.push_back(mismatch(policy.same.new_cases, "new_cases", name, "missing", "there"));
+  }
+}
+
+}  // namespace
+
+SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
+                       const std::vector<double>& new_ns, const SpeedPolicy& policy, double unrepeated) {
+  SpeedRow row;
+  row.name = name;
+  row.n_base = static_cast<int>(base_ns.size());
+  row.n_new = static_cast<int>(new_ns.size());
+  row.base_ns = median(base_ns);
+  const std::vector<double> a = logarithms(base_ns), b = logarithms(new_ns);
+  const MannWhitneyTest test = mann_whitney_test(b, a);
+  row.ratio = std::exp(test.hodges_lehmann_shift);
+  row.cliffs_delta = test.cliffs_delta;
+  if (const auto interval = hodges_lehmann_interval(b, a, 1 - policy.alpha)) {
+    row.interval = Interval{std::exp(interval->low), std::exp(interval->high)};
+  }
+  if (row.n_base > 1 && row.n_new > 1) {
+    row.p = test.p;
+    const double n_equal = 2.0 / (1.0 / row.n_base + 1.0 / row.n_new);  // per side, as if both had it
+    const double shift = minimum_detectable_effect(std::sqrt(2.0) * pooled_sigma(a, b),
+                                                   static_cast<int>(std::lround(n_equal)), policy.alpha);
+    row.detectable = (1 + policy.minimum_effect) * std::exp(shift);
+  }
+  const double slower = 1 + policy.minimum_effect, faster = 1 / slower;
+  if (!row.interval) {
+    if (row.ratio > 1 + unrepeated) row.verdict = GateVerdict::inconclusive;
+  } else if (row.interval->low > slower) {
+    row.verdict = GateVerdict::regressed;
+  } else if (row.interval->high < faster) {
+    row.verdict = GateVerdict::improved;
+  } else if (row.ratio > slower) {
+    row.verdict = GateVerdict::inconclusive;
+  }
+  return row;
+}
+
+SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy) {
+  SpeedComparison out;
+  const bool several = several_programs(base.benchmarks) || several_programs(fresh.benchmarks);
+  compare_samples(benchmark_samples(base.benchmarks, several, policy.speed),
+                  benchmark_samples(fresh.benchmarks, several, policy.speed), policy,
+                  policy.speed.unrepeated_effect, out);
+  compare_samples(run_samples(base, base), run_samples(fresh, base), policy,
+                  policy.speed.unrepeated_run_effect, out);
+  return out;
+}
+
+}  // namespace sextant

@@ -1,0 +1,96 @@
+#pragma once
+
+// Results to compare, for tests: records as a sweep gives them, with errors of a few per cent from seed to
+// seed, and files of Google Benchmark.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "sextant/base/files.h"
+#include "sextant/base/philox.h"
+#include "sextant/eval/experiment/output.h"
+
+namespace sextant::testing {
+
+/// Standard normal.
+inline double normal(PhiloxStream& random) {
+  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * M_PI * random.uniform());
+}
+
+/// 2 sequences x `seeds` x 6 frames x ego and two objects.
+inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
+  std::vector<Record> records;
+  PhiloxStream random(draw, 0);
+  for (const char* sequence : {"s18", "city"}) {
+    for (int seed = 0; seed < seeds; ++seed) {
+      for (int frame = 1; frame <= 6; ++frame) {
+        for (const char* body : {"ego", "object:1", "object:2"}) {
+          Record r;
+          r.dataset = "synthetic";
+          r.sequence = sequence;
+          r.estimator = "joint_flow";
+          r.noise = "depth 0.1 px";
+          r.level = 0.1;
+          r.seed = static_cast<uint64_t>(seed);
+          r.frame = frame;
+          r.body = body;
+          r.n_points = 500;
+          r.n_inliers = 450;
+          const double scale = std::exp(0.3 * normal(random));
+          r.errors = {{"Et_m", 0.01 * scale}, {"ER_deg", 0.02 * scale}};
+          if (r.is_ego()) {
+            r.values = {{"step_gt_m", 0.6}};
+          } else {
+            r.values = {{"distance_gt_m", 9.0}, {"dynamic_gt", 1.0}};
+            r.errors["Ev_kmh"] = 0.3 * scale;
+          }
+          r.time_ms = {{"refine", 0.3 * std::exp(0.1 * normal(random))}, {"total", 1.5}};
+          records.push_back(std::move(r));
+        }
+      }
+    }
+  }
+  return records;
+}
+
+/// What a run of this program on this machine would record.
+inline Json sweep_provenance() {
+  Json run = build_provenance();
+  run["configuration"] = {{"sources", {"synthetic:s18"}}, {"seeds", 10}, {"options", {{"sigma_px", 1.0}}}};
+  run["sources"] = {
+      {{"source", "synthetic:s18"}, {"inputs", {{"/data/s18/a.png", {{"bytes", 3}, {"sha256", "aa"}}}}}}};
+  return run;
+}
+
+inline void write_run(const std::filesystem::path& folder, const std::vector<Record>& records,
+                      const Json& run = sweep_provenance()) {
+  std::filesystem::create_directories(folder);
+  write_file(folder / "records.jsonl", write_records(records));
+  write_file(folder / "run.json", run.dump());
+}
+
+/// A file of Google Benchmark with `repetitions` of two benchmarks; `slower` multiplies the times of the
+/// first.
+inline Json benchmark_json(int repetitions, uint64_t draw, double slower = 1, double sigma = 0.02) {
+  PhiloxStream random(draw, 1);
+  Json json = {{"context", {{"host_name", "here"}, {"num_cpus", 2}, {"executable", "./solver_bench"}}},
+               {"benchmarks", Json::array()}};
+  for (const char* name : {"estimate/joint_flow/3000", "ransac/3000/30"}) {
+    for (int i = 0; i < repetitions; ++i) {
+      const double factor = (name[0] == 'e' ? slower : 1.0) * std::exp(sigma * normal(random));
+      json["benchmarks"].push_back({{"name", name},
+                                    {"run_name", name},
+                                    {"run_type", "iteration"},
+                                    {"repetition_index", i},
+                                    {"real_time", 310 * factor},
+                                    {"cpu_time", 300 * factor},
+                                    {"time_unit", "us"}});
+    }
+  }
+  return json;
+}
+
+}  // namespace sextant::testing

@@ -1,0 +1,21 @@
+#include "sextant/eval/gate/verdict.h"
+
+#include <algorithm>
+#include <array>
+
+namespace sextant {
+
+std::string_view to_string(GateVerdict verdict) {
+  constexpr std::array<std::string_view, 5> names = {"invalid", "regressed", "inconclusive", "improved",
+                                                     "ok"};
+  return names.at(static_cast<size_t>(verdict));
+}
+
+int exit_code(GateVerdict verdict) {
+  constexpr std::array<int, 5> codes = {2, 1, 3, 0, 0};
+  return codes.at(static_cast<size_t>(verdict));
+}
+
+GateVerdict worse(GateVerdict a, GateVerdict b) { return std::min(a, b); }
+
+}  // namespace sextant
