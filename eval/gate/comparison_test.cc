@@ -177,7 +177,7 @@ TEST_F(Gate, NaNAndDamageAreInvalid) {
     EXPECT_EQ(c.verdict, GateVerdict::invalid) << number;
     EXPECT_THAT(c.findings.at(0).subject, HasSubstr("records.jsonl:1")) << number;
   }
-  for (const std::string text : {std::string(), good.substr(0, good.size() - 9), good + good}) {
+  for (const std::string& text : {std::string(), good.substr(0, good.size() - 9), good + good}) {
     write_file(fresh() / "records.jsonl", text);
     EXPECT_EQ(compare().verdict, GateVerdict::invalid);
   }
@@ -322,7 +322,8 @@ TEST_F(Gate, PolicyIsReadStrictly) {
     }
     return "";
   };
-  EXPECT_EQ(message(write_options(Policy{}).dump()), "");
+  const Policy defaults;
+  EXPECT_EQ(message(write_options(defaults).dump()), "");
   EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "");
   EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
   EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),

@@ -122,7 +122,8 @@ TEST(Outputs, BencherMetricFormatFollowsItsDocumentation) {
 }
 
 TEST(Outputs, GithubActionBenchmarkFollowsItsDocumentation) {
-  const Json list = comparison_github(every_verdict(), {});
+  const Policy policy;
+  const Json list = comparison_github(every_verdict(), policy);
   EXPECT_EQ(github_problem(list), "");
   ASSERT_EQ(list.size(), 5U);
   EXPECT_EQ(list[1]["unit"], "m");
@@ -138,14 +139,15 @@ TEST(Outputs, GithubActionBenchmarkFollowsItsDocumentation) {
 }
 
 TEST(Outputs, MarkdownAndJsonSayTheVerdict) {
-  const OutputFiles files = comparison_files(every_verdict(), {}, noon);
+  const Policy policy;
+  const OutputFiles files = comparison_files(every_verdict(), policy, noon);
   EXPECT_EQ(files.size(), 5U);
   EXPECT_TRUE(files.at("comparison.md").starts_with("# sextant compare: invalid\n"));
   const Json json = Json::parse(files.at("comparison.json"));
   EXPECT_EQ(json["exit_code"], 2);
   EXPECT_EQ(json["accuracy"].size(), 3U);
   EXPECT_EQ(json["accuracy"][0]["verdict"], "regressed");  // worst first
-  EXPECT_EQ(json["policy"], write_options(Policy{}));
+  EXPECT_EQ(json["policy"], write_options(policy));
 }
 
 }  // namespace

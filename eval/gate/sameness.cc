@@ -175,7 +175,7 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
   std::vector<Mismatch> findings;
   for (const Side* side : {&base, &fresh}) {
     for (const RunFolder& run : side->runs) {
-      if (&run != &base.runs.front() && !base.runs.empty())
+      if (!base.runs.empty() && &run != &base.runs.front())
         compare_runs(base.runs.front(), run, policy, findings);
     }
   }
