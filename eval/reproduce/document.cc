@@ -88,7 +88,7 @@ void add_paper_tables(const Evidence& evidence, ReportDocument& document) {
       section.paragraphs.push_back("The paper measured on: " + entry.exact_data +
                                    ". To get what is public of it: " + entry.fetch + ".");
     }
-    section.tables.push_back({entry.name, std::move(table)});
+    section.tables.push_back({entry.name, std::move(table), entry.split_by});
     document.sections.push_back(std::move(section));
   }
 }
@@ -107,8 +107,9 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   document.verdicts = claim_verdicts(checked, "#claims");
   add_paper_tables(evidence, document);
   add_figure_sections(config.out / "parts", evidence, config.jobs, document);
-  document.sections.insert(document.sections.begin(),
-                           {"claims-section", "Claims", {}, {{"claims", claim_table(checked)}}, {}, {}});
+  document.sections.insert(
+      document.sections.begin(),
+      {"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"claim"}}}, {}, {}});
   document.sections.push_back({"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}});
   document.provenance = {{"report by", "sextant " + version()}, {"commit", git_commit()}};
   document.citation = citation();

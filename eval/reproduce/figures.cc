@@ -48,18 +48,22 @@ void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePa
                       ReportDocument& document) {
   ReportSection section{part.name + "-section",
                         fmt::format("Fig. 4: {} ({})", parameter_title(part.sweep.parameter), part.name)};
-  section.tables.push_back({"fig_4_" + part.name, noise_level_table(levels)});
+  section.tables.push_back({"fig_4_" + part.name, noise_level_table(levels), {"dataset", "sequence"}});
   section.figures = noise_level_figures(levels);
   document.sections.push_back(std::move(section));
 }
 
-/// The paper's sets on the data of one part, bodies as the paper calls them.
+bool has_estimate(const RecordRefs& records) {
+  return std::ranges::any_of(records, [](const Record* r) { return r->status == Status::ok; });
+}
+
+/// The paper's sets on the data of one part, bodies as the paper calls them; those that were estimated.
 std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : set_data()) {
-    RecordSet set{part.name + "_" + data.set, set_data_title(data.filter), {}};
+    RecordSet set{part.name + "_" + data.set, data.set + ", " + data.filter.dataset, {}};
     for (const auto& [body, records] : paper_bodies(part.sweep.records, data.filter))
-      set.bodies.push_back({body, records});
+      if (has_estimate(records)) set.bodies.push_back({body, records});
     if (!set.bodies.empty()) sets.push_back(std::move(set));
   }
   return sets;

@@ -85,7 +85,8 @@ std::string part_html(const Table& whole, const std::string& label) {
   return html + "</tbody>\n</table>\n</div>\n";
 }
 
-std::string table_html(const NamedTable& named) {
+/// Below a heading that may already say the table's title.
+std::string table_html(const NamedTable& named, const std::string& heading) {
   const Table table = without_details(named.table);
   const std::vector<Table> parts =
       named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
@@ -94,7 +95,8 @@ std::string table_html(const NamedTable& named) {
   std::string html =
       fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
                   n >= crowded_columns ? " crowded" : "", named.name);
-  if (!table.title.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
+  if (!table.title.empty() && table.title != heading)
+    html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
   for (const Table& part : parts) html += part_html(part, table.title.empty() ? named.name : table.title);
   for (const std::string& note : table.notes) html += paragraph(note, "note");
@@ -130,7 +132,7 @@ std::string section_html(const ReportSection& section, const OutputFiles& drawn)
       fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.name, html_escaped(section.heading));
   for (const std::string& text : section.paragraphs) html += paragraph(text);
   html += images_html(section, drawn);
-  for (const NamedTable& table : section.tables) html += table_html(table);
+  for (const NamedTable& table : section.tables) html += table_html(table, section.heading);
   return html + "</section>\n";
 }
 

@@ -99,7 +99,7 @@ Table published_table(const std::string& title, const std::string& caption, std:
   table.columns.push_back({"verdict", "verdict", Align::left});
   table.columns.push_back({"pairs", "pairs", Align::right, 0});
   table.columns.push_back({"seeds", "seeds", Align::right, 0});
-  table.columns.push_back({"data", "data", Align::left});
+  table.columns.push_back({"data", "data", Align::left, 0, true});
   table.columns.push_back({"records", "records", Align::left, 0, false, true});
   return table;
 }

@@ -60,7 +60,7 @@ bool add_rows(const Json& published, const EvidencePart& part, const SetData& da
       row.published = value.get<double>();
       if (body != bodies.end()) row.measured = measure_mean(body->second, q.map, q.key);
       if (row.measured) scale(q.factor, *row.measured);
-      row.data = set_data_title(data.filter) + (q.map == &Record::errors ? ", injected noise" : "");
+      row.data = set_data_title(data.filter);
       row.records = part.name;
       add_published_row(row, table);
     }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/table.h"
@@ -20,6 +21,7 @@ struct PaperTable {
   std::string exact_data;  ///< what the paper measured on
   std::string fetch;       ///< scripts that get what can be had of it
   std::function<Table(const Evidence&)> make;
+  std::vector<std::string> split_by{};  ///< NamedTable::split_by
 };
 
 std::span<const PaperTable> paper_tables();
