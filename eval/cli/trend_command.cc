@@ -32,7 +32,8 @@ Json history_json(const History& history) {
 }
 
 void run_trend(const TrendFlags& flags) {
-  const Policy policy = flags.policy.empty() ? Policy{} : read_policy(flags.policy);
+  Policy policy;
+  if (!flags.policy.empty()) policy = read_policy(flags.policy);
   const History history = read_history({flags.folders.begin(), flags.folders.end()}, policy);
   const ReportDocument document = history_document(history);
   if (!flags.out.empty()) {

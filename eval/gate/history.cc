@@ -132,6 +132,15 @@ std::string unit_of(const std::string& metric) {
 
 bool is_time(const std::string& metric) { return unit_of(metric) == "ms"; }
 
+/// Smallest change that counts, as a share: that of a comparison; of times with too few points to show their
+/// own noise that of times without repetitions.
+double effect_of(const Series& series, size_t n_points, const Policy& policy) {
+  constexpr size_t enough = 6;
+  if (!is_time(series.metric)) return policy.accuracy.of(series.metric).minimum_effect;
+  if (n_points >= enough) return policy.speed.minimum_effect;
+  return series.metric == "benchmark" ? policy.speed.unrepeated_effect : policy.speed.unrepeated_run_effect;
+}
+
 void find_changes(Series& series, const Policy& policy) {
   std::vector<double> values;
   std::vector<size_t> points;
@@ -141,8 +150,7 @@ void find_changes(Series& series, const Policy& policy) {
     points.push_back(i);
   }
   if (values.size() < 2) return;
-  const double effect =
-      is_time(series.metric) ? policy.speed.minimum_effect : policy.accuracy.of(series.metric).minimum_effect;
+  const double effect = effect_of(series, values.size(), policy);
   for (const size_t i : change_points(values, std::max(1e-9, effect * std::abs(median(values)))))
     series.changes.push_back(points[i]);
 }

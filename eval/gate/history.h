@@ -6,6 +6,8 @@
 //   together, share of their cases that was estimated, median times; per benchmark: median time
 //
 // A smallest step counts as in a comparison: minimum_effect of the policy times the series' median.
+// Times of fewer than 6 points do not show their own noise: of them unrepeated_effect and
+// unrepeated_run_effect count.
 
 #include <filesystem>
 #include <optional>

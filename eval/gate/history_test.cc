@@ -53,6 +53,12 @@ TEST_F(Past, ChangesOfLevelAreFoundWhereTheyHappened) {
   EXPECT_THAT(series(history, "ransac/3000/30", "benchmark").changes, ElementsAre());
 }
 
+TEST_F(Past, TwoPointsShowAStepOfErrorsButNotOfTimes) {
+  const History history = read_history({temp_.path() / "run-7", temp_.path() / "run-8"}, policy_);
+  EXPECT_THAT(series(history, "synthetic s18 joint_flow level 0.1 camera", "Et_m").changes, ElementsAre(1));
+  EXPECT_THAT(series(history, "estimate/joint_flow/3000", "benchmark").changes, ElementsAre());
+}
+
 TEST_F(Past, PageOpensInABrowser) {
   const ReportDocument document = history_document(read_history({temp_.path()}, policy_));
   std::vector<Figure> figures;
