@@ -41,12 +41,14 @@ struct FlowDepthLanes {
 
 namespace {
 
+bool is_positive(const Matrix6d& hessian) { return Eigen::LLT<Matrix6d>(hessian).info() == Eigen::Success; }
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int n_hessian = 21;  // upper triangle, row by row
 constexpr int max_depth_steps = 30;
-// Relative; the next step would be its square. A descent that will be refined needs no more than the first.
-constexpr double rough_depth_step = 1e-4;
-constexpr double last_depth_step = 1e-9;
+// Square of the last step of a depth, in its standard deviations; the next would be of the order of its
+// square.
+constexpr double last_depth_step2 = 1e-13;
 
 /// Noise levels and kernel as the factors that the loop needs.
 struct Factors {
@@ -56,17 +58,19 @@ struct Factors {
   bool refine = false;
   bool as_measured = false;
   bool quasi = false;
-  double depth_step_tolerance;
+  bool newton = false;
+  int last_step;             ///< of a depth, before the one in what is linear in it
   bool points_only = false;  ///< leave out kernel and sums
   RobustKernel kernel;
 
-  Factors(const NoiseLevels& levels, const StereoCamera& camera, const RobustKernel& rho)
+  Factors(const NoiseLevels& levels, const StereoCamera& camera, const RobustKernel& rho, Curvature curvature)
       : info_u(1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px)),
         info_v(1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px)),
         refine(levels.delta_d_px > 0),
         as_measured(levels.as_measured),
         quasi(levels.depth_noise == DepthNoise::depth),
-        depth_step_tolerance(rho.majorize ? rough_depth_step : last_depth_step),
+        newton(curvature == Curvature::newton && !levels.as_measured && !rho.majorize),
+        last_step(rho.majorize ? 0 : max_depth_steps),
         kernel(rho) {
     const auto information = [&](double delta_d_px) {
       return delta_d_px > 0 ? (camera.bf / delta_d_px) * (camera.bf / delta_d_px) : 0.0;
@@ -124,7 +128,7 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
       curv_curr = info_curr * (f.quasi ? 2.0 * c * inverse_cm - 1.0 : one);
       curv = curv > 0.1 * info_depth ? curv : 0.1 * info_depth;
       curv_curr = curv_curr > 0.1 * info_curr ? curv_curr : 0.1 * info_curr;
-      if (!f.refine || f.as_measured || step == max_depth_steps) break;
+      if (!f.refine || f.as_measured || step == f.last_step) break;
       const Lanes bend = -2.0 * m.t[2] * iw;  // u''/u' = v''/v' = s'''/s''
       const Lanes first = eu * us * f.info_u + ev * vs * f.info_v + slope + slope_curr * cs;
       const Lanes gauss_newton = us * us * f.info_u + vs * vs * f.info_v + curv + curv_curr * cs * cs;
@@ -134,10 +138,13 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
       const Lanes high = 3.0 * s;
       const Lanes moved = in_front ? (next < low ? low : (next > high ? high : next)) : s;
       const Lanes change = moved - s;
-      const LaneMask moving =
-          (count > zero) & ((change > f.depth_step_tolerance * s) | (change < -f.depth_step_tolerance * s));
+      if (f.last_step < max_depth_steps) {
+        s = moved;
+        continue;
+      }
+      const LaneMask moving = (count > zero) & (change * change * gauss_newton > last_depth_step2);
       s = moved;
-      if ((moving[0] | moving[1] | moving[2] | moving[3]) == 0) step = max_depth_steps - 1;
+      if ((moving[0] | moving[1] | moving[2] | moving[3]) == 0) step = f.last_step - 1;
     }
 
     const Lanes deviance =
@@ -149,13 +156,17 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
     Lanes q = su * eu + sv * ev + deviance + deviance_curr;
     const Lanes h = f.refine ? f.info_u * us * us + f.info_v * vs * vs + curv_curr * cs * cs + curv : one;
     const Lanes ih = one / h;
-    if (f.as_measured && f.refine) {  // one step of s, in what is linear in it
+    if (f.refine &&
+        (f.as_measured || f.last_step < max_depth_steps)) {  // one step of s, in what is linear in it
       const Lanes first = su * us + sv * vs + slope + slope_curr * cs;
-      const Lanes change = -first * ih;
-      q += first * change;
+      const Lanes step = -first * ih;
+      const Lanes change = step < -0.7 * s ? -0.7 * s : (step > 2.0 * s ? 2.0 * s : step);
+      q += change * (2.0 * first + h * change);
+      q = q > zero ? q : zero;
       su += f.info_u * us * change;
       sv += f.info_v * vs * change;
       slope_curr += curv_curr * cs * change;
+      if (!f.as_measured) s = in_front ? s + change : s;
     }
     behind += in_front ? zero : count;
     SEXTANT_STORE(d.refined + i, s);
@@ -186,29 +197,78 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
     if (f.kernel.majorize) bent = zero;
     cost += count * rho;
 
-    // Weight matrix of the rows u, v, c after the Schur complement of s, and the kernel's curvature.
-    Lanes bu = f.info_u * us;
-    Lanes bv = f.info_v * vs;
-    Lanes bc = curv_curr * cs;
-    if (!f.refine) bu = bv = bc = zero;
-    const Lanes wuu = weight * (f.info_u - bu * bu * ih - bent * su * su);
-    const Lanes wuv = weight * (-bu * bv * ih - bent * su * sv);
-    const Lanes wvv = weight * (f.info_v - bv * bv * ih - bent * sv * sv);
-    const Lanes wuc = weight * (-bu * bc * ih - bent * su * slope_curr);
-    const Lanes wvc = weight * (-bv * bc * ih - bent * sv * slope_curr);
-    const Lanes wcc = weight * (curv_curr - bc * bc * ih - bent * slope_curr * slope_curr);
-    // Rows of d (u', v', c) / d xi.
-    const Lanes ju[6] = {d.fx * c, zero, -d.fx * xn * c, -d.fx * xn * yn, d.fx * (one + xn * xn), -d.fx * yn};
-    const Lanes jv[6] = {zero, d.fy * c, -d.fy * yn * c, -d.fy * (one + yn * yn), d.fy * xn * yn, d.fy * xn};
-    const Lanes jc[6] = {zero, zero, -c * c, -c * yn, c * xn, zero};
-    int k = 0;
-    for (int a = 0; a < 6; ++a) {
-      const Lanes wu = wuu * ju[a] + wuv * jv[a] + wuc * jc[a];
-      const Lanes wv = wuv * ju[a] + wvv * jv[a] + wvc * jc[a];
-      const Lanes wc = wuc * ju[a] + wvc * jv[a] + wcc * jc[a];
-      gradient[a] += weight * (su * ju[a] + sv * jv[a] + slope_curr * jc[a]);
-      for (int b = a; b < 6; ++b) hessian[k++] += wu * ju[b] + wv * jv[b] + wc * jc[b];
+    // By the point in the current frame, in units of its depth: T = [fx 0 -fx xn; 0 fy -fy yn; 0 0 -c] are
+    // the derivatives of u', v', c; g = T^T s the gradient, G = T^T W T the Hessian, after the Schur
+    // complement of s, with the kernel's curvature. The twist moves the point by T [c I | R], R = -[xn yn
+    // 1]x.
+    const Lanes g0 = d.fx * su;
+    const Lanes g1 = d.fy * sv;
+    const Lanes gc = c * slope_curr;
+    const Lanes g2 = -(xn * g0 + yn * g1 + gc);
+    const Lanes bu = f.refine ? d.fx * f.info_u * us : zero;
+    const Lanes bv = f.refine ? d.fy * f.info_v * vs : zero;
+    const Lanes bc = f.refine ? c * curv_curr * cs : zero;
+    const Lanes schur = f.newton ? zero : ih;
+    const Lanes wuu = weight * (d.fx * d.fx * f.info_u - schur * bu * bu - bent * g0 * g0);
+    const Lanes wuv = weight * (-schur * bu * bv - bent * g0 * g1);
+    const Lanes wvv = weight * (d.fy * d.fy * f.info_v - schur * bv * bv - bent * g1 * g1);
+    const Lanes wuc = weight * (-schur * bu * bc - bent * g0 * gc);
+    const Lanes wvc = weight * (-schur * bv * bc - bent * g1 * gc);
+    const Lanes wcc = weight * (c * c * curv_curr - schur * bc * bc - bent * gc * gc);
+    Lanes G02 = -(xn * wuu + yn * wuv + wuc);
+    Lanes G12 = -(xn * wuv + yn * wvv + wvc);
+    Lanes G22 = xn * (wuc - G02) + yn * (wvc - G12) + wcc;
+    if (f.newton) {  // u', v', c are not linear in the point
+      G02 -= weight * g0;
+      G12 -= weight * g1;
+      G22 -= 2.0 * weight * g2;
     }
+    const Lanes K03 = yn * G02 - wuv, K04 = wuu - xn * G02, K05 = xn * wuv - yn * wuu;
+    const Lanes K13 = yn * G12 - wvv, K14 = wuv - xn * G12, K15 = xn * wvv - yn * wuv;
+    const Lanes K23 = yn * G22 - G12, K24 = G02 - xn * G22, K25 = xn * G12 - yn * G02;
+    const Lanes c2 = c * c;
+    Lanes h6[n_hessian] = {c2 * wuu,           c2 * wuv,       c2 * G02,       c * K03, c * K04, c * K05,  //
+                           c2 * wvv,           c2 * G12,       c * K13,        c * K14, c * K15,           //
+                           c2 * G22,           c * K23,        c * K24,        c * K25,                    //
+                           yn * K23 - K13,     yn * K24 - K14, yn * K25 - K15,                             //
+                           K04 - xn * K24,     K05 - xn * K25,                                             //
+                           xn * K15 - yn * K05};
+    if (f.newton) {
+      // Turning moves the point along a circle, and s moves it by e: mixed derivatives instead of b.
+      const Lanes along = -iw / s;
+      const Lanes e0 = along * ax, e1 = along * ay, e2 = along * az;
+      const Lanes n0 = bu - g0 * e2;
+      const Lanes n1 = bv - g1 * e2;
+      const Lanes n2 = -(xn * bu + yn * bv + bc + g0 * e0 + g1 * e1 + 2.0 * g2 * e2);
+      const Lanes mixed[6] = {c * n0,
+                              c * n1,
+                              c * n2,
+                              yn * n2 - n1 + e1 * g2 - e2 * g1,
+                              n0 - xn * n2 + e2 * g0 - e0 * g2,
+                              xn * n1 - yn * n0 + e0 * g1 - e1 * g0};
+      const Lanes second = h - 2.0 * m.t[2] * iw * (su * us + sv * vs + slope_curr * cs);
+      const Lanes share = weight / (second > 0.3 * h ? second : h);
+      const Lanes half = 0.5 * weight;
+      h6[15] += weight * (g0 * xn + gc);
+      h6[16] += half * (g0 * yn + g1 * xn);
+      h6[17] += half * (g0 + g2 * xn);
+      h6[18] += weight * (g1 * yn + gc);
+      h6[19] += half * (g1 + g2 * yn);
+      h6[20] += weight * (g2 + gc);
+      int k = 0;
+      for (int a = 0; a < 6; ++a) {
+        const Lanes scaled = f.refine ? share * mixed[a] : zero;
+        for (int b = a; b < 6; ++b) h6[k++] -= scaled * mixed[b];
+      }
+    }
+    for (int k = 0; k < n_hessian; ++k) hessian[k] += h6[k];
+    const Lanes wc = weight * c;
+    gradient[0] += wc * g0;
+    gradient[1] += wc * g1;
+    gradient[2] += wc * g2;
+    gradient[3] += weight * (yn * g2 - g1);
+    gradient[4] += weight * (g0 - xn * g2);
+    gradient[5] += weight * (xn * g1 - yn * g0);
   }
   const auto total = [](const Lanes& v) { return (v[0] + v[1]) + (v[2] + v[3]); };
   for (int k = 0; k < n_hessian; ++k) sums[k] = total(hessian[k]);
@@ -296,10 +356,10 @@ PointDepths FlowDepthData::depths(size_t i, const NoiseLevels& levels) const {
 }
 
 NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
-                           const RobustKernel& kernel) {
+                           const RobustKernel& kernel, Curvature curvature) {
   std::array<double, n_hessian + 8> sums{};
-  accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev), Factors(levels, data.camera_, kernel),
-                   sums.data());
+  accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev),
+                   Factors(levels, data.camera_, kernel, curvature), sums.data());
   NormalEquations out;
   int k = 0;
   for (int a = 0; a < 6; ++a) {
@@ -310,10 +370,23 @@ NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const No
   return out;
 }
 
+void evaluate_distances(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
+                        std::vector<double>& q) {
+  std::array<double, n_hessian + 8> sums{};
+  Factors factors(levels, data.camera_, {}, Curvature::gauss_newton);
+  factors.points_only = true;
+  factors.last_step = 1;
+  accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev), factors, sums.data());
+  q = data.q_;  // keeps its memory
+  for (size_t i = 0; i < data.size_; ++i) {
+    if (data.valid_[i] == 0) q[i] = infinity;
+  }
+}
+
 void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                      PointEvaluation& out) {
   std::array<double, n_hessian + 8> sums{};
-  Factors factors(levels, data.camera_, {});
+  Factors factors(levels, data.camera_, {}, Curvature::gauss_newton);
   factors.points_only = true;
   accumulate_lanes(FlowDepthLanes(data), RigidMotion(T_curr_prev), factors, sums.data());
   out.q = data.q_;  // keeps its memory
@@ -341,7 +414,10 @@ SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const No
                                  const MotionPrior& prior) {
   return minimize_on_se3(
       [&](const SE3& X) {
-        NormalEquations at = accumulate(data, X, levels, kernel);
+        NormalEquations at = accumulate(data, X, levels, kernel, Curvature::newton);
+        if (prior.holds()) add_prior(prior, X, at);
+        if (kernel.majorize || !std::isfinite(at.cost) || is_positive(at.hessian)) return at;
+        at = accumulate(data, X, levels, kernel, Curvature::gauss_newton);
         if (prior.holds()) add_prior(prior, X, at);
         return at;
       },

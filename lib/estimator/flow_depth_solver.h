@@ -12,7 +12,8 @@
 //
 // Refined flows have left q in closed form (huber.h: variances of the two terms add). The minimum over s is
 // taken by Newton's method to convergence for every point and every X, four points at a time; the 6x6 system
-// is its Schur complement. D is the deviance of the depth measurement, by DepthNoise:
+// is its Schur complement. Kernels that majorize are for descents on the way: those take one step of s per X.
+// D is the deviance of the depth measurement, by DepthNoise:
 //
 //   disparity   D = ((s - sm) / kappa)^2: bf s is measured with standard deviation delta_d
 //   depth       D = ((s - sm) / kappa)^2 (2 s + sm) / (3 sm): the depth is measured without bias and with
@@ -52,6 +53,11 @@ struct PointDepths {
   double weight_curr = 0;
 };
 
+/// What Hessians contain. Gauss-Newton's is never indefinite but ignores that errors of depths change the
+/// Jacobians: where those are a share of the relief, steps shrink by no more than that share
+/// (errors_in_variables.h). Newton's is exact, and converges quadratically.
+enum class Curvature { gauss_newton, newton };
+
 /// The points as padded structure of arrays, and the inverse depths that the last evaluation found.
 class FlowDepthData {
  public:
@@ -84,7 +90,9 @@ class FlowDepthData {
   FlowDepthData(const StereoCamera& camera, size_t size);
   friend struct FlowDepthLanes;
   friend NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
-                                    const RobustKernel& kernel);
+                                    const RobustKernel& kernel, Curvature curvature);
+  friend void evaluate_distances(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
+                                 std::vector<double>& q);
   friend void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                               struct PointEvaluation& out);
   StereoCamera camera_;
@@ -108,8 +116,12 @@ struct PointEvaluation {
 void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                      PointEvaluation& out);
 
+/// Only q, to the first order after one step of the depth: for choosing points.
+void evaluate_distances(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
+                        std::vector<double>& q);
+
 NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
-                           const RobustKernel& kernel);
+                           const RobustKernel& kernel, Curvature curvature = Curvature::gauss_newton);
 
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                                  const RobustKernel& kernel, const SolverOptions& options,

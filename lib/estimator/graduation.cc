@@ -15,24 +15,26 @@ SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& leve
   constexpr size_t sample_size = 1000;
   constexpr double first = 8;
   constexpr double last = last_graduated_scale;
-  constexpr int steps = 12;
+  constexpr int steps = 6;
   FlowDepthData data = all.sample(sample_size);
-  const SolverResult direct = descend(data, start, levels, {RobustKernel::Kind::geman_mcclure, last}, 10);
+  RobustKernel kernel{RobustKernel::Kind::geman_mcclure, last};
+  const SolverResult direct = descend(data, start, levels, kernel, 10);
   SolverResult graduated;
   graduated.T_curr_prev = start;
   for (int k = 0; k < steps; ++k) {
-    const double scale = first * std::pow(last / first, k / (steps - 1.0));
-    graduated = descend(data, graduated.T_curr_prev, levels, {RobustKernel::Kind::geman_mcclure, scale}, 2);
+    kernel.scale = first * std::pow(last / first, k / (steps - 1.0));
+    graduated = descend(data, graduated.T_curr_prev, levels, kernel, k + 1 < steps ? 1 : 3);
     if (!std::isfinite(graduated.at_optimum.cost)) break;
   }
   return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
 }
 
-double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel) {
+double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel,
+                       size_t stride) {
   double square = 0;
   double slope = 0;
   size_t n = 0;
-  for (size_t i = 0; i < data.size(); ++i) {
+  for (size_t i = 0; i < data.size(); i += stride) {
     if (!data.used(i)) continue;
     const double d = data.uses_depth_curr(i) ? 3 : 2;
     const double w = kernel.weight(q[i]);

@@ -1,7 +1,7 @@
 #pragma once
 
 // Graduated non-convexity (Blake & Zisserman 1987; Yang et al., RA-L 2020) on all points from a robust start:
-// Geman-McClure from 8 to 1.5 sigma in 12 steps, from nearly convex to redescending. The wide kernels at the
+// Geman-McClure from 8 to 1.5 sigma in 6 steps, from nearly convex to redescending. The wide kernels at the
 // beginning can be drawn to where most points are wrong together, so a descent straight from the start
 // competes: the lower cost under the last kernel wins. A sample of the points is enough to find the way.
 
@@ -18,7 +18,9 @@ SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& le
 SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels);
 
 /// Factor by which a robust kernel's estimate varies more than the inverse of sum J^T S^-1 J says:
-/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over the points in use, psi = weight(q) r (Huber 1981, ch. 6).
-double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel);
+/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over every stride-th point if in use, psi = weight(q) r (Huber
+/// 1981, ch. 6).
+double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel,
+                       size_t stride = 1);
 
 }  // namespace sextant

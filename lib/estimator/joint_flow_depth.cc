@@ -16,6 +16,8 @@ namespace {
 using Kind = RobustKernel::Kind;
 
 constexpr size_t min_points = 3;
+// The choice of points has settled when it changes for no more than one in so many.
+constexpr size_t settled_share = 1000;
 
 /// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
 double chi_square_quantile(int dof, double probability) {
@@ -34,10 +36,12 @@ double chi_square_quantile(int dof, double probability) {
 /// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
 /// heavy.
 double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
+  constexpr size_t sample_size = 1000;
+  const size_t stride = std::max<size_t>(data.size() / sample_size, 1);
   double best = 0;
   double least = INFINITY;
   for (const double scale : {10.0, 6.0, 4.0, 3.0, 2.0, 1.5}) {
-    const double variance = variance_factor(data, q, {Kind::geman_mcclure, scale});
+    const double variance = variance_factor(data, q, {Kind::geman_mcclure, scale}, stride);
     if (variance >= least) continue;
     least = variance;
     best = scale;
@@ -45,23 +49,26 @@ double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
   return best > 0 ? best : 1.5;
 }
 
-/// Uses the points whose q lies in the gate; returns whether that changed anything.
-bool gate_points(FlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double probability) {
-  const double gate2 = chi_square_quantile(2, probability);
-  const double gate3 = chi_square_quantile(3, probability);
-  PointEvaluation flow, both;
+/// Uses the points whose q lies in the gate, and leaves that q; returns how many that changed.
+size_t gate_points(FlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate2,
+                   double gate3, std::vector<double>& q, std::vector<double>& q_both) {
   NoiseLevels without = levels;
   without.delta_d_curr_px = 0;
-  for (size_t i = 0; i < data.size(); ++i) data.use(i, data.is_measurement(i), true);
-  evaluate_points(data, motion, without, flow);
-  if (levels.delta_d_curr_px > 0) evaluate_points(data, motion, levels, both);
-  bool changed = false;
+  std::vector<unsigned char> before(data.size());
   for (size_t i = 0; i < data.size(); ++i) {
-    const bool point = flow.q[i] <= gate2;
+    before[i] = (data.used(i) ? 1 : 0) + (data.uses_depth_curr(i) ? 2 : 0);
+    data.use(i, data.is_measurement(i), true);
+  }
+  evaluate_distances(data, motion, without, q);
+  if (levels.delta_d_curr_px > 0) evaluate_distances(data, motion, levels, q_both);
+  size_t changed = 0;
+  for (size_t i = 0; i < data.size(); ++i) {
+    const bool point = q[i] <= gate2;
     const bool curr =
-        point && levels.delta_d_curr_px > 0 && data.measures_depth_curr(i) && both.q[i] <= gate3;
-    changed = changed || point != data.used(i) || curr != data.uses_depth_curr(i);
+        point && levels.delta_d_curr_px > 0 && data.measures_depth_curr(i) && q_both[i] <= gate3;
+    if (curr) q[i] = q_both[i];
     data.use(i, point, curr);
+    changed += before[i] != (point ? 1 : 0) + (curr ? 2 : 0) ? 1 : 0;
   }
   return changed;
 }
@@ -139,16 +146,19 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
       levels.delta_d_curr_px = estimate_delta_d_curr(data, out.start, levels);
       correct_depth_curr(problem, options, levels, out.start, data);
     }
+    const double gate2 = chi_square_quantile(2, options.gate);
+    const double gate3 = chi_square_quantile(3, options.gate);
+    std::vector<double> q, q_both;
     for (int k = 0; k < 4; ++k) {
-      if (!gate_points(data, out.start, levels, options.gate) && k > 0) break;
+      const size_t changed = gate_points(data, out.start, levels, gate2, gate3, q, q_both);
+      if (k > 0 && changed * settled_share <= data.n_used()) break;
       if (data.n_used() < min_points) break;
       if (graduated) {
-        evaluate_points(data, out.start, levels, at);
-        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(data, at.q)};
+        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(data, q)};
       } else if (options.robust == "huber") {
         out.kernel = {Kind::huber, options.huber};
       }
-      const SolverResult result = descend(data, out.start, levels, out.kernel, 4);
+      const SolverResult result = descend(data, out.start, levels, out.kernel, 2);
       if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
       out.start = result.T_curr_prev;
     }
