@@ -190,6 +190,7 @@ std::string write_records(const std::vector<Record>& records) {
 
 std::vector<Record> parse_records(std::string_view text, const std::string& name) {
   std::vector<Record> records;
+  records.reserve(static_cast<size_t>(std::ranges::count(text, '\n')));
   int line_number = 0;
   while (!text.empty()) {
     const auto where = [&, number = ++line_number] { return fmt::format("{}:{}", name, number); };
@@ -204,7 +205,7 @@ std::vector<Record> parse_records(std::string_view text, const std::string& name
       continue;
     }
     const Json json = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (json.is_discarded()) fail("{}: not valid JSON", where());
+    if (json.is_discarded()) fail("{}: not valid JSON (which has no NaN and no infinity)", where());
     records.push_back(record_from_json(json, where()));
   }
   return records;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "sextant/base/parallel_for.h"
@@ -127,6 +128,17 @@ std::map<std::string, std::vector<Pair>> pairs_by_metric(const std::vector<Pair>
   return by_metric;
 }
 
+/// Fewer seeds cannot reach p = 0.05 by signed ranks.
+constexpr size_t enough_seeds = 6;
+
+/// What is independent: the seeds; of too few seeds every case by itself.
+std::vector<uint64_t> clusters_of(const std::vector<Pair>& pairs) {
+  std::vector<uint64_t> seeds;
+  for (const Pair& pair : pairs) seeds.push_back(pair.base->seed);
+  if (std::set(seeds.begin(), seeds.end()).size() < enough_seeds) std::iota(seeds.begin(), seeds.end(), 0);
+  return seeds;
+}
+
 /// Everything but the corrected p and the verdict.
 AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(metric);
@@ -134,10 +146,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
   row.subject = subject_of(*pairs.front().base);
   row.metric = metric;
   row.n = static_cast<int>(pairs.size());
-  std::set<uint64_t> seeds;
-  for (const Pair& pair : pairs) seeds.insert(pair.base->seed);
   std::vector<double> differences;
-  std::vector<uint64_t> clusters;
   double sum = 0, change = 0;
   for (const Pair& pair : pairs) {
     const double before = pair.base->errors.at(metric), after = pair.fresh->errors.at(metric);
@@ -146,7 +155,6 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     const double difference = changed ? after - before : 0;
     if (changed) ((difference > 0) == (rules.direction == "lower") ? row.n_worse : row.n_better)++;
     differences.push_back(difference);
-    clusters.push_back(seeds.size() > 1 ? pair.base->seed : static_cast<uint64_t>(pair.base->frame));
     sum += before;
     change += difference;
   }
@@ -156,6 +164,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     row.interval = Interval{0, 0};
     return row;
   }
+  const std::vector<uint64_t> clusters = clusters_of(pairs);
   const std::vector<double> means = cluster_means(differences, clusters);
   const WilcoxonTest test = wilcoxon_test(means);
   row.p = test.p;

@@ -4,10 +4,11 @@
 // subject (dataset, sequence, estimator, noise, level, body) and error, over the cases estimated on both
 // sides:
 //
-//   difference   mean of new - base; 95 % interval by cluster bootstrap (clusters: seeds; with one seed
-//   frames) p            Wilcoxon's signed ranks on the clusters' means, zeros left out p_corrected  Holm
-//   over all rows that changed at all and could reach alpha (Tarone 1990: a test that cannot
-//                reject takes nothing from the others)
+//   difference   mean of new - base; 95 % interval by cluster bootstrap. Clusters are the seeds; with fewer
+//                than 6, of which no test can reject at 5 %, the cases
+//   p            Wilcoxon's signed ranks on the clusters' means, zeros left out
+//   p_corrected  Holm over all rows that changed at all and could reach alpha (Tarone 1990: a test that
+//                cannot reject takes nothing from the others)
 //   detectable   smallest mean difference that so many clusters find at 5 % with probability 80 %
 //
 // With the same seeds the same program gives the same numbers, so there is no noise between the two sides: a

@@ -17,6 +17,25 @@ std::pair<Side, Side> read_sides(const std::filesystem::path& base, const std::f
   return {first.get(), std::move(second)};
 }
 
+/// Both at once: there are millions of numbers to free.
+void release(Side& first, Side& second, int jobs) {
+  std::future<void> one =
+      std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { first.runs.clear(); });
+  second.runs.clear();
+  one.wait();
+}
+
+/// Of repetitions the first is judged; the others must hold the same cases.
+void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
+  for (const RunFolder& run : side.runs) {
+    const size_t n = side.runs.front().records.size();
+    if (run.records.size() == n) continue;
+    findings.push_back(mismatch(policy.same.cases, "cases", run.path + ": repetition",
+                                fmt::format("{} cases in the first", n),
+                                fmt::format("{} here", run.records.size())));
+  }
+}
+
 void compare_records(const Side& base, const Side& fresh, const Policy& policy, int jobs, Comparison& out) {
   if (base.runs.empty() != fresh.runs.empty()) {
     const auto said = [](const Side& side) { return side.runs.empty() ? "missing" : "there"; };
@@ -24,6 +43,8 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
   }
   if (base.runs.empty() || fresh.runs.empty()) return;
   out.n_runs = static_cast<int>(std::min(base.runs.size(), fresh.runs.size()));
+  check_repetitions(base, policy, out.findings);
+  check_repetitions(fresh, policy, out.findings);
   AccuracyComparison accuracy =
       compare_accuracy(base.runs.front().records, fresh.runs.front().records, policy, jobs);
   out.n_cases = accuracy.n_cases;
@@ -50,7 +71,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
   out.base = base.string();
   out.fresh = fresh.string();
   try {
-    const auto [first, second] = read_sides(base, fresh, jobs);
+    auto [first, second] = read_sides(base, fresh, jobs);
     out.findings = compare_provenance(first, second, policy);
     compare_records(first, second, policy, jobs, out);
     if (policy.speed.judge) {
@@ -62,6 +83,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
       out.findings.push_back(
           mismatch("must", "cases", "everything", "nothing to compare", "nothing to compare"));
     }
+    release(first, second, jobs);
   } catch (const Error& error) {
     out.findings.insert(out.findings.begin(), mismatch("must", "input", error.what(), "", ""));
   }

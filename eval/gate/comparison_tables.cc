@@ -177,8 +177,8 @@ Table speed_table(const Comparison& c, bool changed_only) {
   }
   if (unrepeated) {
     table.notes.emplace_back(
-        "Without an interval there are too few repetitions for a test (4 on each side); scripts/bench_pair "
-        "makes them.");
+        "Without an interval there are too few repetitions for a test (4 on each side): only large changes "
+        "are seen (unrepeated_effect). scripts/bench_pair makes repetitions.");
   }
   return table;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/version.h"
@@ -112,7 +113,8 @@ void add_times(const Side& side, Point& point) {
     for (const Record& r : run.records) {
       for (const char* stage : {"refine", "total"}) {
         const auto it = r.time_ms.find(stage);
-        if (it != r.time_ms.end()) samples[{group_of(r), stage}].push_back(it->second);
+        if (r.status != Status::ok || it == r.time_ms.end()) continue;
+        samples[{fmt::format("{} {} {}", r.dataset, r.sequence, r.estimator), stage}].push_back(it->second);
       }
     }
   }
@@ -132,13 +134,23 @@ std::string unit_of(const std::string& metric) {
 
 bool is_time(const std::string& metric) { return unit_of(metric) == "ms"; }
 
-/// Smallest change that counts, as a share: that of a comparison; of times with too few points to show their
-/// own noise that of times without repetitions.
-double effect_of(const Series& series, size_t n_points, const Policy& policy) {
-  constexpr size_t enough = 6;
-  if (!is_time(series.metric)) return policy.accuracy.of(series.metric).minimum_effect;
-  if (n_points >= enough) return policy.speed.minimum_effect;
-  return series.metric == "benchmark" ? policy.speed.unrepeated_effect : policy.speed.unrepeated_run_effect;
+/// Fewer times do not show their own noise.
+constexpr size_t enough_times = 6;
+
+/// Smallest change that counts, as a share: that of a comparison.
+double effect_of(const Series& series, const Policy& policy) {
+  return is_time(series.metric) ? policy.speed.minimum_effect
+                                : policy.accuracy.of(series.metric).minimum_effect;
+}
+
+/// Running median of three; at the ends that of the last three.
+std::vector<double> without_spikes(const std::vector<double>& values) {
+  std::vector<double> smooth;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const size_t first = std::min(i == 0 ? 0 : i - 1, values.size() - 3);
+    smooth.push_back(median(std::span(values).subspan(first, 3)));
+  }
+  return smooth;
 }
 
 void find_changes(Series& series, const Policy& policy) {
@@ -149,8 +161,9 @@ void find_changes(Series& series, const Policy& policy) {
     values.push_back(*series.values[i]);
     points.push_back(i);
   }
-  if (values.size() < 2) return;
-  const double effect = effect_of(series, values.size(), policy);
+  if (values.size() < (is_time(series.metric) ? enough_times : 2)) return;
+  if (is_time(series.metric) && series.metric != "benchmark") values = without_spikes(values);
+  const double effect = effect_of(series, policy);
   for (const size_t i : change_points(values, std::max(1e-9, effect * std::abs(median(values)))))
     series.changes.push_back(points[i]);
 }

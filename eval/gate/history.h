@@ -3,11 +3,12 @@
 // `sextant trend`: past results as series over time, and where their level changed (stats/change_points.h).
 //
 //   per dataset, sequence, estimator and level: mean Et_m and ER_deg of the camera and of the objects
-//   together, share of their cases that was estimated, median times; per benchmark: median time
+//   together, share of their cases that was estimated; per dataset, sequence and estimator: median times; per
+//   benchmark: median time
 //
 // A smallest step counts as in a comparison: minimum_effect of the policy times the series' median.
-// Times of fewer than 6 points do not show their own noise: of them unrepeated_effect and
-// unrepeated_run_effect count.
+// Times of fewer than 6 points do not show their own noise: they are drawn, and no change is marked.
+// Those of runs are wall-clock: a single disturbed result is no level (running median of three).
 
 #include <filesystem>
 #include <optional>

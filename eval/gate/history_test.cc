@@ -59,6 +59,22 @@ TEST_F(Past, TwoPointsShowAStepOfErrorsButNotOfTimes) {
   EXPECT_THAT(series(history, "estimate/joint_flow/3000", "benchmark").changes, ElementsAre());
 }
 
+TEST_F(Past, OneDisturbedResultIsNoLevelOfWallClockTimes) {
+  const auto slow_down = [&](int i) {
+    std::vector<Record> records = testing::sweep_records(2);
+    for (Record& r : records) r.time_ms["refine"] *= 10;
+    write_file(temp_.path() / fmt::format("run-{}", i) / "records.jsonl", write_records(records));
+  };
+  const auto changes = [&] {
+    return series(read_history({temp_.path()}, policy_), "synthetic s18 joint_flow", "refine").changes;
+  };
+  slow_down(4);
+  slow_down(11);
+  EXPECT_THAT(changes(), ElementsAre());
+  for (const int i : {8, 9, 10}) slow_down(i);
+  EXPECT_THAT(changes(), ElementsAre(8));
+}
+
 TEST_F(Past, PageOpensInABrowser) {
   const ReportDocument document = history_document(read_history({temp_.path()}, policy_));
   std::vector<Figure> figures;

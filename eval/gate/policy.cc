@@ -45,7 +45,6 @@ void SpeedPolicy::check() const {
   check_alpha(alpha);
   check_share("minimum_effect", minimum_effect);
   check_share("unrepeated_effect", unrepeated_effect);
-  check_share("unrepeated_run_effect", unrepeated_run_effect);
   check_option(time == "cpu" || time == "real", "time", time, "cpu or real");
 }
 

@@ -57,7 +57,6 @@ struct SpeedPolicy {
   double alpha = 0.05;
   double minimum_effect = 0.05;
   double unrepeated_effect = 0.5;
-  double unrepeated_run_effect = 4;
   std::string time = "cpu";
   template <typename V>
   void visit(V& v) {
@@ -65,9 +64,7 @@ struct SpeedPolicy {
     v("alpha", alpha, "0..1", "p-values (Mann-Whitney) up to this are evidence");
     v("minimum_effect", minimum_effect, "share", "smallest change of a time that counts");
     v("unrepeated_effect", unrepeated_effect, "share",
-      "benchmarks without repetitions: slower by more is inconclusive; less is not judged");
-    v("unrepeated_run_effect", unrepeated_run_effect, "share",
-      "the same of runs, whose times are wall-clock");
+      "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged");
     v("time", time, "", "of Google Benchmark: cpu or real (always real where a benchmark asks for it)");
   }
   void check() const;

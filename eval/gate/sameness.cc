@@ -1,7 +1,9 @@
 #include "sextant/eval/gate/sameness.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <functional>
 #include <map>
 
 namespace sextant {
@@ -55,7 +57,7 @@ std::string tail(const std::string& path) {
   return (whole.parent_path().filename() / whole.filename()).string();
 }
 
-/// Of every source: its files' hashes and what describes its data.
+/// Of every source: its files' hashes, those of its packs (data, extraction, version) and what describes it.
 Leaves data_of(const Json& run) {
   Leaves leaves;
   const Json sources = run.value("sources", Json::array());
@@ -63,7 +65,7 @@ Leaves data_of(const Json& run) {
   for (const Json& source : sources) {
     if (!source.is_object()) continue;
     const std::string name = without_folder(source.value("source", std::string()));
-    for (const char* key : {"provenance", "rate_hz", "width_px", "height_px", "camera"}) {
+    for (const char* key : {"provenance", "packs", "rate_hz", "width_px", "height_px", "camera"}) {
       if (source.contains(key)) leaves.merge(leaves_of(source[key], name + " " + key));
     }
     const Json inputs = source.value("inputs", Json::object());
@@ -106,7 +108,24 @@ Leaves benchmark_build_of(const BenchmarkFile& file) {
   return leaves;
 }
 
-enum class OneSided { differs, is_noted };
+/// What a path that only one side has is: a difference, or a note where nothing is lost by it.
+using IsNoted = std::function<bool(const std::string& path, const Leaves& other)>;
+
+/// Never: what one side has must be on the other.
+bool never(const std::string&, const Leaves&) { return false; }
+
+/// An option that only one version of the program knows has no value in the other that could differ. It is
+/// one among others that both know; a whole group that comes or goes, or an item of a list, is a difference.
+bool is_new_option(const std::string& path, const Leaves& other) {
+  const size_t dot = path.rfind('.');
+  if (dot == std::string::npos || std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0) return false;
+  const std::string group = path.substr(0, dot + 1);
+  const auto sibling = other.lower_bound(group);
+  return sibling != other.end() && sibling->first.starts_with(group);
+}
+
+/// Names of packs, which a run without packs does not have.
+bool is_pack(const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; }
 
 class Comparer {
  public:
@@ -114,26 +133,32 @@ class Comparer {
 
   /// At most `shown` of the differences are told one by one.
   void compare(const std::string& what, const std::string& rule, const Leaves& base, const Leaves& fresh,
-               OneSided one_sided = OneSided::differs) {
-    size_t n = 0;
+               const IsNoted& is_noted = never) {
+    size_t n_differ = 0, n_noted = 0;
     const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool noted) {
+      size_t& n = noted ? n_noted : n_differ;
       if (n++ < shown) findings_.push_back(mismatch(noted ? "note" : rule, what, path, a, b));
     };
     for (const auto& [path, value] : base) {
       const auto other = fresh.find(path);
       if (other == fresh.end()) {
-        add(path, value, absent, one_sided == OneSided::is_noted);
+        add(path, value, absent, is_noted(path, fresh));
       } else if (other->second != value) {
         add(path, value, other->second, false);
       }
     }
     for (const auto& [path, value] : fresh) {
-      if (!base.contains(path)) add(path, absent, value, one_sided == OneSided::is_noted);
+      if (!base.contains(path)) add(path, absent, value, is_noted(path, base));
     }
-    if (n > shown) findings_.push_back(mismatch(rule, what, fmt::format("{} more", n - shown), "", ""));
+    add_more(rule, what, n_differ);
+    add_more("note", what, n_noted);
   }
 
  private:
+  void add_more(const std::string& rule, const std::string& what, size_t n) {
+    if (n > shown) findings_.push_back(mismatch(rule, what, fmt::format("{} more", n - shown), "", ""));
+  }
+
   static constexpr size_t shown = 5;
   std::vector<Mismatch>& findings_;
 };
@@ -153,10 +178,9 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   const Json b = fresh.provenance.is_null() ? Json::object() : fresh.provenance;
   const SamenessPolicy& same = policy.same;
   comparer.compare("definitions", same.definitions, definitions_of(a), definitions_of(b));
-  comparer.compare("data", same.data, data_of(a), data_of(b));
-  // An option that only one version knows has no value in the other that could differ.
+  comparer.compare("data", same.data, data_of(a), data_of(b), is_pack);
   comparer.compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
-                   leaves_of(configuration_of(b), ""), OneSided::is_noted);
+                   leaves_of(configuration_of(b), ""), is_new_option);
   const bool times = policy.speed.judge && has_times(base) && has_times(fresh);
   const std::string machine_rule = times ? same.machine : "note";
   comparer.compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),

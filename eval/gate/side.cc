@@ -21,6 +21,8 @@ std::string case_name(const Record& r) {
 
 /// Each record is moved once; a record is a few hundred bytes.
 std::vector<Record> in_order(std::vector<Record> records) {
+  const auto rises = [](const Record& a, const Record& b) { return compare_cases(a, b) < 0; };
+  if (std::ranges::is_sorted(records, rises)) return records;
   std::vector<const Record*> order;
   for (const Record& record : records) order.push_back(&record);
   std::ranges::sort(order, [](const Record* a, const Record* b) { return compare_cases(*a, *b) < 0; });
@@ -31,6 +33,17 @@ std::vector<Record> in_order(std::vector<Record> records) {
   return sorted;
 }
 
+/// Errors are magnitudes. Beyond the largest one sums of squares overflow.
+void check_errors(const std::vector<Record>& records, const std::string& file) {
+  constexpr double largest = 1e100;
+  for (const Record& r : records) {
+    for (const auto& [key, value] : r.errors) {
+      if (value < 0 || value > largest)
+        fail("{}: {}: error {} = {}: expected 0 .. {}", file, case_name(r), key, value, largest);
+    }
+  }
+}
+
 RunFolder read_run(const fs::path& folder) {
   RunFolder run;
   run.path = folder.string();
@@ -38,12 +51,14 @@ RunFolder read_run(const fs::path& folder) {
     fail("{}: its sweep is not finished: give its command again first", run.path);
   }
   run.records = in_order(read_records(folder / "records.jsonl"));
-  if (run.records.empty()) fail("{}: has no records", (folder / "records.jsonl").string());
+  const std::string file = (folder / "records.jsonl").string();
+  if (run.records.empty()) fail("{}: has no records", file);
   const auto twice = std::ranges::adjacent_find(
       run.records, [](const Record& a, const Record& b) { return compare_cases(a, b) == 0; });
   if (twice != run.records.end()) {
-    fail("{}: the case '{}' is there twice", (folder / "records.jsonl").string(), case_name(*twice));
+    fail("{}: the case '{}' is there twice", file, case_name(*twice));
   }
+  check_errors(run.records, file);
   if (!fs::exists(folder / "run.json")) return run;
   run.provenance = Json::parse(read_file(folder / "run.json"), nullptr, /*allow_exceptions=*/false);
   if (!run.provenance.is_object()) fail("{}: expected a JSON object", (folder / "run.json").string());
@@ -93,6 +108,9 @@ Side read_side(const fs::path& path) {
   Side side;
   side.path = path.string();
   if (!fs::exists(path)) fail("{}: is not there: expected results to compare", side.path);
+  if (path.extension() == ".jsonl") {
+    fail("{}: expected its folder: run.json there says what the records are of", side.path);
+  }
   if (fs::is_regular_file(path)) {
     side.benchmarks.push_back(parse_benchmark_file(read_file(path), side.path));
     return side;

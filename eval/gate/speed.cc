@@ -12,8 +12,11 @@
 namespace sextant {
 namespace {
 
-/// Times by name; every vector holds the repetitions.
-using Samples = std::map<std::string, std::vector<double>>;
+struct Sample {
+  std::vector<double> ns;          ///< of each repetition
+  std::optional<Interval> ratios;  ///< of the first, case by case to BASE's first: 10 % and 90 %
+};
+using Samples = std::map<std::string, Sample>;  ///< by name
 
 bool asks_for_real_time(const std::string& name) {
   return name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
@@ -45,7 +48,7 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
           fail("{}: benchmark '{}': its {} time is 0: it measured nothing", file.path, name,
                real ? "real" : "CPU");
       }
-      std::vector<double>& all = samples[prefix_of(file, several) + name];
+      std::vector<double>& all = samples[prefix_of(file, several) + name].ns;
       all.insert(all.end(), times.begin(), times.end());
     }
   }
@@ -60,9 +63,8 @@ struct StageTimes {
   std::vector<double> reference_ms;
 };
 
-/// One number a stage, estimator and sequence: median time of the run, in ns.
-std::map<std::string, double> run_times(const std::vector<Record>& records,
-                                        const std::vector<Record>& reference) {
+/// Adds one number a stage, estimator and sequence: median time of the run, in ns.
+void add_run(const std::vector<Record>& records, const std::vector<Record>& reference, Samples& samples) {
   std::map<std::string, StageTimes> stages_of;
   auto r = reference.begin();
   for (const Record& record : records) {
@@ -78,19 +80,20 @@ std::map<std::string, double> run_times(const std::vector<Record>& records,
       times.reference_ms.push_back(a->second);
     }
   }
-  std::map<std::string, double> medians;
-  for (auto& [name, times] : stages_of)
-    medians[name] = 1e6 * median(times.reference_ms) * std::exp(median(times.log_ratios));
-  return medians;
+  for (const auto& [name, times] : stages_of) {
+    Sample& sample = samples[name];
+    sample.ns.push_back(1e6 * median(times.reference_ms) * std::exp(median(times.log_ratios)));
+    if (!sample.ratios) {
+      sample.ratios =
+          Interval{std::exp(quantile(times.log_ratios, 0.1)), std::exp(quantile(times.log_ratios, 0.9))};
+    }
+  }
 }
 
 Samples run_samples(const Side& side, const Side& base) {
   Samples samples;
   if (base.runs.empty()) return samples;
-  for (const RunFolder& run : side.runs) {
-    for (const auto& [name, ns] : run_times(run.records, base.runs.front().records))
-      samples[name].push_back(ns);
-  }
+  for (const RunFolder& run : side.runs) add_run(run.records, base.runs.front().records, samples);
   return samples;
 }
 
@@ -110,17 +113,22 @@ double pooled_sigma(const std::vector<double>& a, const std::vector<double>& b) 
   return 1.4826 * mad(residuals);
 }
 
-void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy, double unrepeated,
-                     SpeedComparison& out) {
-  for (const auto& [name, times] : base) {
+void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy, SpeedComparison& out) {
+  for (const auto& [name, sample] : base) {
     const auto other = fresh.find(name);
     if (other == fresh.end()) {
       out.findings.push_back(mismatch(policy.same.cases, "cases", name, "there", "missing"));
     } else {
-      out.rows.push_back(compare_times(name, times, other->second, policy.speed, unrepeated));
+      out.rows.push_back(
+          compare_times(name, sample.ns, other->second.ns, policy.speed, other->second.ratios));
+      const SpeedRow& row = out.rows.back();
+      if (row.n_base != row.n_new) {
+        out.findings.push_back(sextant::mismatch("note", "repetitions", name, std::to_string(row.n_base),
+                                                 std::to_string(row.n_new)));
+      }
     }
   }
-  for (const auto& [name, times] : fresh) {
+  for (const auto& [name, sample] : fresh) {
     if (!base.contains(name))
       out.findings.push_back(mismatch(policy.same.new_cases, "new_cases", name, "missing", "there"));
   }
@@ -129,7 +137,8 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
 }  // namespace
 
 SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
-                       const std::vector<double>& new_ns, const SpeedPolicy& policy, double unrepeated) {
+                       const std::vector<double>& new_ns, const SpeedPolicy& policy,
+                       const std::optional<Interval>& cases) {
   SpeedRow row;
   row.name = name;
   row.n_base = static_cast<int>(base_ns.size());
@@ -151,7 +160,9 @@ SpeedRow compare_times(const std::string& name, const std::vector<double>& base_
   }
   const double slower = 1 + policy.minimum_effect, faster = 1 / slower;
   if (!row.interval) {
-    if (row.ratio > 1 + unrepeated) row.verdict = GateVerdict::inconclusive;
+    const Interval ratios = cases.value_or(Interval{row.ratio, row.ratio});
+    if (ratios.low > 1 + policy.unrepeated_effect) row.verdict = GateVerdict::inconclusive;
+    if (ratios.high < 1 / (1 + policy.unrepeated_effect)) row.verdict = GateVerdict::improved;
   } else if (row.interval->low > slower) {
     row.verdict = GateVerdict::regressed;
   } else if (row.interval->high < faster) {
@@ -166,10 +177,8 @@ SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy&
   SpeedComparison out;
   const bool several = several_programs(base.benchmarks) || several_programs(fresh.benchmarks);
   compare_samples(benchmark_samples(base.benchmarks, several, policy.speed),
-                  benchmark_samples(fresh.benchmarks, several, policy.speed), policy,
-                  policy.speed.unrepeated_effect, out);
-  compare_samples(run_samples(base, base), run_samples(fresh, base), policy,
-                  policy.speed.unrepeated_run_effect, out);
+                  benchmark_samples(fresh.benchmarks, several, policy.speed), policy, out);
+  compare_samples(run_samples(base, base), run_samples(fresh, base), policy, out);
   return out;
 }
 

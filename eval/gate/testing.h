@@ -60,8 +60,9 @@ inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
 inline Json sweep_provenance() {
   Json run = build_provenance();
   run["configuration"] = {{"sources", {"synthetic:s18"}}, {"seeds", 10}, {"options", {{"sigma_px", 1.0}}}};
-  run["sources"] = {
-      {{"source", "synthetic:s18"}, {"inputs", {{"/data/s18/a.png", {{"bytes", 3}, {"sha256", "aa"}}}}}}};
+  run["sources"] = {{{"source", "synthetic:s18"},
+                     {"packs", {"ab"}},
+                     {"inputs", {{"/data/s18/a.png", {{"bytes", 3}, {"sha256", "aa"}}}}}}};
   return run;
 }
 

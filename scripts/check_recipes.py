@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""usage: scripts/check_recipes.py SEXTANT [FILE.md ...]
+
+Recipes that people copy out of the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
+has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows.
+
+Exit codes: 0 good, 1 not (each problem a line), 77 no PyYAML (python3-yaml).
+"""
+
+import json
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+try:
+    import yaml
+except ImportError:
+    print("no PyYAML (python3-yaml): recipes are not checked")
+    sys.exit(77)
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+def blocks(text):
+    """(line number, language, content) of every fenced block."""
+    for match in re.finditer(r"^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+        yield text.count("\n", 0, match.start()) + 1, match[1], match[2]
+
+
+def bash_problem(script):
+    done = subprocess.run(["bash", "-n"], input=script, capture_output=True, text=True)
+    return done.stderr.strip() if done.returncode else ""
+
+
+def github_problem(workflow):
+    for name, job in workflow["jobs"].items():
+        if "runs-on" not in job:
+            return f"job {name}: no runs-on"
+        for step in job.get("steps") or [{}]:
+            if ("run" in step) == ("uses" in step):
+                return f"job {name}: a step has one of 'run' and 'uses'"
+            if unknown := set(step) - {"name", "id", "if", "run", "uses", "with", "env"}:
+                return f"job {name}: unknown keys {sorted(unknown)}"
+            if problem := bash_problem(step.get("run", "")):
+                return f"job {name}: {problem}"
+    return ""
+
+
+def gitlab_problem(jobs):
+    known = {"image", "variables", "before_script", "script", "artifacts", "allow_failure", "stage", "rules"}
+    for name, job in jobs.items():
+        if unknown := set(job) - known:
+            return f"job {name}: unknown keys {sorted(unknown)}"
+        script = job.get("script")
+        if not isinstance(script, list) or not all(isinstance(line, str) for line in script):
+            return f"job {name}: 'script' is not a list of commands"
+        if problem := bash_problem("\n".join(script)):
+            return f"job {name}: {problem}"
+    return ""
+
+
+def yaml_problem(text):
+    try:
+        tree = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        return str(error)
+    if not isinstance(tree, dict):
+        return "not a mapping"
+    return github_problem(tree) if "jobs" in tree else gitlab_problem(tree)
+
+
+def json_problem(text):
+    try:
+        json.loads(text)
+        return ""
+    except ValueError as error:
+        return str(error)
+
+
+PROBLEM = {"yaml": yaml_problem, "bash": bash_problem, "json": json_problem}
+
+
+def flag_problems(sextant, text):
+    """Flags that `sextant COMMAND --help` does not know."""
+    for line in text.splitlines():
+        call = re.search(r"\bsextant ((?:baseline )?[a-z]+) (.*)", line)
+        if not call or "..." in line:
+            continue
+        command, rest = call[1].split(), call[2].split("#")[0]
+        shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
+        if shown.returncode:
+            yield f"no such command: sextant {call[1]}"
+            continue
+        for flag in (word for word in shlex.split(rest.rstrip(" \\;|")) if word.startswith("--")):
+            if not re.search(re.escape(flag) + r"\b", shown.stdout):
+                yield f"sextant {call[1]} has no {flag}"
+
+
+def problems(sextant, file):
+    text = file.read_text()
+    languages = set()
+    for line, language, content in blocks(text):
+        languages.add(language)
+        found = [PROBLEM[language](content)] if language in PROBLEM else []
+        if language in ("", "bash", "yaml"):
+            found += flag_problems(sextant, content)
+        yield from (f"{file.name}:{line}: {problem}" for problem in found if problem)
+    if missing := {"yaml", "bash", "json"} - languages:
+        yield f"{file.name}: no recipe in {sorted(missing)}"
+
+
+def self_test():
+    assert github_problem({"jobs": {"a": {"steps": []}}})
+    assert github_problem({"jobs": {"a": {"runs-on": "x", "steps": [{"run": "a", "uses": "b"}]}}})
+    assert gitlab_problem({"a": {"script": "one"}}) and gitlab_problem({"a": {"scripts": []}})
+    assert yaml_problem("a: [") and bash_problem("if true; then") and json_problem("{,}")
+    assert list(blocks("x\n```bash\nls\n```\n")) == [(2, "bash", "ls\n")]
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
+        print(__doc__)
+        return 0 if len(sys.argv) > 1 else 1
+    self_test()
+    files = [pathlib.Path(name) for name in sys.argv[2:]] or [ROOT / "docs/ci.md"]
+    found = [problem for file in files for problem in problems(sys.argv[1], file)]
+    print("\n".join(found) or f"recipes of {', '.join(file.name for file in files)}: good")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
