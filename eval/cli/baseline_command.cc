@@ -13,12 +13,15 @@ namespace {
 struct BaselineFlags : CommonFlags {
   std::string fresh;
   std::string baseline = "results/baseline";
+  std::string policy;
   bool yes = false;
 };
 
-/// What accepting NEW would change, as `compare` says it.
+/// What accepting NEW would change, as `compare` says it; without a policy everything beyond rounding.
 void show_changes(const BaselineFlags& flags) {
   Policy policy;
+  policy.accuracy.other.minimum_effect = 0;
+  if (!flags.policy.empty()) policy = read_policy(flags.policy);
   policy.speed.judge = false;
   const Comparison comparison = compare_paths(flags.baseline, flags.fresh, policy, flags.jobs);
   for (const Table& table :
@@ -58,6 +61,8 @@ void add_baseline_command(CLI::App& app) {
   update->add_option("--baseline", flags->baseline, "Folder of the baseline")
       ->type_name("DIR")
       ->capture_default_str();
+  update->add_option("--policy", flags->policy, "What is shown as a change; see `sextant compare`")
+      ->type_name("FILE");
   update->add_flag("--yes", flags->yes, "Write it");
   add_jobs_flag(*update, *flags);
   update->add_flag("--quiet", flags->quiet, "Do not show the changes");

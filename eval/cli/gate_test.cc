@@ -72,6 +72,9 @@ TEST_F(GateProgram, ABaselineIsReplacedOnPurposeOnly) {
   EXPECT_EQ(run("baseline update base --baseline kept --yes"), 0);
   EXPECT_EQ(text("kept/records.jsonl").find("refine"), std::string::npos);  // no times
   EXPECT_EQ(run("compare kept new"), 0);
+  write("new", 1.0001);
+  EXPECT_EQ(run("baseline update new --baseline kept"), 0);
+  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("errors regressed"));  // any change is shown
   write("new", 1.05);
   const std::string before = text("kept/records.jsonl");
   EXPECT_EQ(run("baseline update new --baseline kept"), 0);

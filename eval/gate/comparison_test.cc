@@ -247,9 +247,8 @@ TEST_F(Gate, AnErrorBelowZeroOrBeyondReasonIsInvalid) {
 TEST_F(Gate, FewSeedsAreJudgedCaseByCase) {
   write_run(base(), sweep_records(2));
   std::vector<Record> records = sweep_records(2);
-  PhiloxStream random(3, 7);
   for (Record& r : records) {
-    if (is_target(r)) r.errors["Et_m"] *= 1.05 + 0.05 * testing::normal(random);
+    if (is_target(r)) r.errors["Et_m"] *= r.frame == 6 ? 0.999 : 1.1;
   }
   write_run(fresh(), records);
   const Comparison c = compare();
