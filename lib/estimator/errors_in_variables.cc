@@ -2,38 +2,82 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
+
+#include "sextant/estimator/lanes.h"
 
 namespace sextant {
 namespace {
 
-using Rows = Eigen::Matrix<double, 3, 6>;  // of u', v', s' = 1 / z'
+constexpr int n_matrix = 21;  // upper triangle, row by row
 
-/// A point in the current frame: x, y = u', v' normalised, c = 1 / z'; and their derivatives by s.
-struct MovedPoint {
-  double x, y, c;
-  double dx, dy, dc;
+/// Points in the current frame: x, y = u', v' normalised, c = 1 / z'; their derivatives by s; information of
+/// c; variance of s; weight of the kernel.
+struct MovedPoints {
+  std::vector<double> x, y, c, dx, dy, dc, info_c, variance, weight;
+
+  explicit MovedPoints(size_t capacity) {
+    for (auto* array : arrays()) array->reserve(capacity + n_lanes);
+  }
+  std::array<std::vector<double>*, 9> arrays() {
+    return {&x, &y, &c, &dx, &dy, &dc, &info_c, &variance, &weight};
+  }
+  void pad() {
+    for (auto* array : arrays()) array->resize((array->size() + n_lanes - 1) / n_lanes * n_lanes);
+  }
 };
 
-Rows jacobian(const PinholeCamera& k, const MovedPoint& p) {
-  const double x = p.x, y = p.y, c = p.c;
-  Rows J;
-  J << k.fx * c, 0, -k.fx * x * c, -k.fx * x * y, k.fx * (1 + x * x), -k.fx * y,  //
-      0, k.fy * c, -k.fy * y * c, -k.fy * (1 + y * y), k.fy * x * y, k.fy * x,    //
-      0, 0, -c * c, -c * y, c * x, 0;
-  return J;
+/// sums = [sum w J^T S^-1 J, sum w var(s) J'^T S^-1 J'] of x, y, c, S^-1 = diag(info) - b b^T var(s),
+/// b = diag(info) (x', y', c').
+SEXTANT_SIMD void information_lanes(const MovedPoints& p, double info_x, double info_y, double* sums) {
+  Lanes total[2 * n_matrix] = {};
+  const Lanes zero = {};
+  for (size_t i = 0; i < p.x.size(); i += n_lanes) {
+    const Lanes x = SEXTANT_LOAD(&p.x[i]), dx = SEXTANT_LOAD(&p.dx[i]);
+    const Lanes y = SEXTANT_LOAD(&p.y[i]), dy = SEXTANT_LOAD(&p.dy[i]);
+    const Lanes c = SEXTANT_LOAD(&p.c[i]), dc = SEXTANT_LOAD(&p.dc[i]);
+    const Lanes info_c = SEXTANT_LOAD(&p.info_c[i]);
+    const Lanes variance = SEXTANT_LOAD(&p.variance[i]);
+    const Lanes weight = SEXTANT_LOAD(&p.weight[i]);
+    const Lanes xy = dx * y + x * dy;
+    const Lanes rows[2][3][6] = {{{c, zero, -x * c, -x * y, 1.0 + x * x, -y},
+                                  {zero, c, -y * c, -1.0 - y * y, x * y, x},
+                                  {zero, zero, -c * c, -c * y, c * x, zero}},
+                                 {{dc, zero, -dx * c - x * dc, -xy, 2.0 * x * dx, -dy},
+                                  {zero, dc, -dy * c - y * dc, -2.0 * y * dy, xy, dx},
+                                  {zero, zero, -2.0 * c * dc, -dy * c - y * dc, dx * c + x * dc, zero}}};
+    for (int which = 0; which < 2; ++which) {
+      const Lanes(&J)[3][6] = rows[which];
+      const Lanes scale = which == 0 ? weight : weight * variance;
+      Lanes b[6];
+      for (int a = 0; a < 6; ++a) {
+        b[a] = info_x * dx * J[0][a] + info_y * dy * J[1][a] + info_c * dc * J[2][a];
+      }
+      int k = which * n_matrix;
+      for (int a = 0; a < 6; ++a) {
+        const Lanes u = scale * info_x * J[0][a];
+        const Lanes v = scale * info_y * J[1][a];
+        const Lanes d = scale * info_c * J[2][a];
+        const Lanes e = scale * variance * b[a];
+        for (int col = a; col < 6; ++col) {
+          total[k++] += u * J[0][col] + v * J[1][col] + d * J[2][col] - e * b[col];
+        }
+      }
+    }
+  }
+  for (int k = 0; k < 2 * n_matrix; ++k) {
+    sums[k] = (total[k][0] + total[k][1]) + (total[k][2] + total[k][3]);
+  }
 }
 
-/// d jacobian / d s.
-Rows jacobian_slope(const PinholeCamera& k, const MovedPoint& p) {
-  const double xc = p.dx * p.c + p.x * p.dc;
-  const double yc = p.dy * p.c + p.y * p.dc;
-  const double xy = p.dx * p.y + p.x * p.dy;
-  Rows J;
-  J << k.fx * p.dc, 0, -k.fx * xc, -k.fx * xy, 2 * k.fx * p.x * p.dx, -k.fx * p.dy,  //
-      0, k.fy * p.dc, -k.fy * yc, -2 * k.fy * p.y * p.dy, k.fy * xy, k.fy * p.dx,    //
-      0, 0, -2 * p.c * p.dc, -yc, xc, 0;
-  return J;
+Matrix6d symmetric(const double* upper) {
+  Matrix6d out;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = a; b < 6; ++b) out(a, b) = out(b, a) = *upper++;
+  }
+  return out;
 }
 
 /// H^-1/2 (H - B) H^-1/2 by its eigenvectors: twist = directions * coordinates, H = unit matrix there.
@@ -58,66 +102,62 @@ Directions directions_of(const DepthInformation& information) {
 
 DepthInformation depth_information(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                                    const RobustKernel& kernel) {
-  constexpr size_t sample_size = 1000;
   PointEvaluation at;
   evaluate_points(data, T_curr_prev, levels, at);
+  return depth_information(data, T_curr_prev, levels, kernel, at);
+}
+
+DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
+                                   const NoiseLevels& levels, const RobustKernel& kernel,
+                                   const PointEvaluation& at) {
+  constexpr size_t sample_size = 1000;
   const PinholeCamera& camera = data.camera().left;
   const double info_u = 1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px);
   const double info_v = 1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px);
   const size_t used = data.n_used();
   const size_t stride = std::max<size_t>(used / sample_size, 1);
-  DepthInformation out;
+  MovedPoints points(used / stride + 1);
   size_t seen = 0;
-  size_t sampled = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i) || seen++ % stride != 0 || !std::isfinite(at.q[i])) continue;
-    ++sampled;
     const PointDepths depths = data.depths(i, levels);
     const double s = at.inverse_depth[i];
-    const double c = at.inverse_depth_curr[i];
-    const double w = s / c;
-    const MovedPoint point{at.x_curr[i],
-                           at.y_curr[i],
-                           c,
-                           at.slope_u[i] / camera.fx,
-                           at.slope_v[i] / camera.fy,
-                           (w - s * T_curr_prev.translation().z()) / (w * w)};
-    const Eigen::Vector3d info(info_u, info_v, depths.weight_curr * depths.weight_curr);
-    const Eigen::Vector3d j(at.slope_u[i], at.slope_v[i], point.dc);
-    const Eigen::Vector3d b = info.cwiseProduct(j);
-    const double depth_info = b.dot(j) + depths.weight * depths.weight;
-    Eigen::Matrix3d weight = info.asDiagonal();
-    if (depths.weight > 0) weight -= b * b.transpose() / depth_info;
-    weight *= kernel.weight(at.q[i]);
-    const Rows J = jacobian(camera, point);
-    out.total += J.transpose() * (weight * J);
-    if (!(depths.weight > 0)) continue;
-    const Rows slope = jacobian_slope(camera, point);
-    out.errors += slope.transpose() * (weight * slope) / depth_info;
+    const double w = s / at.inverse_depth_curr[i];
+    const double dc = (w - s * T_curr_prev.translation().z()) / (w * w);
+    const double info_c = depths.weight_curr * depths.weight_curr;
+    const double info_s = info_u * at.slope_u[i] * at.slope_u[i] + info_v * at.slope_v[i] * at.slope_v[i] +
+                          info_c * dc * dc + depths.weight * depths.weight;
+    points.x.push_back(at.x_curr[i]);
+    points.y.push_back(at.y_curr[i]);
+    points.c.push_back(at.inverse_depth_curr[i]);
+    points.dx.push_back(at.slope_u[i] / camera.fx);
+    points.dy.push_back(at.slope_v[i] / camera.fy);
+    points.dc.push_back(dc);
+    points.info_c.push_back(info_c);
+    points.variance.push_back(depths.weight > 0 ? 1 / info_s : 0);
+    points.weight.push_back(kernel.weight(at.q[i]));
   }
-  if (sampled == 0) return out;
+  const size_t sampled = points.x.size();
+  if (sampled == 0) return {};
+  points.pad();
+  std::array<double, 2 * n_matrix> sums{};
+  information_lanes(points, info_u * camera.fx * camera.fx, info_v * camera.fy * camera.fy, sums.data());
   const double scale = static_cast<double>(used) / static_cast<double>(sampled);
-  out.total *= scale;
-  out.errors *= scale;
-  return out;
+  return {scale * symmetric(sums.data()), scale * symmetric(sums.data() + n_matrix)};
 }
 
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
-                                             RobustKernel kernel) {
+                                             const RobustKernel& kernel) {
   constexpr int max_steps = 10;
   constexpr double tolerance = 1e-7;
   levels.as_measured = true;
   levels.delta_d_curr_px = 0;
-  kernel.majorize = true;
-  SE3 X = start;
-  for (int k = 0; k < max_steps; ++k) {
-    const NormalEquations at = accumulate(data, X, levels, kernel);
-    const Vector6d step = at.hessian.ldlt().solve(-at.gradient);
-    if (!std::isfinite(at.cost) || !step.allFinite()) return std::nullopt;
-    X = SE3::exp(step) * X;
-    if (step.cwiseAbs().maxCoeff() < tolerance) break;
+  std::optional<SE3> X = start;
+  double size = INFINITY;
+  for (int k = 0; k < max_steps && X && size >= tolerance; ++k) {
+    X = step_flow_depth(data, *X, levels, kernel, &size);
   }
-  return X.is_finite() ? std::optional(X) : std::nullopt;
+  return X;
 }
 
 MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,

@@ -34,10 +34,14 @@ struct DepthInformation {
 };
 DepthInformation depth_information(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                                    const RobustKernel& kernel);
+/// The same with `at` = evaluate_points there.
+DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
+                                   const NoiseLevels& levels, const RobustKernel& kernel,
+                                   const PointEvaluation& at);
 
 /// The motion that takes depths as measured, by Gauss-Newton with weights S_i^-1; none if that leads nowhere.
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
-                                             RobustKernel kernel);
+                                             const RobustKernel& kernel);
 
 /// Precision 0 where every direction is determined by the true depths.
 MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,

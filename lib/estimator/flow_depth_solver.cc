@@ -48,7 +48,7 @@ constexpr int n_hessian = 21;  // upper triangle, row by row
 constexpr int max_depth_steps = 30;
 // Square of the last step of a depth, in its standard deviations; the next would be of the order of its
 // square.
-constexpr double last_depth_step2 = 1e-13;
+constexpr double last_depth_step2 = 1e-10;
 
 /// Noise levels and kernel as the factors that the loop needs.
 struct Factors {
@@ -69,8 +69,8 @@ struct Factors {
         refine(levels.delta_d_px > 0),
         as_measured(levels.as_measured),
         quasi(levels.depth_noise == DepthNoise::depth),
-        newton(curvature == Curvature::newton && !levels.as_measured && !rho.majorize),
-        last_step(rho.majorize ? 0 : max_depth_steps),
+        newton(curvature == Curvature::newton && !levels.as_measured),
+        last_step(curvature == Curvature::rough ? 0 : max_depth_steps),
         kernel(rho) {
     const auto information = [&](double delta_d_px) {
       return delta_d_px > 0 ? (camera.bf / delta_d_px) * (camera.bf / delta_d_px) : 0.0;
@@ -192,9 +192,10 @@ SEXTANT_SIMD void accumulate_lanes(const FlowDepthLanes& d, const RigidMotion& m
       const Lanes share = scale2 / (scale2 + q);
       weight = count * share * share;
       rho = share * q;
-      bent = 3.0 * q > scale2 ? one / q : 4.0 / (scale2 + q);
+      bent = 4.0 / (scale2 + q);
+      if (!f.newton) bent = 3.0 * q > scale2 ? one / q : bent;
     }
-    if (f.kernel.majorize) bent = zero;
+    if (f.last_step == 0) bent = zero;
     cost += count * rho;
 
     // By the point in the current frame, in units of its depth: T = [fx 0 -fx xn; 0 fy -fy yn; 0 0 -c] are
@@ -409,6 +410,22 @@ void evaluate_points(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLev
   }
 }
 
+std::optional<SE3> step_flow_depth(FlowDepthData& data, const SE3& from, const NoiseLevels& levels,
+                                   const RobustKernel& kernel, double* size) {
+  const NormalEquations at = accumulate(data, from, levels, kernel, Curvature::rough);
+  const Vector6d step = at.hessian.ldlt().solve(-at.gradient);
+  if (!std::isfinite(at.cost) || !step.allFinite()) return std::nullopt;
+  const SE3 to = SE3::exp(step) * from;
+  if (size != nullptr) *size = step.cwiseAbs().maxCoeff();
+  return to.is_finite() ? std::optional(to) : std::nullopt;
+}
+
+SolverResult descend(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                     const RobustKernel& kernel, int max_iterations) {
+  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, levels, kernel, Curvature::rough); },
+                         start, {.max_iterations = max_iterations, .step_tolerance = 1e-5});
+}
+
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                                  const RobustKernel& kernel, const SolverOptions& options,
                                  const MotionPrior& prior) {
@@ -416,7 +433,7 @@ SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const No
       [&](const SE3& X) {
         NormalEquations at = accumulate(data, X, levels, kernel, Curvature::newton);
         if (prior.holds()) add_prior(prior, X, at);
-        if (kernel.majorize || !std::isfinite(at.cost) || is_positive(at.hessian)) return at;
+        if (!std::isfinite(at.cost) || is_positive(at.hessian)) return at;
         at = accumulate(data, X, levels, kernel, Curvature::gauss_newton);
         if (prior.holds()) add_prior(prior, X, at);
         return at;

@@ -12,7 +12,7 @@
 //
 // Refined flows have left q in closed form (huber.h: variances of the two terms add). The minimum over s is
 // taken by Newton's method to convergence for every point and every X, four points at a time; the 6x6 system
-// is its Schur complement. Kernels that majorize are for descents on the way: those take one step of s per X.
+// is its Schur complement. Descents on the way are rough: they take one step of s per X.
 // D is the deviance of the depth measurement, by DepthNoise:
 //
 //   disparity   D = ((s - sm) / kappa)^2: bf s is measured with standard deviation delta_d
@@ -23,6 +23,7 @@
 //
 // delta_d = 0 fixes the depth: motion_only's cost. Units: px, m, rad.
 
+#include <optional>
 #include <vector>
 
 #include "sextant/estimator/levenberg_marquardt.h"
@@ -53,10 +54,12 @@ struct PointDepths {
   double weight_curr = 0;
 };
 
-/// What Hessians contain. Gauss-Newton's is never indefinite but ignores that errors of depths change the
-/// Jacobians: where those are a share of the relief, steps shrink by no more than that share
-/// (errors_in_variables.h). Newton's is exact, and converges quadratically.
-enum class Curvature { gauss_newton, newton };
+/// How the minimum over s is taken, and what Hessians contain. Rough: one step of s, and Gauss-Newton
+/// without the kernel's own curvature, of a quadratic that lies above the cost, so that steps descend. That
+/// is never indefinite but ignores that errors of depths change the Jacobians: where those are a share of the
+/// relief, steps shrink by no more than that share (errors_in_variables.h). Newton's is exact, and converges
+/// quadratically.
+enum class Curvature { rough, gauss_newton, newton };
 
 /// The points as padded structure of arrays, and the inverse depths that the last evaluation found.
 class FlowDepthData {
@@ -122,6 +125,15 @@ void evaluate_distances(FlowDepthData& data, const SE3& T_curr_prev, const Noise
 
 NormalEquations accumulate(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                            const RobustKernel& kernel, Curvature curvature = Curvature::gauss_newton);
+
+/// X after one rough step that is not looked back at; none if it leads nowhere. `size`: its largest
+/// component, m or rad.
+std::optional<SE3> step_flow_depth(FlowDepthData& data, const SE3& from, const NoiseLevels& levels,
+                                   const RobustKernel& kernel, double* size = nullptr);
+
+/// Rough, and stops at steps of 1e-5 m or rad.
+SolverResult descend(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                     const RobustKernel& kernel, int max_iterations);
 
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                                  const RobustKernel& kernel, const SolverOptions& options,

@@ -4,13 +4,6 @@
 
 namespace sextant {
 
-SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& levels, RobustKernel kernel,
-                     int iterations) {
-  kernel.majorize = true;
-  return minimize_flow_depth(data, from, levels, kernel,
-                             {.max_iterations = iterations, .step_tolerance = 1e-5});
-}
-
 SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
   constexpr size_t sample_size = 1000;
   constexpr double first = 8;
@@ -19,13 +12,14 @@ SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& leve
   FlowDepthData data = all.sample(sample_size);
   RobustKernel kernel{RobustKernel::Kind::geman_mcclure, last};
   const SolverResult direct = descend(data, start, levels, kernel, 10);
-  SolverResult graduated;
-  graduated.T_curr_prev = start;
-  for (int k = 0; k < steps; ++k) {
+  std::optional<SE3> X = start;
+  for (int k = 0; k + 1 < steps && X; ++k) {
     kernel.scale = first * std::pow(last / first, k / (steps - 1.0));
-    graduated = descend(data, graduated.T_curr_prev, levels, kernel, k + 1 < steps ? 1 : 3);
-    if (!std::isfinite(graduated.at_optimum.cost)) break;
+    X = step_flow_depth(data, *X, levels, kernel);
   }
+  if (!X) return direct.T_curr_prev;
+  kernel.scale = last;
+  const SolverResult graduated = descend(data, *X, levels, kernel, 5);
   return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
 }
 

@@ -11,10 +11,6 @@ namespace sextant {
 
 inline constexpr double last_graduated_scale = 1.5;  // sigmas
 
-/// A few steps of a robust descent: far from the optimum, and not to convergence.
-SolverResult descend(FlowDepthData& data, const SE3& from, const NoiseLevels& levels, RobustKernel kernel,
-                     int iterations);
-
 SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels);
 
 /// Factor by which a robust kernel's estimate varies more than the inverse of sum J^T S^-1 J says:

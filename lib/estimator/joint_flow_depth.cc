@@ -17,7 +17,7 @@ using Kind = RobustKernel::Kind;
 
 constexpr size_t min_points = 3;
 // The choice of points has settled when it changes for no more than one in so many.
-constexpr size_t settled_share = 1000;
+constexpr size_t settled_share = 200;
 
 /// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
 double chi_square_quantile(int dof, double probability) {
@@ -158,7 +158,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
       } else if (options.robust == "huber") {
         out.kernel = {Kind::huber, options.huber};
       }
-      const SolverResult result = descend(data, out.start, levels, out.kernel, 2);
+      const SolverResult result = descend(data, out.start, levels, out.kernel, 1);
       if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
       out.start = result.T_curr_prev;
     }
@@ -197,7 +197,7 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   const double inflation =
       decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(data, at.q, decided.kernel), 1.0);
   const Matrix6d covariance =
-      motion_covariance(depth_information(data, solution.T_curr_prev, decided.levels, {}), decided.prior);
+      motion_covariance(depth_information(data, solution.T_curr_prev, decided.levels, {}, at), decided.prior);
   conclude(problem, inflation * covariance, estimate);
   return estimate;
 }

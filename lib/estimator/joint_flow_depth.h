@@ -27,7 +27,8 @@ struct JointFlowDepthOptions {
   double huber = 1.345;
   double scale = 0;
   double gate = 0.9999;
-  SolverOptions solver;
+  // Newton converges quadratically: after a step of this size the next is far below rounding.
+  SolverOptions solver{.step_tolerance = 1e-9};
 
   template <typename V>
   void visit(V& v) {

@@ -73,6 +73,8 @@ std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double k
     valid[i] = points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::abs(points.u[i]) < max_pixel &&
                std::abs(points.v[i]) < max_pixel;
   }
+  std::vector<double> inverse(points.size());
+  for (size_t i = 0; i < points.size(); ++i) inverse[i] = 1 / points.depth[i];
   if (points.size() < min_neighbours || !(kappa > 0)) return planes;
   const CellGrid grid(points, valid, radius_px);
   for (size_t i = 0; i < points.size(); ++i) {
@@ -83,7 +85,7 @@ std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double k
       const double u = points.u[j] - points.u[i];
       const double v = points.v[j] - points.v[i];
       if (std::abs(u) > radius_px || std::abs(v) > radius_px) return;
-      const double value = 1 / points.depth[j] - 1 / points.depth[i];
+      const double value = inverse[j] - inverse[i];
       n += 1, su += u, sv += v, suu += u * u, suv += u * v, svv += v * v;
       s += value, us += u * value, vs += v * value, ss += value * value;
     });

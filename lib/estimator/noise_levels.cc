@@ -19,6 +19,10 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
+// A scale from so many points is known to 3 %.
+constexpr size_t sample_size = 1500;
+size_t stride_of(const FlowDepthData& data) { return std::max<size_t>(data.size() / sample_size, 1); }
+
 /// The depths fixed at what was measured.
 PointEvaluation evaluate_measured(FlowDepthData& data, const SE3& T_curr_prev) {
   PointEvaluation at;
@@ -71,7 +75,7 @@ NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, c
   const PointEvaluation at = evaluate_measured(data, T_curr_prev);
   const double bf = data.camera().bf;
   std::vector<double> across, along, slope, disparity;
-  for (size_t i = 0; i < data.size(); ++i) {
+  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
     if (!data.used(i) || !std::isfinite(at.q[i])) continue;
     const double length = std::sqrt(at.slope_u[i] * at.slope_u[i] + at.slope_v[i] * at.slope_v[i]);
     if (!(length > 0)) continue;
@@ -101,7 +105,7 @@ NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, c
 NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_prev) {
   const PointEvaluation at = evaluate_measured(data, T_curr_prev);
   std::vector<double> errors;
-  for (size_t i = 0; i < data.size(); ++i) {
+  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
     if (!data.used(i) || !std::isfinite(at.q[i])) continue;
     errors.push_back(std::abs(at.error_u[i]));
     errors.push_back(std::abs(at.error_v[i]));
@@ -113,7 +117,7 @@ NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_p
 double estimate_delta_d_curr(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
   const PointEvaluation at = evaluate_measured(data, T_curr_prev);
   std::vector<double> disparity;
-  for (size_t i = 0; i < data.size(); ++i) {
+  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
     if (!data.used(i) || !std::isfinite(at.q[i]) || !data.measures_depth_curr(i)) continue;
     disparity.push_back(std::abs(data.camera().bf * (data.inverse_depth_curr(i) - at.inverse_depth_curr[i])));
   }

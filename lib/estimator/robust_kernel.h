@@ -16,9 +16,6 @@ struct RobustKernel {
   enum class Kind { none, huber, geman_mcclure };
   Kind kind = Kind::none;
   double scale = 0;  ///< k or c, in sigmas; unused for none
-  /// Hessians without the kernel's own curvature: of a quadratic that lies above the cost, so that every step
-  /// descends. Else Newton's, which converges faster near the optimum.
-  bool majorize = false;
 
   double cost(double q) const {
     const double s2 = scale * scale;
