@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <span>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/version.h"
 #include "sextant/eval/gate/accuracy.h"
+#include "sextant/eval/gate/speed.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/change_points.h"
 #include "sextant/stats/summary.h"
@@ -107,17 +107,12 @@ void add_errors(const RunFolder& run, Point& point) {
   for (const auto& [key, values] : samples) point[key] = mean(values);
 }
 
-void add_times(const Side& side, Point& point) {
-  std::map<Key, std::vector<double>> samples;
-  for (const RunFolder& run : side.runs) {
-    for (const Record& r : run.records) {
-      for (const char* stage : {"refine", "total"}) {
-        const auto it = r.time_ms.find(stage);
-        if (r.status != Status::ok || it == r.time_ms.end()) continue;
-        samples[{fmt::format("{} {} {}", r.dataset, r.sequence, r.estimator), stage}].push_back(it->second);
-      }
-    }
+void add_times(const Side& side, const std::vector<Record>& reference, Point& point) {
+  if (!side.runs.empty()) {
+    for (const auto& [name, time] : run_times(side.runs.front().records, reference))
+      point[{name, "time"}] = time.reference_ms * time.ratio;
   }
+  std::map<Key, std::vector<double>> samples;
   for (const BenchmarkFile& file : side.benchmarks) {
     for (const auto& [name, times] : file.cpu_ns) {
       for (const double ns : times) samples[{name, "benchmark"}].push_back(ns / 1e6);
@@ -139,18 +134,8 @@ constexpr size_t enough_times = 6;
 
 /// Smallest change that counts, as a share: that of a comparison.
 double effect_of(const Series& series, const Policy& policy) {
-  return is_time(series.metric) ? policy.speed.minimum_effect
-                                : policy.accuracy.of(series.metric).minimum_effect;
-}
-
-/// Running median of three; at the ends that of the last three.
-std::vector<double> without_spikes(const std::vector<double>& values) {
-  std::vector<double> smooth;
-  for (size_t i = 0; i < values.size(); ++i) {
-    const size_t first = std::min(i == 0 ? 0 : i - 1, values.size() - 3);
-    smooth.push_back(median(std::span(values).subspan(first, 3)));
-  }
-  return smooth;
+  if (!is_time(series.metric)) return policy.accuracy.of(series.metric).minimum_effect;
+  return series.metric == "benchmark" ? policy.speed.minimum_effect : policy.speed.unrepeated_effect;
 }
 
 void find_changes(Series& series, const Policy& policy) {
@@ -162,7 +147,6 @@ void find_changes(Series& series, const Policy& policy) {
     points.push_back(i);
   }
   if (values.size() < (is_time(series.metric) ? enough_times : 2)) return;
-  if (is_time(series.metric) && series.metric != "benchmark") values = without_spikes(values);
   const double effect = effect_of(series, policy);
   for (const size_t i : change_points(values, std::max(1e-9, effect * std::abs(median(values)))))
     series.changes.push_back(points[i]);
@@ -174,12 +158,14 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   History history;
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
+  std::vector<Record> reference;  // of the times of runs: the first
   for (size_t i = 0; i < points.size(); ++i) {
     const Side side = read_side(points[i]);
     history.labels.push_back(label_of(points[i], side));
     Point point;
     if (!side.runs.empty()) add_errors(side.runs.front(), point);
-    add_times(side, point);
+    if (reference.empty() && !side.runs.empty()) reference = side.runs.front().records;
+    add_times(side, reference, point);
     for (const auto& [key, value] : point) {
       auto& values = all[key];
       values.resize(points.size());

@@ -3,12 +3,13 @@
 // `sextant trend`: past results as series over time, and where their level changed (stats/change_points.h).
 //
 //   per dataset, sequence, estimator and level: mean Et_m and ER_deg of the camera and of the objects
-//   together, share of their cases that was estimated; per dataset, sequence and estimator: median times; per
-//   benchmark: median time
+//   together, share of their cases that was estimated; per dataset, sequence, estimator and stage: median
+//   ratio of its times to those of the first result, case by case, times their median; per benchmark: median
+//   time
 //
 // A smallest step counts as in a comparison: minimum_effect of the policy times the series' median.
 // Times of fewer than 6 points do not show their own noise: they are drawn, and no change is marked.
-// Those of runs are wall-clock: a single disturbed result is no level (running median of three).
+// Those of runs are wall-clock and not repeated: of them unrepeated_effect counts.
 
 #include <filesystem>
 #include <optional>
@@ -23,7 +24,7 @@ namespace sextant {
 
 struct Series {
   std::string name;    ///< "synthetic s18 joint_flow level 0.1 objects"
-  std::string metric;  ///< "Et_m", "coverage", "refine", "benchmark"
+  std::string metric;  ///< "Et_m", "coverage", "time" (of a run), "benchmark"
   std::string unit;
   std::vector<std::optional<double>> values;  ///< one per point; none where a point does not have it
   std::vector<size_t> changes;                ///< indices of points at which a new level begins

@@ -108,7 +108,7 @@ ReportDocument history_document(const History& history) {
   document.title = "Trend";
   document.abstract = fmt::format(
       "{} series over {} results, from {} to {}. A dashed line marks where a "
-      "level changed.",
+      "level changed. Times are medians; those of runs are wall-clock.",
       history.series.size(), history.labels.size(), history.labels.front(), history.labels.back());
   Table changes = change_table(history);
   ReportSection levels{"changes-section", "Changes", {}, {}, {}, {}};

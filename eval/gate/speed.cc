@@ -63,37 +63,16 @@ struct StageTimes {
   std::vector<double> reference_ms;
 };
 
-/// Adds one number a stage, estimator and sequence: median time of the run, in ns.
-void add_run(const std::vector<Record>& records, const std::vector<Record>& reference, Samples& samples) {
-  std::map<std::string, StageTimes> stages_of;
-  auto r = reference.begin();
-  for (const Record& record : records) {
-    while (r != reference.end() && compare_cases(*r, record) < 0) ++r;
-    if (r == reference.end()) break;
-    if (compare_cases(*r, record) != 0 || record.status != Status::ok || r->status != Status::ok) continue;
-    for (const char* stage : stages) {
-      const auto a = r->time_ms.find(stage), b = record.time_ms.find(stage);
-      if (a == r->time_ms.end() || b == record.time_ms.end() || a->second <= 0 || b->second <= 0) continue;
-      StageTimes& times =
-          stages_of[fmt::format("{} {} {} {}", record.dataset, record.sequence, record.estimator, stage)];
-      times.log_ratios.push_back(std::log(b->second / a->second));
-      times.reference_ms.push_back(a->second);
-    }
-  }
-  for (const auto& [name, times] : stages_of) {
-    Sample& sample = samples[name];
-    sample.ns.push_back(1e6 * median(times.reference_ms) * std::exp(median(times.log_ratios)));
-    if (!sample.ratios) {
-      sample.ratios =
-          Interval{std::exp(quantile(times.log_ratios, 0.1)), std::exp(quantile(times.log_ratios, 0.9))};
-    }
-  }
-}
-
 Samples run_samples(const Side& side, const Side& base) {
   Samples samples;
   if (base.runs.empty()) return samples;
-  for (const RunFolder& run : side.runs) add_run(run.records, base.runs.front().records, samples);
+  for (const RunFolder& run : side.runs) {
+    for (const auto& [name, time] : run_times(run.records, base.runs.front().records)) {
+      Sample& sample = samples[name];
+      sample.ns.push_back(1e6 * time.reference_ms * time.ratio);
+      if (!sample.ratios) sample.ratios = time.ratios;
+    }
+  }
   return samples;
 }
 
@@ -135,6 +114,31 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
 }
 
 }  // namespace
+
+std::map<std::string, RunTime> run_times(const std::vector<Record>& records,
+                                         const std::vector<Record>& reference) {
+  std::map<std::string, StageTimes> stages_of;
+  auto r = reference.begin();
+  for (const Record& record : records) {
+    while (r != reference.end() && compare_cases(*r, record) < 0) ++r;
+    if (r == reference.end()) break;
+    if (compare_cases(*r, record) != 0 || record.status != Status::ok || r->status != Status::ok) continue;
+    for (const char* stage : stages) {
+      const auto a = r->time_ms.find(stage), b = record.time_ms.find(stage);
+      if (a == r->time_ms.end() || b == record.time_ms.end() || a->second <= 0 || b->second <= 0) continue;
+      StageTimes& times =
+          stages_of[fmt::format("{} {} {} {}", record.dataset, record.sequence, record.estimator, stage)];
+      times.log_ratios.push_back(std::log(b->second / a->second));
+      times.reference_ms.push_back(a->second);
+    }
+  }
+  std::map<std::string, RunTime> result;
+  for (const auto& [name, times] : stages_of) {
+    const auto at = [&](double p) { return std::exp(quantile(times.log_ratios, p)); };
+    result[name] = {median(times.reference_ms), at(0.5), {at(0.1), at(0.9)}};
+  }
+  return result;
+}
 
 SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
                        const std::vector<double>& new_ns, const SpeedPolicy& policy,

@@ -15,6 +15,7 @@
 // it is slower, `improved` where it is faster by unrepeated_effect. The times of runs are wall-clock: of them
 // nine of ten cases must be.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,17 @@ struct SpeedComparison {
   std::vector<SpeedRow> rows;
   std::vector<Mismatch> findings;
 };
+
+/// What one stage of one estimator took in one sequence.
+struct RunTime {
+  double reference_ms = 0;  ///< median of the reference
+  double ratio = 1;         ///< to it, case by case: median
+  Interval ratios;          ///< 10 % and 90 %
+};
+
+/// By "dataset sequence estimator stage", over the cases that both have estimated.
+std::map<std::string, RunTime> run_times(const std::vector<Record>& records,
+                                         const std::vector<Record>& reference);
 
 SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy);
 
