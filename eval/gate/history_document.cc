@@ -70,7 +70,7 @@ std::string label_tics(const History& history) {
   std::string tics;
   for (size_t i = 0; i < history.labels.size(); i += step)
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_text(history.labels[i]), i);
-  return fmt::format("set xtics rotate by -30 ({})\n", tics);
+  return fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);
 }
 
 Figure series_figure(const History& history, const Series& series, size_t number) {
@@ -86,7 +86,7 @@ Figure series_figure(const History& history, const Series& series, size_t number
   }
   std::string& script = figure.script;
   script = label_tics(history);
-  script += fmt::format("set xrange [-0.5:{}]\nset yrange [0:{}]\nset ylabel {}\nunset key\n",
+  script += fmt::format("set xrange [-0.5:{}]\nset yrange [0:{}]\nset ylabel {} noenhanced\nunset key\n",
                         static_cast<double>(series.values.size()) - 0.5, highest > 0 ? 1.15 * highest : 1.0,
                         gp_text(fmt::format("{} [{}]", series.metric, series.unit)));
   for (const size_t change : series.changes) {
