@@ -34,6 +34,13 @@ void add_evaluate_depth_command(CLI::App& evaluate);
 /// Needs the definitions of velocity, and with them the estimators.
 void add_evaluate_objects_command(CLI::App& evaluate);
 
+/// "NAME=PATH": a run of the system NAME. A plain path has none.
+struct EstimateArgument {
+  std::string system;
+  std::string path;
+};
+EstimateArgument parse_estimate(const std::string& text);
+
 /// Whether `text` has the form "adapter:path" and is not the name of a file.
 bool looks_like_source(const std::string& text);
 

@@ -15,6 +15,13 @@ bool looks_like_source(const std::string& text) {
   return !std::filesystem::exists(text, ignored);
 }
 
+EstimateArgument parse_estimate(const std::string& text) {
+  const size_t equals = text.find('=');
+  std::error_code ignored;
+  if (equals == std::string::npos || equals == 0 || std::filesystem::exists(text, ignored)) return {"", text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
 CLI::App* add_light_evaluate_commands(CLI::App& app, const EgoExtras& extras) {
   CLI::App* evaluate = app.add_subcommand("evaluate", "Recorded results of any system against the truth");
   evaluate->require_subcommand(1);

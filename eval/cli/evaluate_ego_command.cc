@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <filesystem>
 #include <future>
+#include <limits>
 #include <memory>
 
 #include "sextant/base/files.h"
@@ -24,26 +26,16 @@ struct EgoFlags : CommonFlags {
   std::string zip, tum, out;
 };
 
-/// "NAME=FILE": a run of the system NAME; a plain file belongs to the system "estimate".
-struct EstimateArgument {
-  std::string system = "estimate";
-  std::string path;
-};
-
-EstimateArgument parse_estimate(const std::string& text) {
-  const size_t equals = text.find('=');
-  std::error_code ignored;
-  if (equals == std::string::npos || equals == 0 || std::filesystem::exists(text, ignored))
-    return {"estimate", text};
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
 EgoOptions options_of(const EgoFlags& flags) {
   EgoOptions options = flags.options;
   options.alignment = alignment_from_string(flags.alignment);
   options.relation = relation_from_string(flags.relation);
   options.association.start_s = flags.start_s;
   options.association.end_s = flags.end_s;
+  for (const double value : {options.association.max_difference_s, options.association.offset_s,
+                             flags.delta_tolerance, flags.start_s.value_or(0), flags.end_s.value_or(0)}) {
+    if (!std::isfinite(value)) fail("times and --delta-tolerance must be finite, got {}", value);
+  }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
   if (!flags.rpe.empty()) {
     options.rpe = PairSelection::parse(flags.rpe);
@@ -105,7 +97,7 @@ void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
     fail("--save-zip holds one result: give one estimate");
   std::vector<EstimateArgument> arguments;
   for (const std::string& text : flags.estimates) arguments.push_back(parse_estimate(text));
-  if (arguments.empty()) arguments.push_back({"estimate", flags.reference});
+  if (arguments.empty()) arguments.push_back({"", flags.reference});
 
   const auto read = [&](const std::string& path) {
     return read_trajectory(path, estimate_format(flags, path));
@@ -118,7 +110,7 @@ void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
     if (flags.estimates.empty() && !file.truth)
       fail("{}: holds no truth of its own: give the estimate after the reference", flags.reference);
     runs.push_back(evaluate_ego(reference, std::move(file), arguments[i].path, options));
-    runs.back().system = arguments[i].system;
+    runs.back().system = arguments[i].system.empty() ? "estimate" : arguments[i].system;
   }
   if (!flags.zip.empty()) write_evo_result(flags.zip, runs.front(), options, flags.reference);
   if (!flags.tum.empty()) {
@@ -138,10 +130,11 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
       .add_option("--n-to-align", flags.options.n_to_align,
                   "Poses that se3, sim3 and scale look at, from the start; 0: all")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   command
       .add_option("--relation", flags.relation,
-                  "trans_part, rot_part, angle_deg, angle_rad, full or point_distance")
+                  "trans_part, rot_part, angle_deg, angle_rad, full, point_distance or, with --rpe, "
+                  "point_distance_error_ratio")
       ->capture_default_str();
   command.add_option("--rpe", flags.rpe,
                      "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");

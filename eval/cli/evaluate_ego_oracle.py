@@ -21,7 +21,8 @@ except ImportError:
     print("skipped: numpy is not installed for this python (Debian: python3-numpy)")
     sys.exit(77)
 
-RELATIONS = ["trans_part", "rot_part", "angle_deg", "angle_rad", "full", "point_distance"]
+RELATIONS = ["trans_part", "rot_part", "angle_deg", "angle_rad", "full", "point_distance"]  # of APE and RPE
+RATIO = "point_distance_error_ratio"  # of RPE
 ALIGNMENTS = ["none", "origin", "se3", "sim3", "scale"]
 
 
@@ -148,9 +149,10 @@ def pairs_of(T, stamps, delta, unit, everything, tolerance=0.1):
 
 def rpe(est, ref, pairs, relation):
     i, j = np.array(pairs).T
-    if relation == "point_distance":
+    if relation in ("point_distance", RATIO):
         length = lambda T: np.linalg.norm(T[i, :3, 3] - T[j, :3, 3], axis=1)
-        return np.abs(length(ref) - length(est))
+        off, moves = np.abs(length(ref) - length(est)), length(ref) != 0
+        return off if relation == "point_distance" else 100 * off[moves] / length(ref)[moves]
     return values(inverse(inverse(ref[i]) @ ref[j]) @ (inverse(est[i]) @ est[j]), relation)
 
 
@@ -273,12 +275,13 @@ def main():
         for name, case in cases.items():
             work = [(r, a, 0, None) for r, a in itertools.product(RELATIONS, ALIGNMENTS)]
             work += [("trans_part", a, min(60, len(case.est) - 1), None) for a in ("se3", "sim3", "scale")]
-            work += [(r, "sim3", 0, (1, "f", False)) for r in RELATIONS]
+            work += [(r, "sim3", 0, (1, "f", False)) for r in [*RELATIONS, RATIO]]
             if len(case.est) > 10:
                 work += [(r, "se3", 0, (7, "f", True)) for r in RELATIONS]
                 work += [(r, "none", 0, d) for r in ("trans_part", "angle_deg")
                          for d in ((10, "m", False), (10, "m", True), (5, "deg", False), (0.1, "rad", False))]
-                work += [("full", "scale", 0, (20, "deg", True)), ("point_distance", "sim3", 0, (25, "m", True))]
+                work += [("full", "scale", 0, (20, "deg", True)), ("point_distance", "sim3", 0, (25, "m", True)),
+                         (RATIO, "none", 0, (10, "m", False)), (RATIO, "se3", 0, (3, "f", True))]
             if case.stamps is not None:
                 work += [("trans_part", "none", 0, (2, "s", e)) for e in (False, True)]
             for relation, how, n_to_align, delta in work:

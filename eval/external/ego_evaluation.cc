@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <numeric>
 
@@ -176,10 +177,35 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
   }
 }
 
+/// Of pairs between which the reference stands still an error has no ratio to the distance.
+void drop_still_pairs(EgoResult& r) {
+  const size_t n = r.pairs.size();
+  std::erase_if(r.pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
+  const size_t dropped = n - r.pairs.size();
+  if (r.pairs.empty())
+    fail("{}: the reference moves between no pair of poses: use --relation point_distance", r.name);
+  if (dropped > 0) {
+    r.warnings.push_back(
+        {"still_pairs", fmt::format("{} of {} pairs are left out: the reference does not move between them, "
+                                    "which leaves no distance to relate errors to",
+                                    dropped, n)});
+  }
+}
+
 }  // namespace
 
 int EgoResult::row_of(size_t i) const {
   return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
+}
+
+std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
+  std::vector<RunErrors> out;
+  for (const EgoResult& r : runs) {
+    RunErrors run{r.system, std::filesystem::path(r.name).stem().string(), r.errors, {}};
+    for (size_t i = 0; i < r.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
+    out.push_back(std::move(run));
+  }
+  return out;
 }
 
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
@@ -215,6 +241,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {
     r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
+    if (options.relation == PoseRelation::point_distance_error_ratio) drop_still_pairs(r);
     r.errors = relative_errors(r.estimate, r.reference, r.pairs, options.relation);
   } else {
     r.errors = absolute_errors(r.estimate, r.reference, options.relation);

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/external/run_statistics.h"
 #include "sextant/eval/external/trajectory_files.h"
 #include "sextant/eval/external/trajectory_warnings.h"
 #include "sextant/metrics/kitti_odometry.h"
 #include "sextant/metrics/trajectory_association.h"
 #include "sextant/metrics/trajectory_errors.h"
-#include "sextant/stats/bootstrap.h"
 
 namespace sextant {
 
@@ -53,7 +53,7 @@ struct EgoResult {
   std::vector<int> reference_rows;  ///< of the matched poses in the reference as given
   AlignmentResult alignment;
   double umeyama_scale = 1;     ///< of the matched positions, 1 where it is not determined
-  std::vector<PosePair> pairs;  ///< of relative errors
+  std::vector<PosePair> pairs;  ///< of relative errors, one per error
   std::vector<double> errors;   ///< one per matched pose, or per pair
   ErrorStatistics statistics;
   PerFrameErrors per_frame;  ///< may be empty
@@ -63,6 +63,9 @@ struct EgoResult {
   /// Row of the reference that error i belongs to: that of the pose, or of a pair's second pose.
   int row_of(size_t i) const;
 };
+
+/// The errors of runs for comparison; each belongs to the row row_of() of the reference.
+std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 
 /// Throws Error where nothing matches or the trajectories cannot be aligned.
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,

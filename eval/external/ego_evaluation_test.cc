@@ -196,7 +196,7 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
     runs.push_back(evaluate(drive(300, 10), estimate));
     runs.back().system = i < 3 ? "good" : "bad";
   }
-  const std::vector<SystemSummary> systems = summarize_systems(runs);
+  const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
   ASSERT_EQ(systems.size(), 2);
   double sse = 0;
   for (int i = 0; i < 3; ++i) sse += runs[static_cast<size_t>(i)].statistics.sse;
@@ -206,7 +206,7 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
   EXPECT_LT(systems[0].rmse_interval->low, systems[0].pooled.rmse);
   EXPECT_GT(systems[0].rmse_interval->high, systems[0].pooled.rmse);
 
-  const std::vector<SystemComparison> comparisons = compare_systems(runs);
+  const std::vector<SystemComparison> comparisons = compare_systems(run_errors(runs));
   ASSERT_EQ(comparisons.size(), 1);
   EXPECT_NEAR(comparisons[0].mean_difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
   EXPECT_LT(comparisons[0].p, 0.001);

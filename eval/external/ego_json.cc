@@ -99,13 +99,13 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
     put_run(json, runs.front(), reference);
     return json;
   }
-  const std::vector<SystemSummary> systems = summarize_systems(runs);
+  const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
   json["n"] = systems.front().n_errors;
   json["stats"] = to_json(systems.front().pooled);
   json["systems"] = Json::array();
   for (const SystemSummary& s : systems) json["systems"].push_back(system_json(s));
   json["comparisons"] = Json::array();
-  for (const SystemComparison& c : compare_systems(runs)) {
+  for (const SystemComparison& c : compare_systems(run_errors(runs))) {
     json["comparisons"].push_back({{"a", c.a},
                                    {"b", c.b},
                                    {"n_common", c.n_common},
@@ -142,7 +142,7 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
   };
   for (const EgoResult& r : runs) add(r.name, number(r.estimate.size()), r.errors.size(), r.statistics);
   if (runs.size() == 1) return table;
-  for (const SystemSummary& s : summarize_systems(runs)) {
+  for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
     add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled);
     if (s.rmse_interval) {
       table.notes.push_back(fmt::format(
@@ -206,7 +206,8 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
                    {"stretches", "stretches", Align::right, 0},
                    {"mean_difference", "a - b", Align::right, 6},
                    {"p", "p", Align::right, 4}};
-  for (const SystemComparison& c : compare_systems(runs))
+  if (runs.size() < 2) return table;
+  for (const SystemComparison& c : compare_systems(run_errors(runs)))
     table.add_row({c.a, c.b, number(c.n_common), static_cast<double>(c.n_stretches), c.mean_difference, c.p});
   return table;
 }

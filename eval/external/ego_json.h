@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "sextant/base/options.h"
-#include "sextant/eval/external/run_statistics.h"
+#include "sextant/eval/external/ego_evaluation.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

@@ -109,7 +109,7 @@ void add_row(Table& table, const std::string& estimator, const std::string& body
 }  // namespace
 
 std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
-                                   const std::string& sequence, double rate_hz) {
+                                   const std::string& sequence, double rate_hz, uint64_t run) {
   std::set<ObjectFrame> keys;
   std::set<int> logged;
   for (const auto& [key, motion] : log.motions) {
@@ -125,6 +125,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     record.dataset = dataset;
     record.sequence = sequence;
     record.estimator = log.estimator;
+    record.seed = run;
     record.frame = key.second;
     record.body = fmt::format("object:{}", key.first);
     const auto logged_motion = log.motions.find(key);
@@ -180,23 +181,6 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
       "truth: steps with truth; coverage: those of them with an estimate. - : the log lacks what this "
       "needs.");
   return table;
-}
-
-Json object_json(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                 const std::vector<ObjectLog>& logs) {
-  Json json;
-  json["schema"] = 1;
-  json["presets"] = Json::array();
-  for (const MetricPreset& preset : presets) {
-    json["presets"].push_back({{"preset", preset.name},
-                               {"aggregate", std::string(to_string(preset.aggregate))},
-                               {"rows", rows_to_json(object_table(records, {&preset, 1}))}});
-  }
-  json["warnings"] = Json::array();
-  for (const ObjectLog& log : logs) {
-    for (const std::string& text : log.warnings) json["warnings"].push_back(text);
-  }
-  return json;
 }
 
 }  // namespace sextant

@@ -24,15 +24,11 @@
 namespace sextant {
 
 /// One per object and frame with a motion or truth; status ok, no_truth, or, with truth alone, lost (the
-/// object is in the log elsewhere) or not_detected.
+/// object is in the log elsewhere) or not_detected. `run` becomes their seed.
 std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
-                                   const std::string& sequence, double rate_hz);
+                                   const std::string& sequence, double rate_hz, uint64_t run = 0);
 
-/// One row per object, and one over all; empty numbers where the preset has no errors.
+/// One row per object, and one over all, all runs together; empty numbers where the preset has no errors.
 Table object_table(const std::vector<Record>& records, std::span<const MetricPreset> presets);
-
-/// {"schema":1,"presets":[{"preset","aggregate","rows":[..]}],"warnings":[..]}
-Json object_json(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                 const std::vector<ObjectLog>& logs);
 
 }  // namespace sextant

@@ -172,30 +172,52 @@ std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFr
   return after->second * before->second.inverse();
 }
 
-bool agrees(const ObjectLog& log, const SE3& estimate, const std::map<ObjectFrame, SE3>& poses,
-            ObjectFrame key) {
-  constexpr double kAgrees_m = 0.5;
+/// Distance of a logged object from a true one in frame k, each seen from its own camera, m.
+double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
+  const auto own = log.camera.pose(logged.second), other = camera.pose(logged.second);
+  const SE3& pose = log.poses.at(logged);
+  if (!own || !other) return (pose.translation() - true_pose.translation()).norm();
+  return ((own->inverse() * pose).translation() - (other->inverse() * true_pose).translation()).norm();
+}
+
+/// How well a logged step agrees with one of a true object, 1 exact, 0 not: by position where the log has it,
+/// else by motion.
+double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
+                 const Trajectory& camera, ObjectFrame key) {
+  constexpr double kNear_m = 3, kAgrees_m = 0.5;
   const auto H = true_motion(poses, key);
-  if (!H) return false;
+  if (!H) return 0;
+  if (log.poses.contains(logged))
+    return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / kNear_m);
   const SE3& L = poses.at({key.first, key.second - 1});
-  const SE3 truth = body_motion(*H, L);
-  return pose_change_error(log.frame == MotionFrame::world ? body_motion(estimate, L) : estimate, truth)
-             .Et_m < kAgrees_m;
+  const SE3& motion = log.motions.at(logged).estimate;
+  const SE3 body = log.frame == MotionFrame::world ? body_motion(motion, L) : motion;
+  return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / kAgrees_m);
 }
 
 /// Logged id -> true id.
-std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses) {
+std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
+                               const Trajectory& camera) {
   constexpr int kFewest = 3;
   std::set<int> true_ids;
   for (const auto& [key, pose] : poses) true_ids.insert(key.first);
-  std::map<std::pair<int, int>, int> shared;  // logged id, true id -> steps
+  struct Shared {
+    int steps = 0;
+    double agreement = 0;
+  };
+  std::map<std::pair<int, int>, Shared> shared;  // of logged id and true id
   for (const auto& [key, motion] : log.motions) {
-    for (const int id : true_ids)
-      shared[{key.first, id}] += agrees(log, motion.estimate, poses, {id, key.second});
+    for (const int id : true_ids) {
+      const double agrees = agreement(log, key, poses, camera, {id, key.second});
+      Shared& both = shared[{key.first, id}];
+      both.steps += agrees > 0;
+      both.agreement += agrees;
+    }
   }
-  std::vector<std::tuple<int, int, int, int>> best;  // most steps first, then equal ids, then small ids
-  for (const auto& [ids, n] : shared) {
-    if (n >= kFewest) best.emplace_back(-n, ids.first != ids.second, ids.first, ids.second);
+  std::vector<std::tuple<double, bool, int, int>> best;  // most agreement first, then equal ids, small ids
+  for (const auto& [ids, both] : shared) {
+    if (both.steps >= kFewest)
+      best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
   }
   std::sort(best.begin(), best.end());
   std::map<int, int> matched;
@@ -204,6 +226,26 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
     if (!matched.contains(logged) && taken.insert(id).second) matched[logged] = id;
   }
   return matched;
+}
+
+/// Puts the log into the world of `camera`, so that both have the first camera pose they share. A log without
+/// cameras must be there already.
+void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
+  const auto& recorded = log.true_camera.poses();
+  const bool truth_is_logged =
+      std::any_of(recorded.begin(), recorded.end(), [](const auto& at) { return !is_identity(at.second); });
+  for (const auto& [frame, pose] : (truth_is_logged ? log.true_camera : log.camera).poses()) {
+    const auto here = camera.pose(frame);
+    if (!here) continue;
+    const SE3 T = *here * pose.inverse();
+    Trajectory moved;
+    for (const auto& [k, T_log_camera] : log.camera.poses()) moved.set(k, T * T_log_camera);
+    log.camera = moved;
+    for (auto& [key, T_log_object] : log.poses) T_log_object = T * T_log_object;
+    if (log.frame != MotionFrame::world) return;
+    for (auto& [key, motion] : log.motions) motion.estimate = T * motion.estimate * T.inverse();
+    return;
+  }
 }
 
 }  // namespace
@@ -223,7 +265,8 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
         poses[{object.id, frame}] = *camera * object.T_camera_object;
     }
   }
-  const std::map<int, int> ids = matched_ids(log, poses);
+  move_to_world_of(truth.camera, log);
+  const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
   int unmatched = 1'000'000'000;  // ids of objects without truth, apart from all true ones
   std::map<int, int> renamed;
   const auto new_id = [&](int id) {

@@ -7,8 +7,8 @@
 //            no object_id). Motions from frame k-1 to k in the world. An exact identity as truth is missing
 //            truth
 //   vdo      a folder as VDO-SLAM writes it: <p>obj_mot_<what>.txt and <p>obj_mot_gt.txt, lines frame label
-//   and 16
-//            values; motions in the object's own frame at k-1. Cameras: <p>refined_*.txt, else
+//   and
+//            16 values; motions in the object's own frame at k-1. Cameras: <p>refined_*.txt, else
 //            <p>initial_*.txt, and <p>cam_pose_gt.txt
 //
 // Limits and repairs as in trajectory_files.h.
@@ -46,9 +46,12 @@ struct ObjectLog {
 /// One per module. Throws Error on folders without logs and on damaged files.
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format);
 
-/// Replaces the log's truth by that of a data set. Ids of the log and of the truth may differ: each logged
-/// object takes the id of the true one that shares most of its steps, counting those whose motion in the body
-/// frame agrees within 0.5 m, each true object once. What agrees in fewer than 3 steps keeps no truth.
+/// Replaces the log's truth by that of a data set. The log's world may be another one: it is moved so that
+/// both have the first camera pose they share. Ids of the log and of the truth may differ: each logged object
+/// takes the id of the true one that it agrees with most over the steps they share, each true object once. A
+/// step agrees, from 1 to 0, up to 3 m between the positions in the camera frame, or, where the log has no
+/// poses, up to 0.5 m between the motions in the body frame. What agrees in fewer than 3 steps keeps no
+/// truth.
 void take_truth(ObjectLog& log, const SequenceTruth& truth);
 
 }  // namespace sextant

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "sextant/base/error.h"
 #include "sextant/stats/tests.h"
 
 namespace sextant {
@@ -11,12 +12,15 @@ namespace {
 
 struct System {
   std::string name;
-  std::vector<const EgoResult*> runs;
+  std::vector<const RunErrors*> runs;
 };
 
-std::vector<System> systems_of(const std::vector<EgoResult>& runs) {
+/// Runs without errors count nowhere.
+std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   std::vector<System> systems;
-  for (const EgoResult& run : runs) {
+  for (const RunErrors& run : runs) {
+    SEXTANT_CHECK(run.steps.size() == run.errors.size());
+    if (run.errors.empty()) continue;
     auto known =
         std::find_if(systems.begin(), systems.end(), [&](const System& s) { return s.name == run.system; });
     if (known == systems.end()) known = systems.insert(systems.end(), System{run.system, {}});
@@ -26,34 +30,33 @@ std::vector<System> systems_of(const std::vector<EgoResult>& runs) {
 }
 
 /// Interval of a function of the sums over runs of 1, e, e^2.
-std::optional<Interval> interval(const System& system,
+std::optional<Interval> interval(const std::vector<ErrorStatistics>& runs, const std::vector<size_t>& counts,
                                  double (*statistic)(double n, double sum, double squares)) {
   const auto pooled = [&](std::span<const size_t> drawn) {
     double n = 0, sum = 0, squares = 0;
     for (const size_t i : drawn) {
-      const EgoResult& run = *system.runs[i];
-      const auto count = static_cast<double>(run.errors.size());
+      const auto count = static_cast<double>(counts[i]);
       n += count;
-      sum += run.statistics.mean * count;
-      squares += run.statistics.sse;
+      sum += runs[i].mean * count;
+      squares += runs[i].sse;
     }
     return statistic(n, sum, squares);
   };
-  return cluster_bootstrap(system.runs.size(), pooled);
+  return cluster_bootstrap(runs.size(), pooled);
 }
 
-/// Mean error over the runs by row of the reference.
-std::map<int, double> mean_by_row(const System& system) {
-  std::map<int, std::pair<double, int>> sums;
-  for (const EgoResult* run : system.runs) {
+/// Mean error over the runs by step.
+std::map<ErrorStep, double> mean_by_step(const System& system) {
+  std::map<ErrorStep, std::pair<double, int>> sums;
+  for (const RunErrors* run : system.runs) {
     for (size_t i = 0; i < run->errors.size(); ++i) {
-      auto& [sum, n] = sums[run->row_of(i)];
+      auto& [sum, n] = sums[run->steps[i]];
       sum += run->errors[i];
       ++n;
     }
   }
-  std::map<int, double> means;
-  for (const auto& [row, sum] : sums) means[row] = sum.first / sum.second;
+  std::map<ErrorStep, double> means;
+  for (const auto& [step, sum] : sums) means[step] = sum.first / sum.second;
   return means;
 }
 
@@ -70,10 +73,10 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
 
 std::optional<SystemComparison> compare(const System& a, const System& b) {
   constexpr size_t kFewest = 6, kMost = 20;  // stretches; below 6 no p-value can be under 0.03
-  const std::map<int, double> of_a = mean_by_row(a), of_b = mean_by_row(b);
+  const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
   std::vector<double> differences;
-  for (const auto& [row, error] : of_a) {
-    const auto other = of_b.find(row);
+  for (const auto& [step, error] : of_a) {
+    const auto other = of_b.find(step);
     if (other != of_b.end()) differences.push_back(error - other->second);
   }
   if (differences.size() < kFewest) return std::nullopt;
@@ -85,23 +88,28 @@ std::optional<SystemComparison> compare(const System& a, const System& b) {
 
 }  // namespace
 
-std::vector<SystemSummary> summarize_systems(const std::vector<EgoResult>& runs) {
+std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs) {
   std::vector<SystemSummary> summaries;
   for (const System& system : systems_of(runs)) {
     std::vector<double> errors;
-    for (const EgoResult* run : system.runs)
+    std::vector<ErrorStatistics> of_runs;
+    std::vector<size_t> counts;
+    for (const RunErrors* run : system.runs) {
       errors.insert(errors.end(), run->errors.begin(), run->errors.end());
+      of_runs.push_back(error_statistics(run->errors));
+      counts.push_back(run->errors.size());
+    }
     SystemSummary s{
         system.name, static_cast<int>(system.runs.size()), errors.size(), error_statistics(errors), {}, {}};
     s.rmse_interval =
-        interval(system, [](double n, double, double squares) { return std::sqrt(squares / n); });
-    s.mean_interval = interval(system, [](double n, double sum, double) { return sum / n; });
+        interval(of_runs, counts, [](double n, double, double squares) { return std::sqrt(squares / n); });
+    s.mean_interval = interval(of_runs, counts, [](double n, double sum, double) { return sum / n; });
     summaries.push_back(std::move(s));
   }
   return summaries;
 }
 
-std::vector<SystemComparison> compare_systems(const std::vector<EgoResult>& runs) {
+std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs) {
   const std::vector<System> systems = systems_of(runs);
   std::vector<SystemComparison> comparisons;
   std::vector<double> p;

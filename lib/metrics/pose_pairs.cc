@@ -84,10 +84,9 @@ std::vector<PosePair> chained_pairs(size_t n, double delta, const Step& step) {
   return pairs;
 }
 
-std::vector<PosePair> consecutive_by_angle(const PoseSeries& series, const PairSelection& selection) {
-  const double unit = selection.unit == DeltaUnit::degrees ? kRad : 1;
-  return chained_pairs(series.size(), selection.delta, [&](size_t i) {
-    return rotation_angle_rad(Eigen::Quaterniond(relative_pose(series, i - 1, i).rotation)) / unit;
+std::vector<PosePair> consecutive_by_angle(const PoseSeries& series, double delta_rad) {
+  return chained_pairs(series.size(), delta_rad, [&](size_t i) {
+    return rotation_angle_rad(Eigen::Quaterniond(relative_pose(series, i - 1, i).rotation));
   });
 }
 
@@ -119,9 +118,8 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
 }
 
 std::vector<PosePair> pairs_by_angle(const PoseSeries& series, const PairSelection& selection) {
-  if (!selection.all_pairs) return consecutive_by_angle(series, selection);
-  const double unit = selection.unit == DeltaUnit::degrees ? kRad : 1;
-  const double delta_rad = selection.delta * unit;
+  const double delta_rad = selection.delta * (selection.unit == DeltaUnit::degrees ? kRad : 1);
+  if (!selection.all_pairs) return consecutive_by_angle(series, delta_rad);
   return all_by_angle(series, delta_rad, delta_rad * selection.relative_tolerance);
 }
 

@@ -11,9 +11,14 @@
 namespace sextant {
 namespace {
 
-constexpr std::array<std::string_view, 6> kNames = {"trans_part", "rot_part", "angle_deg",
-                                                    "angle_rad",  "full",     "point_distance"};
-constexpr std::array<std::string_view, 6> kUnits = {"m", "1", "deg", "rad", "1", "m"};
+constexpr std::array<std::string_view, 7> kNames = {"trans_part",
+                                                    "rot_part",
+                                                    "angle_deg",
+                                                    "angle_rad",
+                                                    "full",
+                                                    "point_distance",
+                                                    "point_distance_error_ratio"};
+constexpr std::array<std::string_view, 7> kUnits = {"m", "1", "deg", "rad", "1", "m", "%"};
 
 double value_of(const RelativePose& E, PoseRelation relation) {
   switch (relation) {
@@ -29,7 +34,8 @@ double value_of(const RelativePose& E, PoseRelation relation) {
     case PoseRelation::angle_deg:
       return rotation_angle_rad(Eigen::Quaterniond(E.rotation)) * (180 / std::numbers::pi);
     case PoseRelation::point_distance:
-      break;  // is no function of E
+    case PoseRelation::point_distance_error_ratio:
+      break;  // no functions of E
   }
   SEXTANT_CHECK(false);
 }
@@ -52,9 +58,18 @@ PoseRelation relation_from_string(std::string_view name) {
        suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
 }
 
+double pair_distance_m(const PoseSeries& series, const PosePair& pair) {
+  return (series.positions_m[static_cast<size_t>(pair.first)] -
+          series.positions_m[static_cast<size_t>(pair.second)])
+      .norm();
+}
+
 std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     PoseRelation relation) {
   SEXTANT_CHECK(estimate.size() == reference.size());
+  if (relation == PoseRelation::point_distance_error_ratio)
+    fail("{} is a share of the distance between two poses: give --rpe too, e.g. --rpe 10m",
+         to_string(relation));
   const bool positions_alone =
       relation == PoseRelation::trans_part || relation == PoseRelation::point_distance;
   std::vector<double> errors(estimate.size());
@@ -75,15 +90,17 @@ std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries
   SEXTANT_CHECK(estimate.size() == reference.size());
   std::vector<double> errors;
   errors.reserve(pairs.size());
-  for (const auto& [a, b] : pairs) {
-    const auto i = static_cast<size_t>(a), j = static_cast<size_t>(b);
-    if (relation == PoseRelation::point_distance) {
-      errors.push_back(std::abs((reference.positions_m[i] - reference.positions_m[j]).norm() -
-                                (estimate.positions_m[i] - estimate.positions_m[j]).norm()));
-    } else {
-      errors.push_back(
-          value_of(difference(relative_pose(reference, i, j), relative_pose(estimate, i, j)), relation));
+  for (const PosePair& pair : pairs) {
+    if (relation == PoseRelation::point_distance || relation == PoseRelation::point_distance_error_ratio) {
+      const double distance_m = pair_distance_m(reference, pair);
+      const double error_m = std::abs(distance_m - pair_distance_m(estimate, pair));
+      SEXTANT_CHECK(relation == PoseRelation::point_distance || distance_m > 0);
+      errors.push_back(relation == PoseRelation::point_distance ? error_m : error_m / distance_m * 100);
+      continue;
     }
+    const auto i = static_cast<size_t>(pair.first), j = static_cast<size_t>(pair.second);
+    errors.push_back(
+        value_of(difference(relative_pose(reference, i, j), relative_pose(estimate, i, j)), relation));
   }
   return errors;
 }

@@ -9,11 +9,13 @@
 //   relation         APE                          RPE                                      unit
 //   trans_part       |p_i - q_i|                  |trans E_ij|                             m
 //   point_distance   |p_i - q_i|                  | |q_j - q_i| - |p_j - p_i| |            m
+//   .._error_ratio   -                            point_distance / |q_j - q_i| * 100       %
 //   rot_part         ||rot E - I||_F              same                                     1
 //   full             ||E - I||_F                  same                                     1
 //   angle_rad/_deg   rotation angle of E          same                                     rad, deg
 //
-// Pairs are selected on the estimate, as evo does, or on the reference.
+// Pairs are selected on the estimate, as evo does, or on the reference. Pairs between which the reference
+// does not move have no ratio: evo leaves them out, and so must the caller.
 
 #include <span>
 #include <string_view>
@@ -24,11 +26,22 @@
 
 namespace sextant {
 
-enum class PoseRelation { trans_part, rot_part, angle_deg, angle_rad, full, point_distance };
+enum class PoseRelation {
+  trans_part,
+  rot_part,
+  angle_deg,
+  angle_rad,
+  full,
+  point_distance,
+  point_distance_error_ratio,  ///< of relative errors only
+};
 std::string_view to_string(PoseRelation relation);
 std::string_view unit_of(PoseRelation relation);
 /// Throws Error on an unknown name.
 PoseRelation relation_from_string(std::string_view name);
+
+/// Distance of the positions of a pair.
+double pair_distance_m(const PoseSeries& series, const PosePair& pair);
 
 std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     PoseRelation relation);

@@ -1,4 +1,4 @@
-#include "sextant/eval/external/ego_report.h"
+#include "sextant/eval/external/error_figures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 namespace sextant {
 namespace {
 
-std::vector<ErrorSample> samples() {
-  ErrorSample many{"many \"quoted\"", {}};
+std::vector<Distribution> samples() {
+  Distribution many{"many \"quoted\"", {}};
   for (int i = 100; i >= 0; --i) many.values.push_back(i);
   return {many, {"one", {7}}};
 }
@@ -16,7 +16,7 @@ double at(const Figure& figure, size_t row, size_t column) {
   return std::get<double>(figure.data.rows.at(row).at(column));
 }
 
-TEST(EgoReport, CumulativeFiguresHoldQuantiles) {
+TEST(ErrorFigures, CumulativeFiguresHoldQuantiles) {
   const Figure figure = cumulative_figure("cdf", "E [m]", samples());
   ASSERT_EQ(figure.data.rows.size(), 101U);
   for (const size_t k : {0U, 25U, 50U, 100U}) {
@@ -26,7 +26,7 @@ TEST(EgoReport, CumulativeFiguresHoldQuantiles) {
   }
 }
 
-TEST(EgoReport, BoxesHoldFiveQuantiles) {
+TEST(ErrorFigures, BoxesHoldFiveQuantiles) {
   const Figure figure = box_figure("boxes", "E [m]", samples());
   ASSERT_EQ(figure.data.rows.size(), 2U);
   EXPECT_EQ(at(figure, 0, 2), 5);
@@ -35,7 +35,7 @@ TEST(EgoReport, BoxesHoldFiveQuantiles) {
   EXPECT_EQ(at(figure, 1, 4), 7);
 }
 
-TEST(EgoReport, BothAreDrawnByGnuplot) {
+TEST(ErrorFigures, BothAreDrawnByGnuplot) {
   const OutputFiles files =
       draw({cumulative_figure("cdf", "E [m]", samples()), box_figure("boxes", "E [m]", samples())}, 1);
   for (const char* name : {"cdf.svg", "boxes.svg"}) {
