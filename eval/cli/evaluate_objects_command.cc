@@ -58,17 +58,26 @@ std::vector<ObjectLog> logs_of(const EstimateArgument& argument, const ObjectFla
   return logs;
 }
 
+/// The truth within the frames that SOURCE@first-last asks for.
+SequenceTruth source_truth(const ObjectFlags& flags) {
+  SourceSpec spec = find_source(flags.truth, flags.data_root);
+  spec.add_options(options_tree(flags.options, flags.sets).value("source", Json::object()));
+  const std::unique_ptr<Sequence> sequence = open_source(spec);
+  SequenceTruth truth = sequence->truth();
+  std::erase_if(truth.objects, [&](const auto& at) {
+    return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
+  });
+  if (truth.objects.empty()) fail("{}: has no true objects to compare with", flags.truth);
+  return truth;
+}
+
 void evaluate(const ObjectFlags& flags) {
   if (!(flags.rate_hz > 0) || !std::isfinite(flags.rate_hz))
     fail("--rate {}: must be above 0", flags.rate_hz);
   std::span<const MetricPreset> presets = metric_presets();
   if (!flags.preset.empty()) presets = {&find_preset(flags.preset), 1};
-  std::unique_ptr<Sequence> sequence;
-  if (!flags.truth.empty()) {
-    SourceSpec spec = find_source(flags.truth, flags.data_root);
-    spec.add_options(options_tree(flags.options, flags.sets).value("source", Json::object()));
-    sequence = open_source(spec);
-  }
+  std::optional<SequenceTruth> truth;
+  if (!flags.truth.empty()) truth = source_truth(flags);
   std::vector<Record> records;
   std::vector<std::string> folders, warnings;
   std::map<std::string, int> runs;
@@ -77,7 +86,7 @@ void evaluate(const ObjectFlags& flags) {
     folders.push_back(argument.path);
     const std::string name = std::filesystem::path(argument.path).lexically_normal().filename().string();
     for (ObjectLog& log : logs_of(argument, flags)) {
-      if (sequence) take_truth(log, sequence->truth());
+      if (truth) take_truth(log, *truth);
       const int run = runs[log.estimator]++;
       std::ranges::move(object_records(log, flags.format, name, flags.rate_hz, static_cast<uint64_t>(run)),
                         std::back_inserter(records));

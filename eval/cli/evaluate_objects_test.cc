@@ -103,6 +103,27 @@ TEST_F(EvaluateObjects, WithoutTruthNothingIsCompared) {
   EXPECT_FALSE(row.contains("Et_m") && !row["Et_m"].is_null()) << row;
 }
 
+TEST_F(EvaluateObjects, SeveralRunsArePooledComparedAndReported) {
+  const fs::path report = temp_.path() / "report";
+  const std::string more = fmt::format("--truth {} --format dynosam", scene_.source());
+  const Outcome outcome =
+      evaluate(fmt::format("a={0} b={0} {1} --out {2} --json", logs().string(), more, report.string()));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  ASSERT_EQ(json["systems"].size(),
+            15U);  // 5 presets, 3 systems: the folder alone is called after its module
+  EXPECT_EQ(json["systems"][0]["system"], "a");
+  EXPECT_EQ(json["systems"][0]["runs"], 1);
+  for (const char* file : {"report.html", "records.jsonl", "tables/systems.csv", "figures/Et_body_cdf.svg",
+                           "figures/ER_camera_boxes.png"}) {
+    EXPECT_TRUE(fs::exists(report / file)) << file;
+  }
+  const Json pooled = Json::parse(evaluate(fmt::format("{} {} --json", logs().string(), more)).out);
+  EXPECT_EQ(pooled["systems"][0]["runs"], 2) << "of one system";
+  EXPECT_EQ(pooled["presets"][0]["rows"][0]["n_truth"], 10);
+  EXPECT_TRUE(pooled["systems"][0].contains("Et_low_m"));
+}
+
 TEST_F(EvaluateObjects, DamagedLogsAreRefused) {
   const std::string name = "m_object_motion_log.csv";
   const std::string good = read_file(logs() / name);

@@ -137,13 +137,14 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   }
 }
 
-void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+/// What is left after the offset that the user gave.
+void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   std::vector<double> a, b;
   if (seconds) {
     a = reference.stamps_s;
-    b = estimate.stamps_s;
+    for (const double t : estimate.stamps_s) b.push_back(t + offset_s);
   } else {
     const std::vector<int> fa = frames_of(reference), fb = frames_of(estimate);
     a.assign(fa.begin(), fa.end());
@@ -151,11 +152,11 @@ void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
   }
   const auto lag = estimate_lag(reference, a, estimate, b);
   if (!lag) return;
-  const std::string remedy = seconds ? fmt::format("; try --offset {:.4g}", -lag->lag) : "";
+  const std::string remedy = seconds ? fmt::format("; try --offset {:.4g}", offset_s - lag->lag) : "";
   warnings.push_back(
       {"lag",
-       fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.2f} with this "
-                   "shift, {:.2f} without{}",
+       fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
+                   "shift, {:.3f} without{}",
                    lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
                    lag->correlation, lag->correlation_0, remedy)});
 }
@@ -226,7 +227,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s)", name,
          reference.side.name, options.association.max_difference_s);
   }
-  warn_of_lag(reference.poses, estimate.poses, r.warnings);
+  warn_of_lag(reference.poses, estimate.poses, options.association.offset_s, r.warnings);
   r.reference = reference.poses;
   r.reference.keep(match.reference);
   r.reference_rows = std::move(match.reference);

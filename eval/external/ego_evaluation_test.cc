@@ -112,6 +112,18 @@ TEST(EgoEvaluation, AConstantLagIsFoundWithItsSignAndSize) {
   repaired.association.offset_s = -0.3;
   const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -0.3)), repaired);
   EXPECT_LT(r.statistics.rmse, 0.02);
+  EXPECT_THAT(r.warnings, Not(Contains(code("lag"))));
+}
+
+TEST(EgoEvaluation, AShortLagOfASmoothDriveIsFound) {
+  for (const double lag_s : {0.1, -0.06, 0.8}) {
+    const PoseSeries truth = drive(2000, 50), late = noisy(drive(2000, 50, -lag_s));
+    const auto lag = estimate_lag(truth, truth.stamps_s, late, late.stamps_s);
+    ASSERT_TRUE(lag) << lag_s;
+    EXPECT_NEAR(lag->lag, lag_s, 0.011);
+  }
+  const PoseSeries truth = drive(2000, 50), same = noisy(drive(2000, 50));
+  EXPECT_FALSE(estimate_lag(truth, truth.stamps_s, same, same.stamps_s));
 }
 
 TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
@@ -143,6 +155,17 @@ TEST(EgoEvaluation, IdentityTruthAndTheSameFileTwice) {
   EXPECT_THAT(evaluate(drive(300, 10), drive(300, 10)).warnings, Contains(code("identical")));
 }
 
+TEST(EgoEvaluation, StandingAtTheOriginFirstIsNoMissingTruth) {
+  PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
+  for (size_t i = 0; i < 40; ++i) {
+    reference.positions_m[i].setZero();
+    reference.rotations[i].setIdentity();
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("identity"))) << "the estimate moves";
+  for (size_t i = 0; i < 40; ++i) estimate.positions_m[i] = {0.01 * static_cast<double>(i % 3), 0, 0};
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("identity"))));
+}
+
 TEST(EgoEvaluation, ALineLeavesARotationOpen) {
   PoseSeries line;
   for (int i = 0; i < 50; ++i) {
@@ -171,6 +194,22 @@ TEST(EgoEvaluation, ATimeRangeLeavesOutTheRestOfTheReference) {
   const EgoResult r = evaluate(drive(300, 10), noisy(drive(300, 10)), options);
   EXPECT_EQ(r.errors.size(), 51);
   EXPECT_EQ(r.reference_rows.front(), 50);
+}
+
+TEST(EgoEvaluation, PairsWithoutDistanceHaveNoRatio) {
+  PoseSeries reference = drive(50, 10);
+  for (size_t k = 20; k < 24; ++k) reference.positions_m[k] = reference.positions_m[19];
+  EgoOptions options;
+  options.rpe = PairSelection{};
+  options.relation = PoseRelation::point_distance_error_ratio;
+  TrajectoryFile file;
+  file.poses = drive(50, 10);
+  const EgoResult r = evaluate_ego(reference_of(reference), file, "est.tum", options);
+  EXPECT_EQ(r.pairs.size(), 45);
+  EXPECT_EQ(r.errors.size(), 45);
+  EXPECT_TRUE(std::ranges::any_of(r.warnings, [](const auto& w) { return w.code == "still_pairs"; }));
+  for (Eigen::Vector3d& p : reference.positions_m) p.setZero();
+  EXPECT_THROW(evaluate_ego(reference_of(reference), file, "est.tum", options), Error);
 }
 
 TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {

@@ -98,12 +98,12 @@ void add_row(Table& table, const std::string& estimator, const std::string& body
   std::string others;
   for (const auto& [status, n] : s.others)
     others += fmt::format("{}{} {}", others.empty() ? "" : ", ", status, n);
-  table.add_row({preset.name, estimator, body, static_cast<double>(s.n_truth),
-                 static_cast<double>(s.n_estimated),
-                 s.n_truth > 0 ? Cell(100.0 * s.n_estimated / s.n_truth) : Cell(),
-                 aggregated(s.Et, preset.aggregate), aggregated(s.ER, preset.aggregate),
-                 aggregated(s.Ev, preset.aggregate), aggregated(s.v, Aggregate::mean),
-                 aggregated(s.v_gt, Aggregate::mean), others.empty() ? Cell() : Cell(others)});
+  table.add_row(
+      {preset.name, estimator, body, static_cast<double>(s.n_truth), static_cast<double>(s.n_estimated),
+       s.n_truth > 0 ? Cell(100.0 * s.n_estimated / s.n_truth) : Cell(), static_cast<double>(s.Et.size()),
+       aggregated(s.Et, preset.aggregate), aggregated(s.ER, preset.aggregate),
+       aggregated(s.Ev, preset.aggregate), aggregated(s.v, Aggregate::mean),
+       aggregated(s.v_gt, Aggregate::mean), others.empty() ? Cell() : Cell(others)});
 }
 
 }  // namespace
@@ -130,8 +130,11 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     record.body = fmt::format("object:{}", key.first);
     const auto logged_motion = log.motions.find(key);
     const bool has_motion = logged_motion != log.motions.end();
-    const auto L = find_pose(log.true_poses, {key.first, key.second - 1}),
-               L_after = find_pose(log.true_poses, key);
+    auto L = find_pose(log.true_poses, {key.first, key.second - 1});
+    const auto L_after = find_pose(log.true_poses, key);
+    if (!L && L_after && has_motion && logged_motion->second.truth && log.frame == MotionFrame::world)
+      L = logged_motion->second.truth->inverse() *
+          *L_after;  // the first pose of an object is often not logged
     Motions estimate, truth;
     if (has_motion) estimate = motions_of(logged_motion->second.estimate, log.frame, L);
     if (has_motion && logged_motion->second.truth)
@@ -157,6 +160,7 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
                    {"n_truth", "truth", Align::right, 0},
                    {"n_estimated", "estimated", Align::right, 0},
                    {"coverage_percent", "coverage [%]", Align::right, 1},
+                   {"n_compared", "compared", Align::right, 0},
                    {"Et_m", "E_t [m]", Align::right, 4},
                    {"ER_deg", "E_R [deg]", Align::right, 4},
                    {"Ev_kmh", "E_v [km/h]", Align::right, 3},
@@ -178,8 +182,8 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
         fmt::format("{}: {} ({})", preset.name, preset.description, to_string(preset.aggregate)));
   }
   table.notes.push_back(
-      "truth: steps with truth; coverage: those of them with an estimate. - : the log lacks what this "
-      "needs.");
+      "truth: steps with truth; coverage: those of them with an estimate; compared: those that the preset's "
+      "frame can be compared in. - : the log lacks what this needs.");
   return table;
 }
 

@@ -150,6 +150,62 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
   EXPECT_EQ(not_detected, 7);
 }
 
+/// Truth of `car`, as object 7, and of another beside it that moves as it does, as object 3.
+SequenceTruth two_alike() {
+  SequenceTruth truth;
+  const SE3 beside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(4, 0, 0));
+  for (int k = 0; k < kFrames; ++k) {
+    truth.camera.set(k, camera(k));
+    ObjectTruth other, right;
+    other.id = 3;
+    other.T_camera_object = camera(k).inverse() * beside * car(k);
+    right.id = 7;
+    right.T_camera_object = camera(k).inverse() * car(k);
+    truth.objects[k] = {other, right};
+  }
+  return truth;
+}
+
+TEST(ObjectLogs, PositionsTellObjectsApartThatMoveAlike) {
+  const ScratchFolder folder;
+  write_dynosam(folder, 40);
+  ObjectLog log = read_object_logs(folder.path(), "dynosam").front();
+  take_truth(log, two_alike());
+  EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
+}
+
+TEST(ObjectLogs, ALogInAnotherWorldIsMovedToThatOfTheTruth) {
+  const SE3 elsewhere(Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized())),
+                      Eigen::Vector3d(-50, 3, 8));
+  ObjectLog log;
+  for (int k = 0; k < kFrames; ++k) {
+    log.camera.set(k, elsewhere * camera(k));
+    log.poses[{9, k}] = elsewhere * car(k);
+    if (k > 0) log.motions[{9, k}].estimate = elsewhere * world_of(body_estimate(k), k) * elsewhere.inverse();
+  }
+  take_truth(log, two_alike());
+  int n = 0;
+  for (const Record& r : object_records(log, "d", "s", 10)) {
+    if (r.status != Status::ok) continue;
+    ++n;
+    EXPECT_EQ(r.body, "object:7");
+    EXPECT_NEAR(r.errors.at("Et_body_m"), 0.05, 1e-9);
+    EXPECT_LT(r.errors.at("Et_world_m"), 1);
+  }
+  EXPECT_EQ(n, kFrames - 1);
+}
+
+TEST(ObjectLogs, AnUnloggedPoseBeforeAStepFollowsFromItsTruth) {
+  const ScratchFolder folder;
+  folder.write("m_object_motion_log.csv", fmt::format("4,3,{},{}\n", row(world_of(body_estimate(4), 4)),
+                                                      row(world_of(body_truth(4), 4))));
+  folder.write("m_object_pose_log.csv", fmt::format("4,3,{},{}\n", row(car(4)), row(car(4))));
+  const std::vector<Record> records =
+      object_records(read_object_logs(folder.path(), "dynosam").front(), "d", "s", 10);
+  ASSERT_EQ(records.size(), 1);
+  EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
+}
+
 TEST(ObjectLogs, DamageIsTold) {
   const ScratchFolder folder;
   const auto error = [&](const char* format) {

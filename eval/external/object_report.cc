@@ -153,11 +153,11 @@ ReportDocument object_document(const std::vector<Record>& records, std::span<con
                                   folders.size(), presets.size());
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
               comparison = object_comparison_table(records, presets);
-  ReportSection overall{"systems", systems.title, {}, {{"systems", systems}}, {}, {}};
+  ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};
   if (!comparison.rows.empty()) overall.tables.push_back({"comparison", comparison});
   document.sections.push_back(std::move(overall));
   document.sections.push_back(
-      {"objects", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
+      {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
   ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
   for (const ErrorTitle& error : errors_of(presets)) {
     const std::vector<RunErrors> runs = object_run_errors(records, error.key);

@@ -19,6 +19,8 @@ int frame_number(const NumberFile& file, size_t i) {
   return static_cast<int>(value);
 }
 
+constexpr size_t kMostPoses = 20'000'000;  // 2 GB in memory
+
 /// The reader behind every text format: `add` puts one record of `n` values into the file's series.
 class TextReader {
  public:
@@ -31,7 +33,9 @@ class TextReader {
     while (file_.next()) {
       const size_t count = file_.values().size();
       if (n == 0 && !accepts(count)) file_.fail_here("expected {}, got {} values", expected, count);
-      if (n == 0) result_.poses.reserve(file_.expected_records());
+      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), kMostPoses));
+      if (result_.poses.size() == kMostPoses)
+        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", kMostPoses);
       if (n != 0 && count != n)
         file_.fail_here("expected {} values as in the lines before, got {}", n, count);
       n = count;

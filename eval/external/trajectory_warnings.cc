@@ -70,6 +70,13 @@ struct Motion {
 
 constexpr size_t kMostSteps = 1000;  // of long recordings the first ones
 
+/// How many half windows to shift to each side: 20 windows, or 1 s where that is more.
+int shifts(double duration_s, double width_s) {
+  constexpr int kFewest = 40, kMost = 400;
+  const double reach_s = std::min(1.0, duration_s / 4);
+  return std::clamp(static_cast<int>(2 * reach_s / width_s), kFewest, kMost);
+}
+
 Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double until) {
   Motion motion{{times[0]}, {0.0}, {0.0}};
   for (size_t i = 1; i < series.size() && times[i - 1] <= until; ++i) {
@@ -118,19 +125,22 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   constexpr size_t kLeastPoses = 40;
   if (reference.size() < kLeastPoses || estimate.size() < kLeastPoses) return std::nullopt;
   const double width = std::max(median_step(reference_times), median_step(estimate_times));
-  const double reach = 20 * width;
+  if (!(width > 0)) return std::nullopt;
+  const int n_shifts = shifts(std::min(reference_times.back() - reference_times.front(),
+                                       estimate_times.back() - estimate_times.front()),
+                              width);
+  const double reach = 0.5 * n_shifts * width;
   const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
   double end = std::min(reference_times.back(), estimate_times.back() - reach);
   end = std::min(end, begin + width * kMostSteps);
-  if (!(width > 0) || !(end - begin > 20 * width)) return std::nullopt;
+  if (!(end - begin > 20 * width)) return std::nullopt;
   const auto n = static_cast<size_t>((end - begin) / width);
-  constexpr int kSteps = 40;  // half a window each, to both sides
   const auto r =
       motion_in_windows(motion_of(reference, reference_times, end + width), begin, width, width, n);
-  const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width),
-                                   begin - kSteps * 0.5 * width, 0.5 * width, width, 2 * n + 2 * kSteps);
+  const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
+                                   0.5 * width, width, 2 * n + 2 * static_cast<size_t>(n_shifts));
   std::vector<double> scores, shifted(n);
-  for (size_t shift = 0; shift <= 2 * kSteps; ++shift) {
+  for (size_t shift = 0; shift <= 2 * static_cast<size_t>(n_shifts); ++shift) {
     double score = 0;
     for (size_t k = 0; k < 2; ++k) {
       for (size_t i = 0; i < n; ++i) shifted[i] = e[k][2 * i + shift];
@@ -139,10 +149,12 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
     scores.push_back(score);
   }
   const auto best = std::max_element(scores.begin(), scores.end());
-  const auto k = static_cast<int>(best - scores.begin()) - kSteps;
-  const LagEstimate lag{0.5 * k * width, *best, scores[kSteps]};
-  if (std::abs(k) < 2 || lag.correlation < 0.8 || lag.correlation - lag.correlation_0 < 0.1)
-    return std::nullopt;
+  const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
+  const LagEstimate lag{0.5 * k * width, *best, scores[static_cast<size_t>(n_shifts)]};
+  // Smooth motions correlate well also without the shift; then it must explain half of what is left.
+  const double gain = lag.correlation - lag.correlation_0;
+  const bool explains = gain > 0.1 || (gain > 5e-4 && gain > 0.5 * (1 - lag.correlation_0));
+  if (std::abs(k) < 2 || lag.correlation < 0.8 || !explains) return std::nullopt;
   return lag;
 }
 
@@ -191,10 +203,15 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
     return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
   };
   size_t identities = 0, repeated = 0, first_repeated = 0, same = 0;
+  // A recording may stand at its origin first, as long as the estimate does.
+  constexpr double kStands_m = 0.5;
+  bool left_origin = false;
   for (size_t i = 0; i < estimate.size(); ++i) {
     same += equal(reference, i, estimate, i);
     if (i == 0) continue;
-    identities += is_identity(i);
+    left_origin = left_origin || !is_identity(i) ||
+                  (estimate.positions_m[i] - estimate.positions_m[0]).norm() > kStands_m;
+    identities += left_origin && is_identity(i);
     if (!equal(estimate, i, estimate, i - 1)) continue;
     constexpr double kMoves_m = 0.01, kTurns_rad = 0.001;
     const RelativePose step = relative_pose(reference, i - 1, i);
@@ -211,10 +228,9 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
                                        repeated, first_repeated)});
   }
   if (identities > 0) {
-    warnings.push_back(
-        {"identity", fmt::format("{} reference poses after the first are exactly the identity: missing truth "
-                                 "that was logged as identity? These errors mean nothing",
-                                 identities)});
+    warnings.push_back({"identity", fmt::format("{} reference poses are exactly the identity: missing truth "
+                                                "that was logged as identity? These errors mean nothing",
+                                                identities)});
   }
   if (same == estimate.size() && estimate.size() > 1)
     warnings.push_back({"identical", "all poses of estimate and reference are equal: the same file twice?"});

@@ -11,9 +11,10 @@
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
 //   repeated_poses  the estimate stands still, exactly, while the reference moves: 5 poses or more
-//   identity        the reference holds exact identity poses after its first: missing truth, logged as
-//   identity identical       all poses of both are equal: the same file twice? line            the aligned
-//   positions lie on a line: the rotation about it is arbitrary
+//   identity        the reference holds exact identity poses after it, or the estimate, has left its origin:
+//                   missing truth, logged as identity
+//   identical       all poses of both are equal: the same file twice?
+//   line            the aligned positions lie on a line: the rotation about it is arbitrary
 
 #include <optional>
 #include <string>
@@ -45,8 +46,10 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 /// After association, before alignment: repeated poses, identities.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
-/// The shift of the estimate's clock that makes motions agree best: its stamps are late by lag_s. Empty when
-/// nothing stands out: too little motion, or correlation below 0.8, or 0.1 and less better than without.
+/// The shift of the estimate's clock that makes motions agree best: its stamps are late by lag_s. Looked for
+/// up to 20 of the longer time steps, or 1 s where that is more. Empty when nothing stands out: too little
+/// motion, correlation below 0.8, or better than without a shift by neither 0.1 nor half of what is missing
+/// to 1.
 struct LagEstimate {
   double lag = 0;            ///< in units of the times
   double correlation = 0;    ///< of speeds and rotation rates at this lag

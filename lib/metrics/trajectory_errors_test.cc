@@ -33,6 +33,17 @@ TEST(TrajectoryErrors, RelationsOfAKnownDifference) {
   EXPECT_NEAR(rpe(PoseRelation::point_distance), std::sqrt(26) - 1, 1e-15);
 }
 
+TEST(TrajectoryErrors, RatioToTheDistanceTravelled) {
+  const PoseSeries truth = at({{0, 0, 0}, {0, 2, 0}, {4, 2, 0}}),
+                   estimate = at({{0, 0, 0}, {0, 0, 3}, {0, 0, 6}});
+  const std::vector<PosePair> pairs = {{0, 1}, {1, 2}};
+  const auto ratio = PoseRelation::point_distance_error_ratio;
+  const std::vector<double> errors = relative_errors(estimate, truth, pairs, ratio);
+  EXPECT_NEAR(errors[0], 50, 1e-12);
+  EXPECT_NEAR(errors[1], 25, 1e-12);
+  EXPECT_THROW(absolute_errors(estimate, truth, ratio), Error);
+}
+
 TEST(TrajectoryErrors, Statistics) {
   const std::vector<double> even = {4, 1, 3, 2};
   const ErrorStatistics s = error_statistics(even);
