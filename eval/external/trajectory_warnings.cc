@@ -70,11 +70,11 @@ struct Motion {
 
 constexpr size_t kMostSteps = 1000;  // of long recordings the first ones
 
-/// How many half windows to shift to each side: 20 windows, or 1 s where that is more.
+/// How many windows to shift to each side: 20, or 1 s where that is more.
 int shifts(double duration_s, double width_s) {
-  constexpr int kFewest = 40, kMost = 400;
+  constexpr int kFewest = 20, kMost = 200;
   const double reach_s = std::min(1.0, duration_s / 4);
-  return std::clamp(static_cast<int>(2 * reach_s / width_s), kFewest, kMost);
+  return std::clamp(static_cast<int>(reach_s / width_s), kFewest, kMost);
 }
 
 Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double until) {
@@ -116,6 +116,13 @@ std::array<std::vector<double>, 2> motion_in_windows(const Motion& motion, doubl
   return out;
 }
 
+/// Top of the parabola through the best score and its neighbours, relative to it, -0.5 .. 0.5.
+double peak_offset(const std::vector<double>& scores, std::vector<double>::const_iterator best) {
+  if (best == scores.begin() || best + 1 == scores.end()) return 0;
+  const double before = best[-1], after = best[1], bend = before - 2 * *best + after;
+  return bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
+}
+
 }  // namespace
 
 std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
@@ -129,7 +136,7 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const int n_shifts = shifts(std::min(reference_times.back() - reference_times.front(),
                                        estimate_times.back() - estimate_times.front()),
                               width);
-  const double reach = 0.5 * n_shifts * width;
+  const double reach = n_shifts * width;
   const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
   double end = std::min(reference_times.back(), estimate_times.back() - reach);
   end = std::min(end, begin + width * kMostSteps);
@@ -137,24 +144,23 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const auto n = static_cast<size_t>((end - begin) / width);
   const auto r =
       motion_in_windows(motion_of(reference, reference_times, end + width), begin, width, width, n);
+  const auto shift_count = static_cast<size_t>(2 * n_shifts + 1);
   const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
-                                   0.5 * width, width, 2 * n + 2 * static_cast<size_t>(n_shifts));
-  std::vector<double> scores, shifted(n);
-  for (size_t shift = 0; shift <= 2 * static_cast<size_t>(n_shifts); ++shift) {
+                                   width, width, n + shift_count);
+  std::vector<double> scores;
+  for (size_t shift = 0; shift < shift_count; ++shift) {
     double score = 0;
-    for (size_t k = 0; k < 2; ++k) {
-      for (size_t i = 0; i < n; ++i) shifted[i] = e[k][2 * i + shift];
-      score += 0.5 * correlation(r[k], shifted);
-    }
+    for (size_t k = 0; k < 2; ++k) score += 0.5 * correlation(r[k], std::span(e[k]).subspan(shift, n));
     scores.push_back(score);
   }
   const auto best = std::max_element(scores.begin(), scores.end());
   const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
-  const LagEstimate lag{0.5 * k * width, *best, scores[static_cast<size_t>(n_shifts)]};
+  const LagEstimate lag{(k + peak_offset(scores, best)) * width, *best,
+                        scores[static_cast<size_t>(n_shifts)]};
   // Smooth motions correlate well also without the shift; then it must explain half of what is left.
   const double gain = lag.correlation - lag.correlation_0;
   const bool explains = gain > 0.1 || (gain > 5e-4 && gain > 0.5 * (1 - lag.correlation_0));
-  if (std::abs(k) < 2 || lag.correlation < 0.8 || !explains) return std::nullopt;
+  if (k == 0 || lag.correlation < 0.8 || !explains) return std::nullopt;
   return lag;
 }
 
