@@ -162,30 +162,37 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
                    {"Et_rmse_m", "RMSE", Align::right, 4},
                    {"ER_mean_deg", "E_R mean [deg]", Align::right, 4},
                    {"ER_rmse_deg", "RMSE", Align::right, 4},
+                   {"ER_float_acos_mean_deg", "in floats [deg]", Align::right, 4},
                    {"n_stretches", "stretches", Align::right, 0},
                    {"translation_percent", "t_rel [%]", Align::right, 4},
                    {"rotation_deg_per_m", "r_rel [deg/m]", Align::right, 6},
                    {"umeyama_scale", "scale", Align::right, 4}};
   for (const EgoResult& r : runs) {
     const PerFrameErrors& e = r.per_frame;
-    std::optional<ErrorStatistics> t, a;
+    std::optional<ErrorStatistics> t, a, in_floats;
     if (!e.Et_m.empty()) {
       t = error_statistics(e.Et_m);
       a = error_statistics(e.ER_deg);
     }
+    if (!e.ER_float_acos_deg.empty()) in_floats = error_statistics(e.ER_float_acos_deg);
     const auto of = [](const std::optional<ErrorStatistics>& s, double ErrorStatistics::*what) {
       return s ? Cell((*s).*what) : Cell();
     };
-    table.add_row(
-        {r.name, number(e.Et_m.size()), of(t, &ErrorStatistics::mean), of(t, &ErrorStatistics::rmse),
-         of(a, &ErrorStatistics::mean), of(a, &ErrorStatistics::rmse), static_cast<double>(r.kitti.all.n),
-         cell(r.kitti.all.translation_percent), cell(r.kitti.all.rotation_deg_per_m), r.umeyama_scale});
+    table.add_row({r.name, number(e.Et_m.size()), of(t, &ErrorStatistics::mean),
+                   of(t, &ErrorStatistics::rmse), of(a, &ErrorStatistics::mean),
+                   of(a, &ErrorStatistics::rmse), of(in_floats, &ErrorStatistics::mean),
+                   static_cast<double>(r.kitti.all.n), cell(r.kitti.all.translation_percent),
+                   cell(r.kitti.all.rotation_deg_per_m), r.umeyama_scale});
     if (r.kitti.all.n == 0) {
       table.notes.push_back(
           fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
                       r.kitti.path_m));
     }
   }
+  table.notes.push_back(
+      "in floats: mean E_R as programs in single precision have it, acos of the trace where it is above 0. "
+      "It is "
+      "too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
   if (reference.step_floor_m) {
     table.notes.push_back(
         fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
