@@ -32,13 +32,14 @@ class Scanner {
   /// Between quotes, without escapes.
   std::string_view text() {
     literal("\"");
-    const size_t end = text_.find_first_of("\"\\");
-    if (!good_ || end == std::string_view::npos || text_[end] != '"') return fail_with(std::string_view());
+    // Escapes, control characters and what is not ASCII are the general parser's business.
+    const auto plain = [](char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; };
+    size_t end = 0;
+    while (end < text_.size() && plain(text_[end])) ++end;
+    if (!good_ || end == text_.size() || text_[end] != '"') return fail_with(std::string_view());
     const std::string_view found = text_.substr(0, end);
     text_.remove_prefix(end + 1);
-    // Control characters and what is not ASCII are the general parser's business.
-    const bool plain = std::ranges::all_of(found, [](char c) { return c >= 0x20 && c < 0x7f; });
-    return plain ? found : fail_with(std::string_view());
+    return found;
   }
 
   template <typename T>
