@@ -77,16 +77,21 @@ void add_flow_error(const FlowError& error, const std::string& stage, Record& re
   record.errors["epe_" + stage + "_y_px"] = error.y_px;
 }
 
-/// EPE before and after refinement over the inliers of an estimated body.
+/// EPE over all points of an estimated body, and before and after refinement over its inliers.
 void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, const PairContext& context,
              Record& record) {
   const MotionEstimate& estimate = body.estimate;
   if (estimate.inliers.size() != body.points.size()) return;
   if (context.true_flow == nullptr && !true_motion) return;
-  const Correspondences points = body.points.subset(estimate.inliers);
   const bool given = context.true_flow != nullptr;
-  const PointFlow truth =
-      given ? flow_at(*context.true_flow, points) : induced_flow(context.camera, *true_motion, points);
+  const auto true_flow = [&](const Correspondences& points) {
+    return given ? flow_at(*context.true_flow, points) : induced_flow(context.camera, *true_motion, points);
+  };
+  const PointFlow all = true_flow(body.points);
+  const FlowError measured = flow_error(body.points.flow_u, body.points.flow_v, all.u, all.v);
+  if (measured.n > 0) add_flow_error(measured, "measured", record);
+  const Correspondences points = body.points.subset(estimate.inliers);
+  const PointFlow truth = true_flow(points);
   const FlowError initial = flow_error(points.flow_u, points.flow_v, truth.u, truth.v);
   if (initial.n == 0) return;
   record.flow_truth = given ? "given" : "induced";

@@ -104,6 +104,7 @@ TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {
   const Record ego = evaluate().at(0);
   EXPECT_EQ(ego.flow_truth, "induced");
   EXPECT_NEAR(ego.errors.at("epe_initial_px"), 1, 1e-12);
+  EXPECT_GT(ego.errors.at("epe_measured_px"), ego.errors.at("epe_initial_px"));
   EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 1, 1e-12);
   EXPECT_NEAR(ego.errors.at("epe_initial_y_px"), 0, 1e-12);
   EXPECT_NEAR(ego.errors.at("epe_refined_px"), 0.25, 1e-12);

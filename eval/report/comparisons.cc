@@ -156,9 +156,8 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
   Table table;
   table.title = "Estimators compared pair by pair";
   table.caption =
-      "Difference of the mean errors, second - first, over the pairs that both have estimated. low, high: 95 "
-      "% "
-      "interval (clusters: seeds; with one seed frames). p: Wilcoxon's signed ranks on the clusters' means, "
+      "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
+      "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
       "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %.";
   table.columns = {{"parameter", "parameter", Align::left, 0, true},
                    {"dataset", "dataset", Align::left, 0, true},
@@ -174,7 +173,7 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
     table.columns.insert(
         table.columns.end(),
         {{key + "_difference_" + unit, fmt::format("\u0394 {} [{}]", symbol, unit), Align::right, 5},
-         {key + "_low_" + unit, "low", Align::right, 5},
+         {key + "_low_" + unit, "low", Align::right, 5, false, false, false, "95 % interval"},
          {key + "_high_" + unit, "high", Align::right, 5},
          {key + "_difference_percent", "[%]", Align::right, 1},
          {key + "_p", "p", Align::right, 4, false, true, true},

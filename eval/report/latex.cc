@@ -85,7 +85,7 @@ std::string latex_escaped(const std::string& text) {
 }
 
 std::string to_latex(const Table& whole, const std::string& name) {
-  const auto [table, folded] = fold_columns(without_details(whole));
+  const auto [table, folded] = fold_columns(for_people(whole));
   const size_t n = table.columns.size();
   const char* environment = n > column_width ? "table*" : "table";
   std::string caption = latex_escaped(table.title);

@@ -3,10 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-
-#include "sextant/base/files.h"
+#include "sextant/eval/report/latex_testing.h"
 
 namespace sextant {
 namespace {
@@ -43,24 +40,12 @@ TEST(Latex, EscapesFoldsAndSetsNumbers) {
 }
 
 TEST(Latex, CompilesUnderPdflatex) {
-  if (std::system("command -v pdflatex > /dev/null 2>&1") != 0) {
-    GTEST_SKIP() << "no pdflatex: install texlive-latex-base and texlive-latex-recommended to run this test";
-  }
-  std::string page =
-      "\\documentclass[twocolumn]{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n"
-      "\\usepackage{booktabs, amsmath, textcomp}\n\\begin{document}\n";
-  for (const int n : {1, 8, 20}) page += to_latex(table_of(n), fmt::format("t{}", n));
-  std::string pattern = (std::filesystem::temp_directory_path() / "sextant-latex-XXXXXX").string();
-  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-  const std::filesystem::path folder = pattern;
-  write_file(folder / "page.tex", page + "\\end{document}\n");
-  const int status = std::system(
-      ("cd '" + pattern + "' && pdflatex -interaction=nonstopmode -halt-on-error page.tex > out.txt 2>&1")
-          .c_str());
-  const std::string words = read_file(folder / "out.txt");
-  std::filesystem::remove_all(folder);
-  EXPECT_EQ(status, 0) << words;
-  EXPECT_THAT(words, testing::Not(HasSubstr("undefined")));
+  std::string body;
+  for (const int n : {1, 8, 20}) body += to_latex(table_of(n), fmt::format("t{}", n));
+  const std::optional<Compiled> page = compile_latex(body);
+  if (!page) GTEST_SKIP() << no_pdflatex;
+  EXPECT_TRUE(page->ok) << page->words;
+  EXPECT_THAT(page->words, testing::Not(HasSubstr("undefined")));
 }
 
 }  // namespace

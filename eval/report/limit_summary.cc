@@ -54,14 +54,14 @@ LimitSummary summarize_limit(const std::vector<const Record*>& estimated, const 
 std::vector<Column> limit_columns() {
   return {{"Et_bound_m", "E_t bound [m]", Align::right, 5, true},
           {"Et_efficiency", "efficiency", Align::right, 3, true},
-          {"Et_efficiency_low", "low", Align::right, 3, true},
+          {"Et_efficiency_low", "low", Align::right, 3, true, false, false, "95 % interval"},
           {"Et_efficiency_high", "high", Align::right, 3, true},
           {"ER_bound_deg", "E_R bound [deg]", Align::right, 5, true},
           {"ER_efficiency", "efficiency", Align::right, 3, true},
-          {"ER_efficiency_low", "low", Align::right, 3, true},
+          {"ER_efficiency_low", "low", Align::right, 3, true, false, false, "95 % interval"},
           {"ER_efficiency_high", "high", Align::right, 3, true},
           {"anees", "ANEES", Align::right, 2, true},
-          {"anees_expected_low", "ANEES expected from", Align::right, 2, true},
+          {"anees_expected_low", "ANEES expected from", Align::right, 2, true, false, false, "expected"},
           {"anees_expected_high", "ANEES expected to", Align::right, 2, true}};
 }
 

@@ -73,6 +73,7 @@ void add_columns(const std::string& symbol, const std::string& key, const std::s
       table.columns.push_back({fmt::format("{}_{}_{}_{}", key, c.name, end, unit), end, Align::right, 5,
                                false, !c.interval_in_text});
     }
+    table.columns[table.columns.size() - 2].range = "95 % interval";
   }
 }
 
@@ -109,7 +110,7 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
   Table table;
   table.title = "Errors by noise level";
   table.caption =
-      "Over the estimated pairs of all seeds. low, high: 95 % interval of the mean, bootstrap with a seed's "
+      "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's "
       "pairs as one cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: "
       "Cramer-Rao "
       "bound (RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, "

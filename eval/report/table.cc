@@ -90,7 +90,7 @@ std::vector<Table> split_rows(const Table& table, const std::vector<std::string>
 }
 
 std::string to_text(const Table& whole) {
-  const auto [table, folded] = fold_columns(without_details(whole));
+  const auto [table, folded] = fold_columns(for_people(whole));
   const Layout layout = lay_out(table, 1);
   std::string text;
   if (!table.title.empty()) text += table.title + "\n";
@@ -115,7 +115,7 @@ std::string to_text(const Table& whole) {
 }
 
 std::string to_markdown(const Table& whole) {
-  const Table table = without_details(whole);
+  const Table table = for_people(whole);
   const Layout layout = lay_out(table, 3);
   std::string text;
   if (!table.title.empty()) text += fmt::format("## {}\n\n", table.title);

@@ -25,6 +25,11 @@ struct Column {
   bool detail = false;  ///< only in CSV and JSON
   /// Text and Markdown: "<0.0001" for a positive number that rounds to 0, as for p-values.
   bool below = false;
+  /// Not empty: for people, this and the next column are one, "[low, high]", under this title.
+  std::string range{};
+  bool says_itself = false;  ///< `fold` says its text without the title
+  /// More than 0: for people, so many significant digits instead of `decimals`.
+  int significant = 0;
 };
 
 /// Empty, text, or a finite number.

@@ -20,12 +20,35 @@ Table without_columns(Table table, const Predicate& leave_out) {
   return table;
 }
 
+/// Columns j and j + 1 as one of text.
+void join_range(Table& table, size_t j) {
+  const Column low = table.columns[j];
+  const Column high = table.columns[j + 1];
+  for (std::vector<Cell>& row : table.rows) {
+    const bool is_empty =
+        std::holds_alternative<std::monostate>(row[j]) && std::holds_alternative<std::monostate>(row[j + 1]);
+    row[j] = is_empty ? Cell() : Cell(fmt::format("[{}, {}]", shown(row[j], low), shown(row[j + 1], high)));
+    row.erase(row.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+  }
+  table.columns[j].title = low.range;
+  table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+}
+
+/// 0.000178, 0.0886, -51.2, 195, 2430: no exponent where a person would write none.
+std::string rounded_to_digits(double number, int digits) {
+  const double size = std::abs(number);
+  if (size > 0 && size < 1e-5) return fmt::format("{:.{}g}", number, digits);
+  const int before = size > 0 ? static_cast<int>(std::floor(std::log10(size))) + 1 : digits;
+  return fmt::format("{:.{}f}", number, std::max(0, digits - before));
+}
+
 }  // namespace
 
 std::string shown(const Cell& cell, const Column& column) {
   if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
   const auto* number = std::get_if<double>(&cell);
   if (number == nullptr) return "-";
+  if (column.significant > 0) return rounded_to_digits(*number, column.significant);
   const double half_unit = 0.5 * std::pow(10.0, -column.decimals);
   if (column.below && *number > 0 && *number < half_unit) {
     return fmt::format("<{:.{}f}", 2 * half_unit, column.decimals);
@@ -34,8 +57,12 @@ std::string shown(const Cell& cell, const Column& column) {
   return fmt::format("{:.{}f}", is_zero ? 0.0 : *number, column.decimals);
 }
 
-Table without_details(const Table& table) {
-  return without_columns(table, [&](size_t j) { return table.columns[j].detail; });
+Table for_people(const Table& whole) {
+  Table table = without_columns(whole, [&](size_t j) { return whole.columns[j].detail; });
+  for (size_t j = 0; j + 1 < table.columns.size(); ++j) {
+    if (!table.columns[j].range.empty()) join_range(table, j);
+  }
+  return table;
 }
 
 FoldedTable fold_columns(const Table& table) {
@@ -48,9 +75,10 @@ FoldedTable fold_columns(const Table& table) {
   std::string said_once;
   for (size_t j = 0; j < table.columns.size(); ++j) {
     const Cell& cell = table.rows.front()[j];
-    if (!folds(j) || std::holds_alternative<std::monostate>(cell)) continue;
-    said_once +=
-        (said_once.empty() ? "" : ", ") + table.columns[j].title + " " + shown(cell, table.columns[j]);
+    if (!folds(j) || shown(cell, table.columns[j]) == "-") continue;
+    if (!said_once.empty()) said_once += ", ";
+    if (!table.columns[j].says_itself) said_once += table.columns[j].title + " ";
+    said_once += shown(cell, table.columns[j]);
   }
   return {without_columns(table, folds), said_once};
 }

@@ -8,10 +8,11 @@
 
 namespace sextant {
 
-/// Rounded to the column's decimals; "-" for an empty cell.
+/// Rounded to the column's decimals or significant digits; "-" for an empty cell.
 std::string shown(const Cell& cell, const Column& column);
 
-Table without_details(const Table& table);
+/// Without details, two columns of a range as one.
+Table for_people(const Table& table);
 
 struct FoldedTable {
   Table table;

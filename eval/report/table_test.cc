@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
 namespace {
@@ -83,6 +84,29 @@ TEST(Table, FoldedColumnsAreSaidOnceAndEmptyOnesNotAtAll) {
   EXPECT_EQ(text.find("none"), std::string::npos);
   EXPECT_NE(text.find("some"), std::string::npos);
   EXPECT_NE(to_csv(table).find("none"), std::string::npos);
+}
+
+TEST(Table, ForPeopleARangeIsOneColumnAndFilesKeepBoth) {
+  Table table;
+  table.columns = {{"a", "a"}, {.key = "low", .title = "low", .range = "95 % interval"}, {"high", "high"}};
+  table.add_row({1.0, 0.5, 1.5});
+  table.add_row({2.0, Cell(), Cell()});
+  EXPECT_EQ(to_text(table),
+            "    a   95 % interval\n"
+            "-----  --------------\n"
+            "1.000  [0.500, 1.500]\n"
+            "2.000               -\n");
+  EXPECT_EQ(to_csv(table), "a,low,high\n1,0.5,1.5\n2,,\n");
+}
+
+TEST(Table, SignificantDigitsInsteadOfDecimals) {
+  const Column column{.key = "x", .title = "x", .significant = 3};
+  EXPECT_EQ(shown(Cell(0.00017812), column), "0.000178");
+  EXPECT_EQ(shown(Cell(-51.227), column), "-51.2");
+  EXPECT_EQ(shown(Cell(195.31), column), "195");
+  EXPECT_EQ(shown(Cell(2431.0), column), "2431");
+  EXPECT_EQ(shown(Cell(3.14159e-10), column), "3.14e-10");
+  EXPECT_EQ(shown(Cell(0.0), column), "0");
 }
 
 }  // namespace

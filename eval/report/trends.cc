@@ -153,7 +153,7 @@ Table trend_table(const std::vector<TrendRow>& rows) {
         {{key + "_lowest_" + unit, symbol + " at lowest", Align::right, 5, false, true},
          {key + "_highest_" + unit, symbol + " at highest", Align::right, 5, false, true},
          {key + "_slope_" + unit, fmt::format("{} slope [{}]", symbol, unit), Align::right, 5},
-         {key + "_slope_low_" + unit, "low", Align::right, 5},
+         {key + "_slope_low_" + unit, "low", Align::right, 5, false, false, false, "95 % interval"},
          {key + "_slope_high_" + unit, "high", Align::right, 5},
          {key + "_relative_slope", "relative", Align::right, 2},
          {key + "_relative_slope_low", "low", Align::right, 2, false, true},

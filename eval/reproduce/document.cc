@@ -2,10 +2,10 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/experiment/version.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/reproduce/figures.h"
+#include "sextant/eval/reproduce/provenance.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 namespace sextant {
@@ -109,9 +109,9 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   add_figure_sections(config.out / "parts", evidence, config.jobs, document);
   document.sections.insert(
       document.sections.begin(),
-      {"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"claim"}}}, {}, {}});
+      {"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}});
   document.sections.push_back({"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}});
-  document.provenance = {{"report by", "sextant " + version()}, {"commit", git_commit()}};
+  document.provenance = reproduction_provenance(config.out / "parts", evidence);
   document.citation = citation();
   return document;
 }

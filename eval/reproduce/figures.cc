@@ -46,8 +46,11 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocume
 /// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
 void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePart& part,
                       ReportDocument& document) {
+  const bool is_depth = part.sweep.parameter.starts_with("depth.");
+  const Record& first = part.sweep.records.front();
   ReportSection section{part.name + "-section",
-                        fmt::format("Fig. 4: {} ({})", parameter_title(part.sweep.parameter), part.name)};
+                        fmt::format("Fig. 4 {}: error against {} noise, {}", is_depth ? "left" : "right",
+                                    is_depth ? "depth" : "flow", data_title(first.dataset, first.sequence))};
   section.tables.push_back({"fig_4_" + part.name, noise_level_table(levels), {"dataset", "sequence"}});
   section.figures = noise_level_figures(levels);
   document.sections.push_back(std::move(section));

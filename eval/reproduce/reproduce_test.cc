@@ -7,6 +7,7 @@
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/latex_testing.h"
 
 namespace sextant {
 namespace {
@@ -59,6 +60,30 @@ TEST_F(ReproduceTest, ReportsWhatWasMeasuredAndWhatIsMissing) {
   EXPECT_THAT(files.at("tables/table_4_ego_motion.csv"), HasSubstr("parts/demo/records.jsonl"));
   EXPECT_THAT(files.at("tables/table_3_sets.csv"), HasSubstr("not measured here"));
   EXPECT_THAT(files.at("tables/claims.csv"), HasSubstr("parts/noise/records.jsonl"));
+}
+
+TEST_F(ReproduceTest, SaysByWhatAndFromWhatTheRecordsWereMade) {
+  run_parts(config_);
+  std::map<std::string, std::string> provenance;
+  for (const auto& [key, value] : reproduction_document(config_).provenance) provenance[key] = value;
+  EXPECT_THAT(provenance.at("libraries"), HasSubstr("OpenCV"));
+  EXPECT_THAT(provenance.at("machine"), HasSubstr("cores"));
+  EXPECT_THAT(provenance.at("part noise"), HasSubstr("3 seeds; "));
+  EXPECT_THAT(provenance.at("part noise"), HasSubstr(" files, SHA-256 "));
+  EXPECT_FALSE(provenance.contains("part absent"));
+}
+
+TEST_F(ReproduceTest, ItsTablesCompileUnderPdflatex) {
+  run_parts(config_);
+  std::string body;
+  for (const auto& [name, text] : report()) {
+    if (name.ends_with(".tex")) body += text + "\\clearpage\n";
+  }
+  const std::optional<Compiled> page = compile_latex(body);
+  if (!page) GTEST_SKIP() << no_pdflatex;
+  EXPECT_TRUE(page->ok) << page->words;
+  EXPECT_THAT(page->words, testing::Not(HasSubstr("undefined")));
+  EXPECT_THAT(page->words, testing::Not(HasSubstr("Float too large")));
 }
 
 TEST_F(ReproduceTest, FinishedPartsStayAsTheyAreAndGiveTheSameReport) {

@@ -23,6 +23,12 @@ std::string program_id() {
 /// A part's own file: what it was made by and, where no sweep keeps track of that itself, from.
 constexpr const char* stamp_name = "part.json";
 
+Json stamp_of(const Part& part, const ReproduceConfig& config) {
+  Json stamp = {{"program", program_id()}, {"plan", part.plan}};
+  if (part.kind == PartKind::recorded) stamp["inputs"] = recorded_inputs(config.data_root);
+  return stamp;
+}
+
 bool has_stamp(const fs::path& folder, const Json& stamp) {
   if (!fs::exists(folder / stamp_name)) return false;
   return Json::parse(read_file(folder / stamp_name), nullptr, /*allow_exceptions=*/false) == stamp;
@@ -37,7 +43,6 @@ void prepare_folder(const fs::path& folder, const Json& stamp) {
 }
 
 void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
-  prepare_folder(folder, {{"program", program_id()}});
   SweepConfig sweep_config;
   sweep_config.plan = parse_plan(part.plan, part.name, config.data_root);
   sweep_config.out = folder;
@@ -53,7 +58,8 @@ bool same_inputs(const fs::path& folder) {
   const Json run = Json::parse(read_file(folder / "run.json"), nullptr, /*allow_exceptions=*/false);
   if (!run.is_object()) return false;
   for (const Json& source : run.value("sources", Json::array())) {
-    for (const auto& [path, input] : source.value("inputs", Json::object()).items()) {
+    const Json inputs = source.value("inputs", Json::object());
+    for (const auto& [path, input] : inputs.items()) {
       if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
     }
   }
@@ -61,8 +67,7 @@ bool same_inputs(const fs::path& folder) {
 }
 
 /// Files that are written together, at once.
-void run_whole_part(const fs::path& folder, const Json& stamp, const std::function<OutputFiles()>& make) {
-  prepare_folder(folder, stamp);
+void run_whole_part(const fs::path& folder, const std::function<OutputFiles()>& make) {
   if (!fs::exists(folder / "records.jsonl") || !same_inputs(folder)) write_output_folder(folder, make());
 }
 
@@ -97,26 +102,22 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
   return files;
 }
 
-void run_part(const Part& part, const ReproduceConfig& config) {
-  const fs::path folder = config.out / "parts" / part.name;
+bool is_finished(const fs::path& folder, const Json& stamp) {
+  return has_stamp(folder, stamp) && fs::exists(folder / "records.jsonl") &&
+         !fs::exists(folder / "journal.jsonl");
+}
+
+void run_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
   switch (part.kind) {
     case PartKind::sweep:
       return run_sweep_part(part, config, folder);
     case PartKind::recorded:
-      return run_whole_part(folder,
-                            {{"program", program_id()}, {"inputs", recorded_inputs(config.data_root)}},
-                            [&] { return evaluate_recorded(config.data_root); });
+      return run_whole_part(folder, [&] { return evaluate_recorded(config.data_root); });
     case PartKind::timing:
-      return run_whole_part(folder, {{"program", program_id()}, {"plan", part.plan}},
-                            [&] { return time_estimators(part, config); });
+      return run_whole_part(folder, [&] { return time_estimators(part, config); });
     case PartKind::showcase:
-      return run_whole_part(folder, {{"program", program_id()}, {"plan", part.plan}},
-                            [&] { return make_showcase_part(part, config); });
+      return run_whole_part(folder, [&] { return make_showcase_part(part, config); });
   }
-}
-
-bool is_finished(const fs::path& folder) {
-  return fs::exists(folder / "records.jsonl") && !fs::exists(folder / "journal.jsonl");
 }
 
 /// "[3/9] flow noise, scenario s18 ... 4.1 s", on standard error.
@@ -134,8 +135,11 @@ class PartLines {
     const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     total_s_ += seconds;
     if (quiet_) return;
-    const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(n_ - at_);
-    fmt::print(stderr, "      {:.1f} s; {} parts left, about {:.0f} s\n", seconds, n_ - at_, left_s);
+    const size_t left = n_ - at_;
+    const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(left);
+    fmt::print(stderr, "      {:.1f} s", seconds);
+    if (left > 0) fmt::print(stderr, "; {} part{} left, about {:.0f} s", left, left == 1 ? "" : "s", left_s);
+    fmt::print(stderr, "\n");
   }
 
  private:
@@ -165,8 +169,11 @@ void run_parts(const ReproduceConfig& config) {
   write_file(config.out / "data.json", data.dump(2) + "\n");
   PartLines lines(available.size(), config.quiet);
   for (const Part* part : available) {
-    lines.begin(*part, is_finished(config.out / "parts" / part->name));
-    run_part(*part, config);
+    const fs::path folder = config.out / "parts" / part->name;
+    const Json stamp = stamp_of(*part, config);
+    lines.begin(*part, is_finished(folder, stamp));
+    prepare_folder(folder, stamp);
+    run_part(*part, config, folder);
     lines.end();
   }
 }

@@ -42,13 +42,14 @@ void add_row(const Kind& kind, const NoiseLevelRow& row, Table& data) {
 }
 
 Panel panel_of(const Kind& kind, const std::string& body, const std::vector<std::string>& estimators,
-               double first, double last, double highest) {
+               double first, double last, double lowest, double highest) {
   const double margin = last > first ? 0.08 * (last - first) : 0.5;
   Panel panel{body_title(body), "", {}};
   panel.settings = fmt::format(
-      "set xrange [{}:{}]\nset yrange [0:{}]\nset ylabel \"{}\" noenhanced\n"
+      "set xrange [{}:{}]\nset logscale y 2\nset yrange [{}:{}]\nset ylabel \"{}\" noenhanced\n"
       "set arrow from graph 0,first 1 to graph 1,first 1 nohead lc rgb \"#000000\" dt 2 lw 1\n",
-      gp_number(first - margin), gp_number(last + margin), gp_number(1.08 * highest), kind.label);
+      gp_number(first - margin), gp_number(last + margin), gp_number(lowest / 1.15),
+      gp_number(1.15 * highest), kind.label);
   for (size_t i = 0; i < estimators.size(); ++i) {
     // Beside each other, so that intervals do not hide one another.
     const double shift =
@@ -76,12 +77,13 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   for (const Kind& kind : kinds)
     for (const NoiseLevelRow* row : rows) add_row(kind, *row, figure.data);
   if (figure.data.rows.empty()) return figure;
-  double low = std::get<double>(figure.data.rows[0][3]), high = low, highest = 1;
+  double low = std::get<double>(figure.data.rows[0][3]), high = low, lowest = 0.5, highest = 2;
   for (const auto& row : figure.data.rows) {
     low = std::min(low, std::get<double>(row[3]));
     high = std::max(high, std::get<double>(row[3]));
-    const auto* upper = std::get_if<double>(&row[6]);
-    highest = std::max(highest, upper != nullptr ? *upper : std::get<double>(row[4]));
+    const bool known = std::holds_alternative<double>(row[5]);
+    lowest = std::min(lowest, std::get<double>(row[known ? 5 : 4]));
+    highest = std::max(highest, std::get<double>(row[known ? 6 : 4]));
   }
   std::vector<std::string> bodies = names(rows, &NoiseLevelRow::body);
   bodies.resize(std::min(bodies.size(), max_bodies));
@@ -89,9 +91,9 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   std::vector<Panel> panels;
   for (const std::string& body : bodies) {
     for (const Kind& kind : kinds) {
-      panels.push_back(panel_of(kind, body, estimators, low, high, highest));
-      panels.back().settings +=
-          fmt::format("set xlabel {} offset 0,0.4\n", gp_text(parameter_title(first.parameter)));
+      panels.push_back(panel_of(kind, body, estimators, low, high, lowest, highest));
+      const std::string title = body == bodies.back() ? parameter_title(first.parameter) : "";
+      panels.back().settings += fmt::format("set xlabel {} offset 0,0.4\n", gp_text(title));
     }
   }
   std::vector<LegendEntry> legend;

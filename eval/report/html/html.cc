@@ -1,6 +1,7 @@
 #include "sextant/eval/report/html/html.h"
 
 #include <algorithm>
+#include <regex>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/html/page_style.h"
@@ -25,10 +26,16 @@ std::string verdict_badge(const std::string& verdict) {
                      tone_class(tone), sign, html_escaped(verdict));
 }
 
+/// Escaped; paths of records, which lie beside the report's folder, as links.
+std::string with_links(const std::string& text) {
+  static const std::regex records(R"(parts/[A-Za-z0-9._-]+/records\.jsonl)");
+  return std::regex_replace(html_escaped(text), records, "<a href=\"../$&\">$&</a>");
+}
+
 std::string paragraph(const std::string& text, const char* css_class = nullptr) {
   if (text.empty()) return "";
-  if (css_class == nullptr) return "<p>" + html_escaped(text) + "</p>\n";
-  return fmt::format("<p class=\"{}\">{}</p>\n", css_class, html_escaped(text));
+  if (css_class == nullptr) return "<p>" + with_links(text) + "</p>\n";
+  return fmt::format("<p class=\"{}\">{}</p>\n", css_class, with_links(text));
 }
 
 std::string summary(const std::vector<VerdictLine>& verdicts) {
@@ -62,7 +69,7 @@ std::string table_cell(const Cell& cell, const Column& column) {
   if (const auto* number = std::get_if<double>(&cell))
     attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
-  return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : html_escaped(text));
+  return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
 }
 
 /// Rows that agree in what the line above them says.
@@ -87,7 +94,7 @@ std::string part_html(const Table& whole, const std::string& label) {
 
 /// Below a heading that may already say the table's title.
 std::string table_html(const NamedTable& named, const std::string& heading) {
-  const Table table = without_details(named.table);
+  const Table table = for_people(named.table);
   const std::vector<Table> parts =
       named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
   size_t n = 0;

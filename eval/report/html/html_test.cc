@@ -98,6 +98,16 @@ TEST(Html, SplitTablesSayOnceInWhatTheirPartsAgree) {
   EXPECT_EQ(count(files.at("tables/mot_all.csv"), "\n"), 4U);
 }
 
+TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
+  Table table;
+  table.columns = {{"records", "records", Align::left}};
+  table.add_row({"parts/sets_replay/records.jsonl"});
+  EXPECT_THAT(
+      report_folder(document_of(table), {}).at("report.html"),
+      HasSubstr(
+          "<td><a href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
+}
+
 TEST(Html, Base64IsThatOfRfc4648) {
   EXPECT_EQ(base64(""), "");
   EXPECT_EQ(base64("f"), "Zg==");

@@ -10,7 +10,7 @@ inline constexpr const char* page_style = R"css(:root {
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; }
 body {
-  margin: 0 auto; padding: 1.5rem; max-width: 76rem; background: #fff; color: var(--ink);
+  margin: 0 auto; padding: 1.5rem; max-width: 84rem; background: #fff; color: var(--ink);
   font: 1rem/1.5 system-ui, "DejaVu Sans", "Liberation Sans", Arial, sans-serif;
 }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .6rem; }
@@ -23,7 +23,7 @@ nav ul { list-style: none; margin: .8rem 0 0; padding: 0; display: flex; flex-wr
 .counts { font-weight: 600; }
 .verdicts { list-style: none; margin: 0; padding: 0; }
 .verdicts li {
-  display: grid; grid-template-columns: 10.5rem 20rem 1fr; gap: .2rem 1rem; align-items: baseline;
+  display: grid; grid-template-columns: 10.5rem minmax(20rem, 3fr) 2fr; gap: .2rem 1rem; align-items: baseline;
   padding: .4rem 0; border-top: 1px solid var(--line);
 }
 .verdicts .evidence { color: var(--quiet); }
@@ -40,7 +40,7 @@ nav ul { list-style: none; margin: .8rem 0 0; padding: 0; display: flex; flex-wr
 table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; width: max-content; }
 td, th { max-width: 24rem; overflow-wrap: break-word; }
 .folded { font-weight: 600; font-size: .92rem; margin: 1.1rem 0 -.2rem; max-width: none; }
-th, td { padding: .28rem .7rem; text-align: left; vertical-align: baseline; }
+th, td { padding: .28rem .6rem; text-align: left; vertical-align: baseline; }
 th { border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
 td { border-bottom: 1px solid #ececec; }
 tbody tr:last-child td { border-bottom: 2px solid var(--ink); }

@@ -6,10 +6,24 @@
 namespace sextant {
 namespace {
 
+/// A float for every part that pages for people have; the caption with the first, the notes with the last.
+std::string latex_of(const NamedTable& named) {
+  std::vector<Table> parts =
+      named.split_by.empty() ? std::vector{named.table} : split_rows(named.table, named.split_by);
+  if (parts.empty()) parts.push_back(named.table);
+  std::string text;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (i > 0) parts[i].caption.clear();
+    if (i + 1 < parts.size()) parts[i].notes.clear();
+    text += to_latex(parts[i], i == 0 ? named.name : fmt::format("{}_{}", named.name, i + 1));
+  }
+  return text;
+}
+
 void add_table_files(const NamedTable& named, OutputFiles& files) {
   const std::string stem = "tables/" + named.name;
   files[stem + ".md"] = to_markdown(named.table);
-  files[stem + ".tex"] = to_latex(named.table, named.name);
+  files[stem + ".tex"] = latex_of(named);
   files[stem + ".csv"] = to_csv(named.table);
   files[stem + ".json"] = rows_to_json(named.table).dump(2) + "\n";
 }

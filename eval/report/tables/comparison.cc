@@ -92,8 +92,10 @@ Table published_table(const std::string& title, const std::string& caption, std:
   number("published", "published");
   number("reproduced", "reproduced");
   number("low", "low");
+  table.columns.back().range = "95 % interval";
   number("high", "high");
   number("run_low", "run low");
+  table.columns.back().range = "single runs";
   number("run_high", "run high");
   number("difference", "difference");
   table.columns.push_back({"verdict", "verdict", Align::left});
@@ -116,7 +118,7 @@ std::vector<Cell> published_cells(const PaperRow& row) {
   cells.emplace_back(published_verdict(row.published, m));
   cells.push_back(cell(m ? std::optional<double>(m->n_pairs) : std::nullopt));
   cells.push_back(cell(m ? std::optional<double>(m->n_seeds) : std::nullopt));
-  cells.emplace_back(row.data);
+  cells.emplace_back(row.data.empty() && !m ? "none" : row.data);
   cells.emplace_back(row.records.empty() ? "" : fmt::format("parts/{}/records.jsonl", row.records));
   return cells;
 }

@@ -59,8 +59,10 @@ std::vector<Cell> published_cells(const PaperRow& row);
 void add_published_row(const PaperRow& row, Table& table);
 
 inline constexpr const char* comparison_caption =
-    "low, high: 95 % interval of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). "
-    "run low, run high: where 95 % of single runs lie. Verdict: whether the published value, which is one "
-    "run, lies there (with one seed: in low .. high).";
+    "95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). Single "
+    "runs: "
+    "where 95 % of them lie. Verdict: whether the published value, which is one run, lies there (with one "
+    "seed: "
+    "in the interval).";
 
 }  // namespace sextant

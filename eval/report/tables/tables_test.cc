@@ -73,7 +73,7 @@ TEST_P(EveryTable, DifferencesAndVerdictsFollowFromTheirRow) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tables, EveryTable, testing::ValuesIn(paper_tables().begin(), paper_tables().end()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 TEST(Comparison, MeansAndRangesOfSingleRuns) {
   std::vector<Record> records;

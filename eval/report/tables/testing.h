@@ -23,7 +23,7 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
               {"ER_deg", 3 * e},
               {"epe_initial_px", 1},
               {"epe_refined_px", 0.5},
-              {"epe_initial_x_px", 0.8},
+              {"epe_measured_x_px", 0.8},
               {"epe_initial_y_px", 0.3}};
   r.bound = {{"Et_m", 0.9 * e}, {"ER_deg", 2 * e}};
   r.values = {{"nees", 6}};

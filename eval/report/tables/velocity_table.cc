@@ -118,6 +118,7 @@ Table velocity_table(const Evidence& evidence) {
        {"estimator", "estimator", Align::left}},
       2);
   table.columns.push_back({"coverage_percent", "coverage [%]", Align::right, 1});
+  std::vector<const Json*> unmeasured;
   for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
     bool measured = false;
     for (const EvidencePart* part : evidence.with(PartRole::real)) {
@@ -132,8 +133,9 @@ Table velocity_table(const Evidence& evidence) {
         measured = true;
       }
     }
-    if (!measured) add_rows(column, "joint_flow", nullptr, "", table);
+    if (!measured) unmeasured.push_back(&column);
   }
+  for (const Json* column : unmeasured) add_rows(*column, "joint_flow", nullptr, "", table);
   return table;
 }
 
