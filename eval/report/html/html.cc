@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t wide_columns = 9;      // printed in landscape from here
+constexpr size_t wide_columns = 12;     // printed in landscape from here
 constexpr size_t crowded_columns = 14;  // in smaller letters from here
 
 const char* tone_class(Tone tone) {
@@ -92,16 +92,25 @@ std::string part_html(const Table& whole, const std::string& label) {
   return html + "</tbody>\n</table>\n</div>\n";
 }
 
+std::vector<Table> parts_of(const NamedTable& named) {
+  const Table table = for_people(named.table);
+  return named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
+}
+
+size_t n_columns(const NamedTable& named) {
+  size_t n = 0;
+  for (const Table& part : parts_of(named)) n = std::max(n, fold_columns(part).table.columns.size());
+  return n;
+}
+
+bool is_wide(const NamedTable& named) { return n_columns(named) >= wide_columns; }
+
 /// Below a heading that may already say the table's title.
 std::string table_html(const NamedTable& named, const std::string& heading) {
   const Table table = for_people(named.table);
-  const std::vector<Table> parts =
-      named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
-  size_t n = 0;
-  for (const Table& part : parts) n = std::max(n, fold_columns(part).table.columns.size());
-  std::string html =
-      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
-                  n >= crowded_columns ? " crowded" : "", named.name);
+  const std::vector<Table> parts = parts_of(named);
+  std::string html = fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", is_wide(named) ? " wide" : "",
+                                 n_columns(named) >= crowded_columns ? " crowded" : "", named.name);
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
@@ -135,8 +144,11 @@ std::string images_html(const ReportSection& section, const OutputFiles& drawn) 
 }
 
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
-  std::string html =
-      fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.name, html_escaped(section.heading));
+  // Where all of it is a wide table, its heading goes to the wide page too.
+  const bool wide = section.figures.empty() && section.pictures.empty() && !section.tables.empty() &&
+                    std::ranges::all_of(section.tables, is_wide);
+  std::string html = fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "",
+                                 section.name, html_escaped(section.heading));
   for (const std::string& text : section.paragraphs) html += paragraph(text);
   html += images_html(section, drawn);
   for (const NamedTable& table : section.tables) html += table_html(table, section.heading);

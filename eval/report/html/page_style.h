@@ -78,7 +78,7 @@ pre { overflow-x: auto; padding: .8rem; background: #f6f6f6; border: 1px solid v
   h2, h3, .caption { break-after: avoid; }
   a { color: inherit; text-decoration: none; }
   .verdicts li, figure, tr, pre, dt, dd { break-inside: avoid; }
-  .verdicts li { grid-template-columns: 3.4cm 5.5cm 1fr; }
+  .verdicts li { grid-template-columns: 3.4cm 9.5cm 1fr; }
   .scroll { overflow: visible; }
   table { font-size: 7.5pt; width: auto; max-width: 100%; }
   .folded { break-after: avoid; }
