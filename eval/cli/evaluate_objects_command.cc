@@ -32,9 +32,11 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
 
 /// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...
 void write_tum(ObjectLog& log, int run_of_system, const ObjectFlags& flags) {
+  if (log.poses.empty()) log.poses = chained_poses(log);
   if (log.poses.empty()) {
-    log.warnings.push_back(
-        fmt::format("--save-tum: the log of {} holds no poses of objects, only motions", log.estimator));
+    log.warnings.push_back(fmt::format(
+        "--save-tum: the log of {} holds motions of objects, but no pose to start from: give --truth",
+        log.estimator));
   }
   const std::string end_of_name = run_of_system > 1 ? fmt::format("_{}", run_of_system) : "";
   const std::filesystem::path folder = std::filesystem::path(flags.tum) / (log.estimator + end_of_name);

@@ -256,6 +256,20 @@ std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::st
   fail("unknown format '{}' of object logs: expected dynosam or vdo", format);
 }
 
+std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [key, motion] : log.motions) {  // an object's frames in order
+    const ObjectFrame previous(key.first, key.second - 1);
+    const auto truth = log.true_poses.find(previous);
+    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);  // where no stretch ends there
+    const auto before = poses.find(previous);
+    if (before == poses.end()) continue;
+    poses[key] =
+        log.frame == MotionFrame::world ? motion.estimate * before->second : before->second * motion.estimate;
+  }
+  return poses;
+}
+
 void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses;
   for (const auto& [frame, objects] : truth.objects) {

@@ -46,6 +46,9 @@ struct ObjectLog {
 /// One per module. Throws Error on folders without logs and on damaged files.
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format);
 
+/// T_world_object of logs that hold motions alone: each stretch of steps chained from the true pose before it.
+std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log);
+
 /// Replaces the log's truth by that of a data set. The log's world may be another one: it is moved so that
 /// both have the first camera pose they share. Ids of the log and of the truth may differ: each logged object
 /// takes the id of the true one that it agrees with most over the steps they share, each true object once. A

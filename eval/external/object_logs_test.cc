@@ -206,6 +206,23 @@ TEST(ObjectLogs, AnUnloggedPoseBeforeAStepFollowsFromItsTruth) {
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
 }
 
+TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
+  ObjectLog log;
+  log.frame = MotionFrame::body;
+  for (const int k : {1, 2, 5}) {
+    log.motions[{3, k}].estimate = body_truth(k);
+    if (k != 2) log.true_poses[{3, k - 1}] = car(k - 1);
+  }
+  log.motions[{3, 7}].estimate = body_truth(7);  // nothing to start from
+  const std::map<ObjectFrame, SE3> poses = chained_poses(log);
+  std::vector<int> frames;
+  for (const auto& [key, pose] : poses) {
+    frames.push_back(key.second);
+    EXPECT_LT(pose_change_error(pose, car(key.second)).Et_m, 1e-12);
+  }
+  EXPECT_EQ(frames, (std::vector<int>{0, 1, 2, 4, 5}));
+}
+
 TEST(ObjectLogs, DamageIsTold) {
   const ScratchFolder folder;
   const auto error = [&](const char* format) {
