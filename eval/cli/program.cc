@@ -26,6 +26,12 @@ const CLI::App& innermost(const CLI::App& app) {
   return given.empty() ? app : innermost(*given.front());
 }
 
+/// "sextant evaluate ego".
+std::string words_of(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  return parent == nullptr ? command.get_name() : words_of(*parent) + " " + command.get_name();
+}
+
 std::vector<std::string> flag_names(const CLI::App& command) {
   std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options()) {
@@ -58,7 +64,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   }
   if (!rest.empty()) return fmt::format("unexpected argument '{}'", rest.front());
   if (!names.empty()) return fmt::format("a command is missing: {}", suggest("", names));
-  return fmt::format("{}; see `sextant {} --help`", error.what(), command.get_name());
+  return fmt::format("{}; see `{} --help`", error.what(), words_of(command));
 }
 
 }  // namespace
@@ -87,8 +93,9 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
     return report(usage_message(app, error), exit_bad_input);
   } catch (const Error& error) {
     return report(error.what(), exit_bad_input);
-  } catch (const Interrupted& error) {
-    return report(error.what(), exit_interrupted);
+  } catch (const Interrupted&) {
+    return report("interrupted; sweep and reproduce go on when the same command is given again",
+                  exit_interrupted);
   } catch (const std::filesystem::filesystem_error& error) {  // a folder of the user's: loops, no permission
     return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
                               error.path1().string(), error.code().message()),
