@@ -1,7 +1,6 @@
 #include "sextant/eval/report/html/html.h"
 
 #include <algorithm>
-#include <regex>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/html/page_style.h"
@@ -28,8 +27,18 @@ std::string verdict_badge(const std::string& verdict) {
 
 /// Escaped; paths of records, which lie beside the report's folder, as links.
 std::string with_links(const std::string& text) {
-  static const std::regex records(R"(parts/[A-Za-z0-9._-]+/records\.jsonl)");
-  return std::regex_replace(html_escaped(text), records, "<a href=\"../$&\">$&</a>");
+  const std::string records = "/records.jsonl";
+  std::string html = html_escaped(text);
+  for (size_t end = html.find(records); end != std::string::npos; end = html.find(records, end)) {
+    const size_t begin = html.rfind("parts/", end);
+    end += records.size();
+    if (begin == std::string::npos || html.find_first_of(" ,<", begin) < end) continue;
+    const std::string path = html.substr(begin, end - begin);
+    const std::string link = fmt::format("<a href=\"../{0}\">{0}</a>", path);
+    html.replace(begin, path.size(), link);
+    end = begin + link.size();
+  }
+  return html;
 }
 
 std::string paragraph(const std::string& text, const char* css_class = nullptr) {
