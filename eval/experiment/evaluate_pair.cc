@@ -84,14 +84,17 @@ void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, cons
   if (estimate.inliers.size() != body.points.size()) return;
   if (context.true_flow == nullptr && !true_motion) return;
   const bool given = context.true_flow != nullptr;
-  const auto true_flow = [&](const Correspondences& points) {
-    return given ? flow_at(*context.true_flow, points) : induced_flow(context.camera, *true_motion, points);
-  };
-  const PointFlow all = true_flow(body.points);
+  const PointFlow all = given ? flow_at(*context.true_flow, body.points)
+                              : induced_flow(context.camera, *true_motion, body.points);
   const FlowError measured = flow_error(body.points.flow_u, body.points.flow_v, all.u, all.v);
   if (measured.n > 0) add_flow_error(measured, "measured", record);
   const Correspondences points = body.points.subset(estimate.inliers);
-  const PointFlow truth = true_flow(points);
+  PointFlow truth;
+  for (size_t i = 0; i < body.points.size(); ++i) {
+    if (estimate.inliers[i] == 0) continue;
+    truth.u.push_back(all.u[i]);
+    truth.v.push_back(all.v[i]);
+  }
   const FlowError initial = flow_error(points.flow_u, points.flow_v, truth.u, truth.v);
   if (initial.n == 0) return;
   record.flow_truth = given ? "given" : "induced";

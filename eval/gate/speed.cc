@@ -22,18 +22,19 @@ bool asks_for_real_time(const std::string& name) {
   return name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
 }
 
+std::string program_of(const BenchmarkFile& file) {
+  const std::string path = file.context.value("executable", std::string());
+  return path.substr(path.rfind('/') + 1);
+}
+
 /// One program's names are its own where a side has several programs.
 std::string prefix_of(const BenchmarkFile& file, bool several) {
-  const std::string program = file.context.value("executable", std::string());
-  return several ? program.substr(program.rfind('/') + 1) + ": " : "";
+  return several ? program_of(file) + ": " : "";
 }
 
 bool several_programs(const std::vector<BenchmarkFile>& files) {
   std::set<std::string> programs;
-  for (const BenchmarkFile& file : files) {
-    const std::string program = file.context.value("executable", std::string());
-    programs.insert(program.substr(program.rfind('/') + 1));
-  }
+  for (const BenchmarkFile& file : files) programs.insert(program_of(file));
   return programs.size() > 1;
 }
 

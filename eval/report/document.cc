@@ -78,6 +78,10 @@ std::string joint_verdict(const std::vector<std::string>& verdicts) {
   return agree ? verdicts.front() : "partly";
 }
 
+std::vector<Table> parts_of(const NamedTable& named) {
+  return named.split_by.empty() ? std::vector{named.table} : split_rows(named.table, named.split_by);
+}
+
 std::string citation() {
   return fmt::format(
       "@inproceedings{{zhang2020robust,\n"

@@ -45,6 +45,9 @@ struct NamedTable {
   std::vector<std::string> split_by{};
 };
 
+/// Its parts for people; the table itself where split_by is empty.
+std::vector<Table> parts_of(const NamedTable& named);
+
 /// A drawing that is not made by gnuplot.
 struct Picture {
   std::string name;

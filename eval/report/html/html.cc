@@ -82,8 +82,8 @@ std::string table_cell(const Cell& cell, const Column& column) {
 }
 
 /// Rows that agree in what the line above them says.
-std::string part_html(const Table& whole, const std::string& label) {
-  const auto [table, folded] = fold_columns(whole);
+std::string part_html(const Table& part, const std::string& label) {
+  const auto [table, folded] = fold_columns(for_people(part));
   std::string html = paragraph(folded, "folded");
   html += fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">\n<table>\n",
                       html_escaped(folded.empty() ? label : label + ": " + folded));
@@ -101,14 +101,10 @@ std::string part_html(const Table& whole, const std::string& label) {
   return html + "</tbody>\n</table>\n</div>\n";
 }
 
-std::vector<Table> parts_of(const NamedTable& named) {
-  const Table table = for_people(named.table);
-  return named.split_by.empty() ? std::vector{table} : split_rows(table, named.split_by);
-}
-
 size_t n_columns(const NamedTable& named) {
   size_t n = 0;
-  for (const Table& part : parts_of(named)) n = std::max(n, fold_columns(part).table.columns.size());
+  for (const Table& part : parts_of(named))
+    n = std::max(n, fold_columns(for_people(part)).table.columns.size());
   return n;
 }
 
@@ -116,14 +112,16 @@ bool is_wide(const NamedTable& named) { return n_columns(named) >= wide_columns;
 
 /// Below a heading that may already say the table's title.
 std::string table_html(const NamedTable& named, const std::string& heading) {
-  const Table table = for_people(named.table);
-  const std::vector<Table> parts = parts_of(named);
-  std::string html = fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", is_wide(named) ? " wide" : "",
-                                 n_columns(named) >= crowded_columns ? " crowded" : "", named.name);
+  const Table& table = named.table;
+  const size_t n = n_columns(named);
+  std::string html =
+      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
+                  n >= crowded_columns ? " crowded" : "", named.name);
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
-  for (const Table& part : parts) html += part_html(part, table.title.empty() ? named.name : table.title);
+  for (const Table& part : parts_of(named))
+    html += part_html(part, table.title.empty() ? named.name : table.title);
   for (const std::string& note : table.notes) html += paragraph(note, "note");
   return html + "</section>\n";
 }

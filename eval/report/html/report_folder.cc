@@ -8,8 +8,7 @@ namespace {
 
 /// A float for every part that pages for people have; the caption with the first, the notes with the last.
 std::string latex_of(const NamedTable& named) {
-  std::vector<Table> parts =
-      named.split_by.empty() ? std::vector{named.table} : split_rows(named.table, named.split_by);
+  std::vector<Table> parts = parts_of(named);
   if (parts.empty()) parts.push_back(named.table);
   std::string text;
   for (size_t i = 0; i < parts.size(); ++i) {
