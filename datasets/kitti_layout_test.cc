@@ -230,6 +230,19 @@ TEST(KittiOxtsTrack, SpeedsAreThoseOfTheUnit) {
   EXPECT_EQ(oxts_of_track({SE3()}, 10, T_camera_imu, {.sigma_s = 0.01})[0].velocity_mps.norm(), 0);
 }
 
+// As in KITTI: vf and vl are parallel to the ground, however the unit is tilted.
+TEST(KittiOxtsTrack, SpeedsAreNotTiltedWithTheUnit) {
+  const SE3 T_camera_imu = SE3::from_matrix(
+      (Eigen::Matrix<double, 3, 4>() << 0, -1, 0, 0.1, 0, 0, -1, 0.2, 1, 0, 0, -1).finished());
+  const SE3 tilt(so3_exp({0.1, 0, 0.2}), Eigen::Vector3d::Zero());
+  for (const KittiOxts& sample : oxts_of_track(straight_drive(5, 1.5), 10, T_camera_imu * tilt)) {
+    EXPECT_GT(std::abs(sample.roll_rad), 0.05);
+    EXPECT_NEAR(std::hypot(sample.velocity_mps.x(), sample.velocity_mps.y()), 15, 1e-9);
+    EXPECT_NEAR(sample.velocity_mps.z(), 0, 1e-9);
+    EXPECT_THAT(sample.map_velocity_mps(), EigenNear(Eigen::Vector3d(15, 0, 0), 1e-9));
+  }
+}
+
 // A spline through samples of a cubic is not that cubic at its ends, but near it inside.
 TEST(KittiOxtsTrack, SpeedsFollowAcceleration) {
   std::vector<SE3> poses;
@@ -237,7 +250,7 @@ TEST(KittiOxtsTrack, SpeedsFollowAcceleration) {
   for (int k = 0; k < 30; ++k) poses.push_back(SE3(Eigen::Quaterniond::Identity(), {0, 0, position(k)}));
   const std::vector<KittiOxts> track = oxts_of_track(poses, 10, SE3());
   for (int k = 3; k < 27; ++k) {
-    EXPECT_NEAR(track[k].velocity_mps.z(), 10 * (1.2 + 0.21 * std::cos(0.7 * k)), 0.02) << k;
+    EXPECT_NEAR(track[k].velocity_mps.norm(), 10 * (1.2 + 0.21 * std::cos(0.7 * k)), 0.02) << k;
   }
 }
 
@@ -274,6 +287,7 @@ TEST(KittiOxtsTrack, CorrectedStepsLoseTheJitter) {
   };
   EXPECT_NEAR(rms_m("raw"), std::sqrt(2) * 0.010 * 10, 0.02);
   EXPECT_LT(rms_m("velocity_corrected"), 0.01);
+  EXPECT_LT(rms_m("velocity_vector"), 0.01);
 }
 
 TEST(KittiOxtsTrack, ADrawBelongsToItsFrame) {

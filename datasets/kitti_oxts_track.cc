@@ -93,7 +93,7 @@ KittiOxts oxts_of_sample(const Sample& sample, double scale) {
   KittiOxts oxts = oxts_from_pose(sample.pose, scale);
   oxts.east_mps = sample.velocity_mps.x();
   oxts.north_mps = sample.velocity_mps.y();
-  oxts.velocity_mps = sample.pose.rotation().conjugate() * sample.velocity_mps;
+  oxts.velocity_mps = Eigen::AngleAxisd(-oxts.yaw_rad, Eigen::Vector3d::UnitZ()) * sample.velocity_mps;
   return oxts;
 }
 

@@ -256,7 +256,7 @@ TEST_F(KittiTracking, BadOptions) {
     expect_error([&] { open("#0007", options); }, message);
   };
   error({{"ground_truth", "author"}}, "option ground_truth = author: must be rectified or authors");
-  error({{"velocity", "corrected"}}, "option velocity = corrected: must be raw or velocity_corrected");
+  error({{"velocity", "corrected"}}, "option velocity = corrected: must be raw, velocity_corrected or velocity_vector");
   error({{"bf_preset", "gray"}}, "option bf_preset = gray: must be colour or grey");
   error({{"bf", -1.0}}, "option bf = -1");
   error({{"rate_hz", 0.0}}, "option rate_hz = 0: must be > 0");

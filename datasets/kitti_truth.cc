@@ -49,15 +49,39 @@ double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
   return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
 }
 
-// Positions whose steps have the length that the speed says.
-void correct_steps(const std::vector<KittiOxts>& samples, double mean_s, std::vector<SE3>& poses) {
+/// Mean over the ends of step i; axes of the positions.
+Eigen::Vector3d mean_velocity_mps(const std::vector<KittiOxts>& samples, size_t i) {
+  return (samples[i].map_velocity_mps() + samples[i + 1].map_velocity_mps()) / 2;
+}
+
+/// Both kinds of velocity are one and the same, in KITTI to 0.002 m/s.
+void check_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
+  constexpr double apart_mps = 0.1;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double by_compass = std::hypot(samples[i].north_mps, samples[i].east_mps);
+    const double by_heading = samples[i].velocity_mps.head<2>().norm();
+    if (std::abs(by_compass - by_heading) <= apart_mps) continue;
+    fail("{}:{}: vn, ve are {:.4g} m/s and vf, vl {:.4g} m/s: velocity = velocity_vector needs both alike",
+         path.string(), i + 1, by_compass, by_heading);
+  }
+}
+
+/// Positions whose steps have the length that the speed says; or length and direction of the velocity.
+void correct_steps(const std::vector<KittiOxts>& samples, double mean_s, bool direction,
+                   std::vector<SE3>& poses) {
   Eigen::Vector3d position = poses.front().translation();
   Eigen::Vector3d before = position;
   for (size_t i = 0; i + 1 < poses.size(); ++i) {
     Eigen::Vector3d step = poses[i + 1].translation() - before;
     before = poses[i + 1].translation();
     const double speed = mean_speed_mps(samples, i);
-    if (speed > kSlow_mps && step.norm() > 0) step *= mean_s * speed / step.norm();
+    if (speed > kSlow_mps) {
+      if (direction) {
+        step = mean_s * mean_velocity_mps(samples, i);
+      } else if (step.norm() > 0) {
+        step *= mean_s * speed / step.norm();
+      }
+    }
     position += step;
     poses[i + 1] = SE3(poses[i + 1].rotation(), position);
   }
@@ -175,8 +199,10 @@ class Reader {
     out_.n_poses = static_cast<int>(samples.size());
     std::vector<SE3> imu = imu_poses(samples);
     const std::optional<StepFloor> floor = kitti_step_floor(samples);
-    const bool corrected = options_.velocity == "velocity_corrected";
-    if (corrected && floor) correct_steps(samples, floor->mean_s, imu);
+    const bool corrected = options_.velocity != "raw";
+    const bool direction = options_.velocity == "velocity_vector";
+    if (direction) check_velocities(samples, path);
+    if (corrected && floor) correct_steps(samples, floor->mean_s, direction, imu);
     out_.truth.camera = camera_poses(imu, camera_from_imu(calibration_, rectified()));
     out_.provenance.push_back(
         fmt::format("camera truth: oxts, {}, {}", options_.ground_truth, options_.velocity));
@@ -186,8 +212,10 @@ class Reader {
     }
     if (!corrected) out_.truth.camera_step_floor_m = floor->floor_m;
     out_.provenance.push_back(fmt::format(
-        "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}",
-        floor->floor_m, floor->mean_s, floor->n_steps, corrected ? "; replaced by it" : ""));
+        "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; they "
+        "lie "
+        "{:.4f} m RMS beside the measured velocity's direction",
+        floor->floor_m, floor->mean_s, floor->n_steps, corrected ? "; replaced by it" : "", floor->across_m));
   }
 
   void read_objects() {
@@ -237,8 +265,8 @@ class Reader {
 void KittiTruthOptions::check() const {
   check_option(ground_truth == "rectified" || ground_truth == "authors", "ground_truth", ground_truth,
                "rectified or authors");
-  check_option(velocity == "raw" || velocity == "velocity_corrected", "velocity", velocity,
-               "raw or velocity_corrected");
+  check_option(velocity == "raw" || velocity == "velocity_corrected" || velocity == "velocity_vector",
+               "velocity", velocity, "raw, velocity_corrected or velocity_vector");
   check_option(bf_preset == "colour" || bf_preset == "grey", "bf_preset", bf_preset, "colour or grey");
   check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
 }
@@ -248,11 +276,14 @@ std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples)
   const std::vector<SE3> poses = imu_poses(samples);
   std::vector<std::pair<double, double>> steps;  // length (m), speed (m/s)
   double sum_s = 0;
+  double sum_across = 0;
   for (size_t i = 0; i + 1 < poses.size(); ++i) {
     const double speed = mean_speed_mps(samples, i);
     if (!(speed > kSlow_mps)) continue;
-    steps.emplace_back((poses[i + 1].translation() - poses[i].translation()).norm(), speed);
-    sum_s += steps.back().first / speed;
+    const Eigen::Vector3d step = poses[i + 1].translation() - poses[i].translation();
+    steps.emplace_back(step.norm(), speed);
+    sum_s += step.norm() / speed;
+    sum_across += step.cross(mean_velocity_mps(samples, i).normalized()).squaredNorm();
   }
   if (steps.empty()) return std::nullopt;
   StepFloor out;
@@ -261,6 +292,7 @@ std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples)
   double sum_squares = 0;
   for (const auto& [length_m, speed] : steps) sum_squares += std::pow(length_m - out.mean_s * speed, 2);
   out.floor_m = std::sqrt(sum_squares / out.n_steps);
+  out.across_m = std::sqrt(sum_across / out.n_steps);
   return out;
 }
 

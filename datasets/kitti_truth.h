@@ -17,7 +17,10 @@
 //
 //   floor = rms(d - mean(d / v) v)   (m)
 //
-// velocity = velocity_corrected replaces the length of those steps by mean(d / v) v.
+// velocity = velocity_corrected replaces the length of those steps by mean(d / v) v. Their directions remain
+// those between positions, which the receiver keeps correcting: they wander about the measured velocity's by
+// 3 to 26 mm a step. velocity_vector takes the direction from there as well: those steps are mean(d / v)
+// times the mean velocity (east, north, up) at their ends.
 //
 // Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)),
 // or that of training/object_pose/%04d.txt where it is given there (codec/object_pose_text.h): our extension.
@@ -48,7 +51,8 @@ struct KittiTruthOptions {
       "in "
       "the pose_gt.txt of the paper's authors");
     v("velocity", velocity, "",
-      "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed");
+      "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
+      "velocity_vector = lengths and directions from the measured velocity");
     v("bf_preset", bf_preset, "",
       "focal length times baseline: colour = that of image_02 and image_03; grey = of the grey pair (the "
       "authors' choice)");
@@ -59,9 +63,10 @@ struct KittiTruthOptions {
 
 /// Steps of a trajectory against the measured speed; see the head of this file.
 struct StepFloor {
-  int n_steps = 0;     ///< with v > 1 m/s
-  double mean_s = 0;   ///< mean of d / v
-  double floor_m = 0;  ///< rms of d - mean_s v
+  int n_steps = 0;      ///< with v > 1 m/s
+  double mean_s = 0;    ///< mean of d / v
+  double floor_m = 0;   ///< rms of d - mean_s v
+  double across_m = 0;  ///< rms of the steps' parts at right angles to the mean velocity at their ends
 };
 /// Empty when no step is faster than 1 m/s.
 std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);

@@ -6,6 +6,8 @@
 //     t = (s r lon pi/180,  s r ln tan((90 + lat) pi/360),  alt)   (m; Mercator, x east, y north, z up)
 //     r = 6378137 m, s = cos(latitude of the sequence's first sample)
 //   imu: x ahead, y left, z up
+//   velocity: vn, ve, vu by the compass; vf, vl ahead and left, parallel to the ground too: not tilted with
+//   the imu
 //
 // Source: the raw data development kit (Geiger et al., IJRR 2013).
 
@@ -27,8 +29,11 @@ struct KittiOxts {
   double yaw_rad = 0;                     ///< 0 = east, counter-clockwise
   double north_mps = 0;                   ///< vn
   double east_mps = 0;                    ///< ve
-  Eigen::Vector3d velocity_mps{0, 0, 0};  ///< vf vl vu: ahead, left, up
+  Eigen::Vector3d velocity_mps{0, 0, 0};  ///< vf vl vu: ahead, left, up; turned by yaw only
   std::array<double, 19> rest{};  ///< accelerations, turn rates, accuracies and receiver state, as they are
+
+  /// East, north, up: the axes of the positions.
+  Eigen::Vector3d map_velocity_mps() const { return {east_mps, north_mps, velocity_mps.z()}; }
 };
 
 /// By frame number 0, 1, ... Throws Error "NAME:LINE: ..." on another number of values than 30, values that

@@ -125,7 +125,12 @@ Record evaluate_ego(const FrameResult& result, const PairContext& context,
   const SE3 T_prev_curr = result.ego.estimate.T_curr_prev.inverse();
   record.values["step_m"] = T_prev_curr.translation().norm();
   if (true_background) {
-    add_pose_change(pose_change_error(T_prev_curr, true_background->inverse()), "", record);
+    const SE3 truth = true_background->inverse();
+    add_pose_change(pose_change_error(T_prev_curr, truth), "", record);
+    const Eigen::Vector3d step_error_m = T_prev_curr.translation() - truth.translation();
+    record.values["step_error_x_m"] = step_error_m.x();
+    record.values["step_error_y_m"] = step_error_m.y();
+    record.values["step_error_z_m"] = step_error_m.z();
   } else {
     record.status = Status::no_truth;
   }

@@ -95,6 +95,9 @@ TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
   EXPECT_NEAR(ego.errors.at("ER_deg"), 0, 1e-12);
   EXPECT_NEAR(ego.values.at("step_gt_m"), 1, 1e-12);
   EXPECT_NEAR(ego.values.at("step_m"), 0.9, 1e-12);
+  EXPECT_NEAR(ego.values.at("step_error_x_m"), 0, 1e-12);
+  EXPECT_NEAR(ego.values.at("step_error_y_m"), 0, 1e-12);
+  EXPECT_NEAR(ego.values.at("step_error_z_m"), -0.1, 1e-12);
   EXPECT_NEAR(ego.values.at("rotation_gt_deg"), 0, 1e-12);
   EXPECT_EQ(ego.values.at("start_propagated"), 0);
   EXPECT_EQ(ego.time_ms.at("total"), 3.5);

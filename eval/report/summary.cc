@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include <Eigen/Core>
+
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -58,6 +60,37 @@ BodySummary summarize_body(const std::vector<const Record*>& records, const Metr
   return row;
 }
 
+using BodyKey = std::tuple<std::string, std::string, std::string, int>;
+std::map<BodyKey, std::vector<const Record*>> by_body(const std::vector<Record>& records) {
+  std::map<BodyKey, std::vector<const Record*>> bodies;
+  for (const Record& record : records) {
+    bodies[{record.dataset, record.sequence, record.estimator, body_order(record)}].push_back(&record);
+  }
+  return bodies;
+}
+
+/// How much of ego's E_t is the same in every pair: that is not noise of the measurements.
+std::optional<std::string> systematic_note(const std::vector<const Record*>& ego) {
+  std::vector<Eigen::Vector3d> errors_m;
+  for (const Record* record : ego) {
+    const auto x = find_number(record->values, "step_error_x_m");
+    const auto y = find_number(record->values, "step_error_y_m");
+    const auto z = find_number(record->values, "step_error_z_m");
+    if (x && y && z) errors_m.emplace_back(*x, *y, *z);
+  }
+  if (errors_m.size() < 2) return std::nullopt;
+  const auto n = static_cast<double>(errors_m.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& e : errors_m) mean += e / n;
+  for (const Eigen::Vector3d& e : errors_m) squares += (e - mean).cwiseAbs2();
+  const Eigen::Vector3d scatter = (squares / (n - 1)).cwiseSqrt();
+  return fmt::format(
+      "Estimated minus true step of ego, {} {} {}: mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), "
+      "scatter {:.4f}, {:.4f}, {:.4f} m.",
+      ego.front()->dataset, ego.front()->sequence, ego.front()->estimator, mean.norm(), mean.x(), mean.y(),
+      mean.z(), scatter.x(), scatter.y(), scatter.z());
+}
+
 /// What the truth itself is worth, per sequence that says so.
 std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   std::map<std::string, double> floors;
@@ -79,12 +112,8 @@ std::vector<std::string> floor_notes(const std::vector<Record>& records) {
 }  // namespace
 
 std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset) {
-  std::map<std::tuple<std::string, std::string, std::string, int>, std::vector<const Record*>> bodies;
-  for (const Record& record : records) {
-    bodies[{record.dataset, record.sequence, record.estimator, body_order(record)}].push_back(&record);
-  }
   std::vector<BodySummary> rows;
-  for (const auto& [key, of_body] : bodies) rows.push_back(summarize_body(of_body, preset));
+  for (const auto& [key, of_body] : by_body(records)) rows.push_back(summarize_body(of_body, preset));
   return rows;
 }
 
@@ -136,6 +165,9 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
+  for (const auto& [key, of_body] : by_body(records)) {
+    if (auto note = systematic_note(of_body)) table.notes.push_back(std::move(*note));
+  }
   std::ranges::move(floor_notes(records), std::back_inserter(table.notes));
   return table;
 }

@@ -55,6 +55,25 @@ TEST(Summary, SaysWhatTheTruthIsWorth) {
   EXPECT_THAT(notes.back(), testing::AllOf(testing::HasSubstr("vdo s"), testing::HasSubstr("0.0563 m")));
 }
 
+TEST(Summary, SaysWhatIsSystematic) {
+  std::vector<Record> records = example();
+  const size_t n_notes = summary_table(records, find_preset("paper")).notes.size();
+  double x_m = -0.03;
+  for (Record& record : records) {
+    if (!record.is_ego()) continue;
+    record.values["step_error_x_m"] = x_m;
+    record.values["step_error_y_m"] = 0.04;
+    record.values["step_error_z_m"] = 0;
+    x_m -= 0.01;
+  }
+  const std::vector<std::string> notes = summary_table(records, find_preset("paper")).notes;
+  ASSERT_EQ(notes.size(), n_notes + 1);
+  // Three pairs: -0.03, -0.04, -0.05 m to the right.
+  EXPECT_EQ(notes.back(),
+            "Estimated minus true step of ego, vdo s e: mean 0.0566 m (right -0.0400, down 0.0400, "
+            "ahead 0.0000), scatter 0.0100, 0.0000, 0.0000 m.");
+}
+
 TEST(Summary, MeansCoverageAndStatusesByHand) {
   const std::vector<BodySummary> rows = summarize(example(), find_preset("paper"));
   ASSERT_EQ(rows.size(), 3U);

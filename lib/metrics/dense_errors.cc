@@ -21,7 +21,12 @@ DenseFlowError flow_means(const DenseFlowError& sum) {
 }
 
 DenseDisparityError disparity_means(const DenseDisparityError& sum) {
-  return {divided(sum.mean_px, sum.n), divided(sum.outlier_share, sum.n), sum.n, sum.n_truth,
+  return {divided(sum.mean_px, sum.n),
+          divided(sum.shift_px, sum.n - sum.n_outliers),
+          divided(sum.n_outliers, sum.n),
+          sum.n_outliers,
+          sum.n,
+          sum.n_truth,
           divided(sum.n, sum.n_truth)};
 }
 
@@ -61,10 +66,12 @@ DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Ima
     if (!usable(t)) continue;
     ++sum.n_truth;
     if (!usable(z)) continue;
-    const double error = std::abs(bf / z - bf / t);
+    const double shift = bf / z - bf / t;
+    const bool outlier = is_outlier(std::abs(shift), bf / t);
     ++sum.n;
-    sum.mean_px += error;
-    sum.outlier_share += is_outlier(error, bf / t);
+    sum.mean_px += std::abs(shift);
+    sum.n_outliers += outlier;
+    if (!outlier) sum.shift_px += shift;
   }
   return disparity_means(sum);
 }
@@ -86,7 +93,8 @@ DenseDisparityError pooled(std::span<const DenseDisparityError> images) {
   DenseDisparityError sum;
   for (const DenseDisparityError& e : images) {
     sum.mean_px += summed(e.mean_px, e.n);
-    sum.outlier_share += summed(e.outlier_share, e.n);
+    sum.shift_px += summed(e.shift_px, e.n - e.n_outliers);
+    sum.n_outliers += e.n_outliers;
     sum.n += e.n;
     sum.n_truth += e.n_truth;
   }

@@ -29,7 +29,9 @@ struct DenseFlowError {
 
 struct DenseDisparityError {
   double mean_px = 0;        ///< mean |d - true d|; NaN when n == 0
+  double shift_px = 0;       ///< mean d - true d of the pixels that are no outliers; NaN without such
   double outlier_share = 0;  ///< D1, 0..1
+  int n_outliers = 0;
   int n = 0;
   int n_truth = 0;
   double coverage = 0;  ///< 0..1; NaN without truth

@@ -51,6 +51,7 @@ TEST(DenseDisparityError, ByHand) {
   const DenseDisparityError error = dense_disparity_error(estimate, truth, 256);
   EXPECT_EQ(error.n, 4);
   EXPECT_NEAR(error.mean_px, 2.5, 1e-5);
+  EXPECT_NEAR(error.shift_px, 2, 1e-5);  // of the last three
   EXPECT_DOUBLE_EQ(error.outlier_share, 0.25);
   EXPECT_DOUBLE_EQ(error.coverage, 0.8);
   EXPECT_NEAR(dense_disparity_error(estimate, truth, 128).mean_px, 1.25, 1e-5);
@@ -84,6 +85,12 @@ TEST(DenseErrors, PoolOverPixels) {
   EXPECT_DOUBLE_EQ(pooled(depths).mean_px, 5);
   EXPECT_DOUBLE_EQ(pooled(depths).outlier_share, 1);
   EXPECT_DOUBLE_EQ(pooled(depths).coverage, 0.5);
+  EXPECT_TRUE(std::isnan(pooled(depths).shift_px));
+  const Image<float> close(1, 1, 18);
+  const std::vector<DenseDisparityError> shifted{dense_disparity_error(close, Image<float>(1, 1, 20), 100),
+                                                 depths[0],
+                                                 dense_disparity_error(close, Image<float>(1, 1, 15), 100)};
+  EXPECT_NEAR(pooled(shifted).shift_px, (100 / 18. - 100 / 20. + 100 / 18. - 100 / 15.) / 2, 1e-6);
   EXPECT_EQ(pooled(std::span<const DenseFlowError>()).n, 0);
   EXPECT_TRUE(std::isnan(pooled(std::span<const DenseFlowError>()).coverage));
 }
