@@ -69,7 +69,8 @@ std::map<BodyKey, std::vector<const Record*>> by_body(const std::vector<Record>&
   return bodies;
 }
 
-/// How much of ego's E_t is the same in every pair: that is not noise of the measurements.
+/// What of ego's error is the same in every pair, which no noise of measurements is; nothing unless the mean
+/// along an axis is beyond three standard errors, and not too small to be printed.
 std::optional<std::string> systematic_note(const std::vector<const Record*>& ego) {
   std::vector<Eigen::Vector3d> errors_m;
   for (const Record* record : ego) {
@@ -84,6 +85,8 @@ std::optional<std::string> systematic_note(const std::vector<const Record*>& ego
   for (const Eigen::Vector3d& e : errors_m) mean += e / n;
   for (const Eigen::Vector3d& e : errors_m) squares += (e - mean).cwiseAbs2();
   const Eigen::Vector3d scatter = (squares / (n - 1)).cwiseSqrt();
+  const Eigen::Array3d least = (3 * scatter / std::sqrt(n)).cwiseMax(1e-4);
+  if ((mean.array().abs() <= least).all()) return std::nullopt;
   return fmt::format(
       "Estimated minus true step of ego, {} {} {}: mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), "
       "scatter {:.4f}, {:.4f}, {:.4f} m.",
