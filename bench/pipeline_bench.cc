@@ -97,7 +97,9 @@ void cycle(benchmark::State& state, size_t n, Step step) {
 
 void features(benchmark::State& state) {
   cycle(state, clip().frames.size() - 1, [](size_t k) {
-    benchmark::DoNotOptimize(detect_features(clip().frames[k].gray, [](int, int) { return true; }, {}));
+    const Image<uint8_t>& gray = clip().frames[k].gray;
+    benchmark::DoNotOptimize(strongest_per_cell(fast_corners(gray, ExtractionOptions{}.fast_threshold),
+                                                gray.width(), gray.height(), {}));
   });
 }
 

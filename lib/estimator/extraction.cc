@@ -1,10 +1,12 @@
 #include "sextant/estimator/extraction.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 #include "sextant/measurement/landing.h"
 
@@ -34,58 +36,113 @@ void check_frame(const Frame& frame, bool is_previous) {
   SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
 }
 
+/// Leaves the features for which `keep` holds. Their pixels lie all over the images, and most of the time
+/// would go by waiting for memory: `fetch` asks for it some features ahead.
+template <typename Fetch, typename Keep>
+void filter(std::vector<Feature>& features, Fetch&& fetch, Keep&& keep) {
+  constexpr size_t ahead = 64;
+  size_t kept = 0;
+  for (size_t i = 0; i < features.size(); ++i) {
+    if (i + ahead < features.size()) fetch(features[i + ahead]);
+    const Feature feature = features[i];
+    if (keep(feature)) features[kept++] = feature;
+  }
+  features.resize(kept);
+}
+
 Correspondences extract_background(const Frame& prev, const Frame& curr, const ExtractionOptions& options) {
   const int width = prev.gray.width();
   const int height = prev.gray.height();
-  const auto usable = [&](int x, int y) {
-    const float depth = prev.depth_m(x, y);
-    if (!valid_depth(depth) || depth > options.max_static_depth_m) return false;
-    if (!off_instances(prev.mask, x, y, options.mask_margin_px)) return false;
-    const Landing to = land(x, y, prev.flow(x, y), width, height);
-    return to.inside && curr.mask(to.x, to.y) == 0;
-  };
+  const int margin = options.mask_margin_px;
+  const auto landing = [&](const Feature& f) { return land(f.x, f.y, prev.flow(f.x, f.y), width, height); };
+  std::vector<Feature> corners = fast_corners(prev.gray, options.fast_threshold);
+  filter(
+      corners, [&](const Feature& f) { __builtin_prefetch(&prev.depth_m(f.x, f.y)); },
+      [&](const Feature& f) {
+        const float depth = prev.depth_m(f.x, f.y);
+        return valid_depth(depth) && depth <= options.max_static_depth_m;
+      });
+  filter(
+      corners,
+      [&](const Feature& f) {
+        __builtin_prefetch(&prev.flow(f.x, f.y));
+        for (const int y : {f.y - margin, f.y, f.y + margin}) {
+          if (prev.mask.contains(f.x, y)) __builtin_prefetch(&prev.mask(f.x, y));
+        }
+      },
+      [&](const Feature& f) { return landing(f).inside && off_instances(prev.mask, f.x, f.y, margin); });
+  filter(
+      corners,
+      [&](const Feature& f) {
+        const Landing to = landing(f);
+        __builtin_prefetch(&curr.mask(to.x, to.y));
+        if (!curr.depth_m.empty()) __builtin_prefetch(&curr.depth_m(to.x, to.y));
+      },
+      [&](const Feature& f) {
+        const Landing to = landing(f);
+        return curr.mask(to.x, to.y) == 0;
+      });
   Correspondences points;
-  for (const Feature& feature : detect_features(prev.gray, usable, options)) {
-    const Flow& flow = prev.flow(feature.x, feature.y);
-    const Landing to = land(feature.x, feature.y, flow, width, height);
-    points.push_back(feature.x, feature.y, prev.depth_m(feature.x, feature.y), flow.u, flow.v,
-                     depth_at(curr.depth_m, to));
+  for (const Feature& f : strongest_per_cell(corners, width, height, options)) {
+    const Flow& flow = prev.flow(f.x, f.y);
+    const Landing to = landing(f);
+    points.push_back(f.x, f.y, prev.depth_m(f.x, f.y), flow.u, flow.v, depth_at(curr.depth_m, to));
   }
   return points;
 }
 
-std::map<int, size_t> count_pixels(const Image<uint16_t>& mask) {
+/// Pixels by instance, and the box around all instances (columns first_x .. last_x, rows likewise).
+struct Instances {
   std::map<int, size_t> pixels;
-  const uint16_t* data = mask.data();
-  for (size_t begin = 0; begin < mask.size();) {  // masks consist of long runs
-    const uint16_t id = data[begin];
-    const uint64_t four = id * 0x0001000100010001ULL;
-    size_t end = begin + 1;
-    for (uint64_t next = 0; end + 4 <= mask.size(); end += 4) {
-      std::memcpy(&next, data + end, sizeof(next));
-      if (next != four) break;
+  int first_x = INT_MAX, last_x = -1, first_y = INT_MAX, last_y = -1;
+};
+
+Instances find_instances(const Image<uint16_t>& mask) {
+  Instances out;
+  const int width = mask.width();
+  for (int y = 0; y < mask.height(); ++y) {
+    const uint16_t* row = mask.row(y);
+    for (int begin = 0; begin < width;) {  // masks consist of long runs
+      const uint16_t id = row[begin];
+      const uint64_t four = id * 0x0001000100010001ULL;
+      int end = begin + 1;
+      for (uint64_t next = 0; end + 4 <= width; end += 4) {
+        std::memcpy(&next, row + end, sizeof(next));
+        if (next != four) break;
+      }
+      while (end < width && row[end] == id) ++end;
+      if (id != 0) {
+        out.pixels[id] += static_cast<size_t>(end - begin);
+        out.first_x = std::min(out.first_x, begin), out.last_x = std::max(out.last_x, end - 1);
+        out.first_y = std::min(out.first_y, y), out.last_y = y;
+      }
+      begin = end;
     }
-    while (end < mask.size() && data[end] == id) ++end;
-    if (id != 0) pixels[id] += end - begin;
-    begin = end;
   }
-  return pixels;
+  return out;
 }
 
 /// All instances of the current mask, with the samples of the previous image that land on them.
 std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
-                                               const std::map<int, size_t>& instances,
-                                               const ExtractionOptions& options) {
+                                               const Instances& instances, const ExtractionOptions& options) {
   const int width = prev.mask.width();
   const int height = prev.mask.height();
   std::map<int, ObjectObservation> objects;
-  for (const auto& [id, pixels] : instances) {
+  for (const auto& [id, pixels] : instances.pixels) {
     objects[id].instance = id;
     objects[id].area_fraction = static_cast<double>(pixels) / (static_cast<double>(width) * height);
   }
+  const auto left = static_cast<float>(instances.first_x) - 1;
+  const auto right = static_cast<float>(instances.last_x) + 1;
+  const auto top = static_cast<float>(instances.first_y) - 1;
+  const auto bottom = static_cast<float>(instances.last_y) + 1;
   for (int y = 0; y < height; y += options.object_step_px) {
+    const Flow* flows = prev.flow.row(y);
     for (int x = 0; x < width; x += options.object_step_px) {
-      const Flow& flow = prev.flow(x, y);
+      const Flow& flow = flows[x];
+      const float u = static_cast<float>(x) + flow.u;
+      const float v = static_cast<float>(y) + flow.v;
+      if (!(u > left && u < right && v > top && v < bottom)) continue;  // most pixels
       const Landing to = land(x, y, flow, width, height);
       if (!to.inside || curr.mask(to.x, to.y) == 0) continue;
       ObjectObservation& object = objects.at(curr.mask(to.x, to.y));
@@ -114,14 +171,13 @@ void ExtractionOptions::check() const {
   check_option(object_step_px > 0, "object_step_px", object_step_px, "> 0");
 }
 
-std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::function<bool(int, int)>& usable,
-                                     const ExtractionOptions& options) {
-  const int columns = (gray.width() + options.cell_px - 1) / options.cell_px;
-  const int rows = (gray.height() + options.cell_px - 1) / options.cell_px;
+std::vector<Feature> strongest_per_cell(const std::vector<Feature>& corners, int width, int height,
+                                        const ExtractionOptions& options) {
+  const int columns = (width + options.cell_px - 1) / options.cell_px;
+  const int rows = (height + options.cell_px - 1) / options.cell_px;
   const auto cell_of = [&](const Feature& f) {
     return static_cast<size_t>(f.y / options.cell_px) * columns + f.x / options.cell_px;
   };
-  const std::vector<Feature> corners = fast_corners(gray, options.fast_threshold);
   // Counting sort by cell.
   std::vector<size_t> begin(static_cast<size_t>(columns) * rows + 1, 0);
   for (const Feature& corner : corners) ++begin[cell_of(corner) + 1];
@@ -130,22 +186,16 @@ std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::func
   std::vector<size_t> next(begin.begin(), begin.end() - 1);
   for (const Feature& corner : corners) by_cell[next[cell_of(corner)]++] = corner;
 
-  const auto weaker = [](const Feature& a, const Feature& b) {
-    return std::tuple(a.response, -a.y, -a.x) < std::tuple(b.response, -b.y, -b.x);
+  const auto stronger = [](const Feature& a, const Feature& b) {
+    return std::tuple(b.response, a.y, a.x) < std::tuple(a.response, b.y, b.x);
   };
   std::vector<Feature> features;
   for (size_t cell = 0; cell + 1 < begin.size(); ++cell) {
     const auto first = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell]);
-    auto last = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell + 1]);
-    // As a heap: few are asked for before enough are usable.
-    std::make_heap(first, last, weaker);
-    for (int wanted = options.features_per_cell; wanted > 0 && first != last;) {
-      std::pop_heap(first, last, weaker);
-      const Feature& strongest = *--last;
-      if (!usable(strongest.x, strongest.y)) continue;
-      features.push_back(strongest);
-      --wanted;
-    }
+    const auto last = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell + 1]);
+    const auto end = first + std::min<std::ptrdiff_t>(last - first, options.features_per_cell);
+    std::partial_sort(first, end, last, stronger);
+    features.insert(features.end(), first, end);
   }
   return features;
 }
@@ -162,10 +212,10 @@ FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoC
   pair.height = prev.gray.height();
   pair.camera = camera;
   pair.background = extract_background(prev, curr, options);
-  const std::map<int, size_t> instances = count_pixels(curr.mask);
+  const Instances instances = find_instances(curr.mask);
   pair.objects = extract_objects(prev, curr, instances, options);
-  for (const auto& [id, pixels] : count_pixels(prev.mask)) {
-    if (!instances.contains(id)) pair.lost_instances.push_back(id);
+  for (const auto& [id, pixels] : find_instances(prev.mask).pixels) {
+    if (!instances.pixels.contains(id)) pair.lost_instances.push_back(id);
   }
   return pair;
 }

@@ -6,7 +6,6 @@
 // cell, so that they cover the image. Object samples: every n-th pixel in x and y of the previous frame's
 // instances whose flow lands on an instance of the current frame.
 
-#include <functional>
 #include <vector>
 
 #include "sextant/base/options.h"
@@ -36,10 +35,10 @@ struct ExtractionOptions {
   void check() const;
 };
 
-/// The strongest FAST corners of every cell among those that `usable(x, y)` admits; cells row by row,
-/// within a cell by falling response, then by row and column.
-std::vector<Feature> detect_features(const Image<uint8_t>& gray, const std::function<bool(int, int)>& usable,
-                                     const ExtractionOptions& options);
+/// The strongest corners of every cell; cells row by row, within a cell by falling response, then by row and
+/// column. `width`, `height` of the image, px.
+std::vector<Feature> strongest_per_cell(const std::vector<Feature>& corners, int width, int height,
+                                        const ExtractionOptions& options);
 
 /// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is
 /// one.

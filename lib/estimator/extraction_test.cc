@@ -33,11 +33,11 @@ void fill(Image<uint16_t>& mask, int left, int top, int right, int bottom, uint1
 
 const StereoCamera camera = {{100, 100, 100, 60}, 50};
 
-TEST(DetectFeatures, AreSpreadAndStrongestFirst) {
+TEST(StrongestPerCell, AreSpreadAndStrongestFirst) {
   const Frame frame = make_frame(0);
   const ExtractionOptions options;
-  const std::vector<Feature> features = detect_features(
-      frame.gray, [](int, int) { return true; }, options);
+  const std::vector<Feature> features =
+      strongest_per_cell(fast_corners(frame.gray, options.fast_threshold), width, height, options);
   EXPECT_GT(features.size(), 50U);
   std::map<std::pair<int, int>, std::vector<int>> responses;
   for (const Feature& f : features) responses[{f.x / 20, f.y / 20}].push_back(f.response);
@@ -47,12 +47,6 @@ TEST(DetectFeatures, AreSpreadAndStrongestFirst) {
       EXPECT_GE(list[0], list[1]);
     }
   }
-}
-
-TEST(DetectFeatures, KeepsTheBestUsableOnes) {
-  const Frame frame = make_frame(0);
-  const auto left_half = [](int x, int) { return x < width / 2; };
-  for (const Feature& f : detect_features(frame.gray, left_half, {})) EXPECT_LT(f.x, width / 2);
 }
 
 TEST(ExtractFramePair, StaticFeaturesAvoidInstancesAndBadMeasurements) {

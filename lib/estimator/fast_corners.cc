@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 #include "sextant/estimator/lanes.h"
@@ -119,9 +120,11 @@ void append_nonzero(const uint8_t* row, int n, int y, std::vector<Feature>& corn
   for (int x = 0; x < n; x += 8) {
     uint64_t eight = 0;
     std::memcpy(&eight, row + x, sizeof(eight));
-    if (eight == 0) continue;
-    for (int k = x; k < std::min(x + 8, n); ++k) {
-      if (row[k] != 0) corners.push_back({k + radius, y, row[k]});
+    while (eight != 0) {
+      const int k = std::countr_zero(eight) / 8;
+      if (x + k >= n) break;
+      corners.push_back({x + k + radius, y, row[x + k]});
+      eight &= ~(uint64_t{0xff} << (8 * k));
     }
   }
 }
