@@ -3,8 +3,8 @@
 // Inverse depth is an affine function of the pixel on every plane. Where the points around one agree with a
 // plane within the noise of their depths, its slopes tell how inverse depth changes within a pixel.
 //
-// Neighbourhood: the points within `radius_px` in u and in v. A plane is accepted by the chi-square test of
-// its residuals against kappa (1/m) at 99 %.
+// Neighbourhood: a square of about `radius_px` around, nine cells of a grid; the points of the middle one
+// share it. A plane is accepted by the chi-square test of its residuals against kappa (1/m) at 99 %.
 
 #include <vector>
 
