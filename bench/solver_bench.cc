@@ -84,7 +84,7 @@ void against_ceres(benchmark::State& state, const char* name, const Json& option
 
 void accumulate_points(benchmark::State& state) {
   const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
-  const ReprojectionData data(random.problem, {});
+  const ReprojectionData data(random.problem);
   for (auto _ : state) {
     benchmark::DoNotOptimize(accumulate(data, random.start.T_curr_prev, {0.9, 1.0}));
   }

@@ -24,7 +24,7 @@ MotionClass classify_motion(const Problem& object, const SE3& T_curr_prev_backgr
     const Eigen::Vector3d m_curr = camera.backproject(points.u[i] + points.flow_u[i],
                                                       points.v[i] + points.flow_v[i], points.depth_curr[i]);
     const Eigen::Vector3d f = m_prev - T_prev_curr * m_curr;
-    const double length_m = options.use_vertical ? f.norm() : std::hypot(f.x(), f.z());
+    const double length_m = options.use_vertical ? f.norm() : std::sqrt(f.x() * f.x() + f.z() * f.z());
     ++result.n_points;
     n_moving += length_m > threshold_m ? 1 : 0;
   }

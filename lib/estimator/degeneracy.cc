@@ -15,17 +15,17 @@ constexpr double usual_delta_d_px = 0.2;
 constexpr double significant = 3;  // kappa
 constexpr double line_rms_px = 0.5;
 constexpr double affine_rms = 2;            // kappa
-constexpr double max_turn_rad = 0.25;        // standard deviation
+constexpr double max_turn_rad = 0.25;       // standard deviation
 constexpr double max_relative_shift = 0.5;  // standard deviation over distance
 constexpr double max_condition = 1e14;      // beyond, rounding decides
 
+/// Numbers beyond the range of double are no pixels either.
 bool has_pixels(const Correspondences& p, size_t i) {
-  return std::isfinite(p.u[i]) && std::isfinite(p.v[i]) && std::isfinite(p.flow_u[i]) &&
-         std::isfinite(p.flow_v[i]);
+  return std::isfinite(p.u[i] + p.v[i] + p.flow_u[i] + p.flow_v[i]);
 }
 
 bool is_measurement(const Correspondences& p, size_t i) {
-  return has_pixels(p, i) && p.depth[i] > 0 && std::isfinite(p.depth[i]) && std::isfinite(1 / p.depth[i]);
+  return has_pixels(p, i) && p.depth[i] > 0 && p.depth[i] < INFINITY && 1 / p.depth[i] < INFINITY;
 }
 
 bool kept(const std::vector<unsigned char>& keep, size_t i) { return keep.empty() || keep[i] != 0; }
@@ -106,9 +106,10 @@ Status check_geometry(const Problem& problem, const std::vector<unsigned char>& 
   int infinitely_far = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     if (!kept(keep, i)) continue;
-    if (has_pixels(p, i) && p.depth[i] == INFINITY) ++infinitely_far;
-    if (!is_measurement(p, i)) continue;
     const double inverse = 1 / p.depth[i];
+    if (!has_pixels(p, i) || !(inverse >= 0 && inverse < INFINITY)) continue;
+    if (p.depth[i] == INFINITY) ++infinitely_far;
+    if (!(inverse > 0) || p.depth[i] == INFINITY) continue;
     if (moments.n == 0) u = p.u[i], v = p.v[i], s = inverse;
     moments.add(p.u[i] - u, p.v[i] - v, inverse - s);
     nearest = std::max(nearest, inverse);

@@ -11,7 +11,8 @@
 namespace sextant {
 namespace {
 
-constexpr int n_matrix = 21;  // upper triangle, row by row
+constexpr int n_matrix = 21;                 // upper triangle, row by row
+constexpr size_t information_sample = 1000;  // to twice as many points tell H and B of all of them
 
 /// Points in the current frame: x, y = u', v' normalised, c = 1 / z'; their derivatives by s; information of
 /// c; variance of s; weight of the kernel.
@@ -68,7 +69,7 @@ SEXTANT_SIMD void information_lanes(const MovedPoints& p, double info_x, double 
     }
   }
   for (int k = 0; k < 2 * n_matrix; ++k) {
-    sums[k] = (total[k][0] + total[k][1]) + (total[k][2] + total[k][3]);
+    sums[k] = sum_of_lanes(&total[k]);
   }
 }
 
@@ -100,42 +101,34 @@ Directions directions_of(const DepthInformation& information) {
 
 }  // namespace
 
-DepthInformation depth_information(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
-                                   const RobustKernel& kernel) {
-  PointEvaluation at;
-  evaluate_points(data, T_curr_prev, levels, at);
-  return depth_information(data, T_curr_prev, levels, kernel, at);
-}
-
 DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
-                                   const NoiseLevels& levels, const RobustKernel& kernel,
-                                   const PointEvaluation& at) {
-  constexpr size_t sample_size = 1000;
+                                   const NoiseLevels& levels, const RobustKernel& kernel) {
   const PinholeCamera& camera = data.camera().left;
   const double info_u = 1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px);
   const double info_v = 1 / (levels.sigma_flow_v_px * levels.sigma_flow_v_px);
   const size_t used = data.n_used();
-  const size_t stride = std::max<size_t>(used / sample_size, 1);
+  const size_t stride = std::max<size_t>(used / information_sample, 1);
   MovedPoints points(used / stride + 1);
   size_t seen = 0;
   for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.used(i) || seen++ % stride != 0 || !std::isfinite(at.q[i])) continue;
+    if (!data.used(i) || seen++ % stride != 0 || !std::isfinite(data.q(i))) continue;
     const PointDepths depths = data.depths(i, levels);
-    const double s = at.inverse_depth[i];
-    const double w = s / at.inverse_depth_curr[i];
+    const double s = data.inverse_depth(i);
+    const double w = s / data.inverse_depth_curr(i);
     const double dc = (w - s * T_curr_prev.translation().z()) / (w * w);
     const double info_c = depths.weight_curr * depths.weight_curr;
-    const double info_s = info_u * at.slope_u[i] * at.slope_u[i] + info_v * at.slope_v[i] * at.slope_v[i] +
-                          info_c * dc * dc + depths.weight * depths.weight;
-    points.x.push_back(at.x_curr[i]);
-    points.y.push_back(at.y_curr[i]);
-    points.c.push_back(at.inverse_depth_curr[i]);
-    points.dx.push_back(at.slope_u[i] / camera.fx);
-    points.dy.push_back(at.slope_v[i] / camera.fy);
+    const double info_s = info_u * data.slope_u(i) * data.slope_u(i) +
+                          info_v * data.slope_v(i) * data.slope_v(i) + info_c * dc * dc +
+                          depths.weight * depths.weight;
+    points.x.push_back(data.x_curr(i));
+    points.y.push_back(data.y_curr(i));
+    points.c.push_back(data.inverse_depth_curr(i));
+    points.dx.push_back(data.slope_u(i) / camera.fx);
+    points.dy.push_back(data.slope_v(i) / camera.fy);
     points.dc.push_back(dc);
     points.info_c.push_back(info_c);
     points.variance.push_back(depths.weight > 0 ? 1 / info_s : 0);
-    points.weight.push_back(kernel.weight(at.q[i]));
+    points.weight.push_back(kernel.weight(data.q(i)));
   }
   const size_t sampled = points.x.size();
   if (sampled == 0) return {};
@@ -167,14 +160,18 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   constexpr double held = 1e6;  // precision in units of H that leaves nothing to the structured estimate
   MotionPrior prior;
   if (!(levels.delta_d_px > 0)) return prior;
-  Directions at = directions_of(depth_information(data, start, levels, kernel));
+  FlowDepthData some = data.sample(information_sample);
+  evaluate_points(some, start, levels);
+  Directions at = directions_of(depth_information(some, start, levels, kernel));
   if (!at.determined || at.lambda[0] > strong) return prior;
   const std::optional<SE3> mean = motion_of_measured_depths(data, start, levels, kernel);
   if (!mean) return prior;
+  evaluate_points(data, *mean, levels);
   const DepthInformation information = depth_information(data, *mean, levels, kernel);
   at = directions_of(information);
   NoiseLevels previous = levels;
   previous.delta_d_curr_px = 0;
+  evaluate_points(data, *mean, previous);
   const DepthInformation measured = depth_information(data, *mean, previous, kernel);
   if (!at.determined) return prior;
   // Relief that is not itself significant tells nothing: lambda has a standard deviation of sqrt(2 / n).

@@ -32,12 +32,9 @@ struct DepthInformation {
   Matrix6d total = Matrix6d::Zero();   ///< H
   Matrix6d errors = Matrix6d::Zero();  ///< B
 };
-DepthInformation depth_information(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels,
-                                   const RobustKernel& kernel);
-/// The same with `at` = evaluate_points there.
+/// Where `data` was evaluated last, T_curr_prev with these levels (evaluate_points).
 DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
-                                   const NoiseLevels& levels, const RobustKernel& kernel,
-                                   const PointEvaluation& at);
+                                   const NoiseLevels& levels, const RobustKernel& kernel);
 
 /// The motion that takes depths as measured, by Gauss-Newton with weights S_i^-1; none if that leads nowhere.
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,

@@ -4,12 +4,12 @@
 
 namespace sextant {
 
-SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
+SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels& levels) {
   constexpr size_t sample_size = 1000;
   constexpr double first = 8;
   constexpr double last = last_graduated_scale;
   constexpr int steps = 6;
-  FlowDepthData data = all.sample(sample_size);
+  RoughFlowDepthData data = all.sample(sample_size);
   RobustKernel kernel{RobustKernel::Kind::geman_mcclure, last};
   const SolverResult direct = descend(data, start, levels, kernel, 10);
   std::optional<SE3> X = start;
@@ -23,20 +23,24 @@ SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& leve
   return graduated.at_optimum.cost < direct.at_optimum.cost ? graduated.T_curr_prev : direct.T_curr_prev;
 }
 
-double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel,
-                       size_t stride) {
+template <typename Real>
+double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel, size_t stride) {
   double square = 0;
   double slope = 0;
   size_t n = 0;
   for (size_t i = 0; i < data.size(); i += stride) {
     if (!data.used(i)) continue;
     const double d = data.uses_depth_curr(i) ? 3 : 2;
-    const double w = kernel.weight(q[i]);
-    square += w * w * q[i] / d;
-    slope += w + 2 * q[i] * kernel.weight_slope(q[i]) / d;
+    const double q = data.q(i);
+    const double w = kernel.weight(q);
+    square += w * w * q / d;
+    slope += w + 2 * q * kernel.weight_slope(q) / d;
     ++n;
   }
   return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;
 }
+
+template double variance_factor(const FlowDepthPoints<double>&, const RobustKernel&, size_t);
+template double variance_factor(const FlowDepthPoints<float>&, const RobustKernel&, size_t);
 
 }  // namespace sextant

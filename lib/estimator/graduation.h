@@ -11,12 +11,13 @@ namespace sextant {
 
 inline constexpr double last_graduated_scale = 1.5;  // sigmas
 
-SE3 graduate(const FlowDepthData& all, const SE3& start, const NoiseLevels& levels);
+SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels& levels);
 
 /// Factor by which a robust kernel's estimate varies more than the inverse of sum J^T S^-1 J says:
-/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over every stride-th point if in use, psi = weight(q) r (Huber
+/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over every stride-th point if in use, at the q last evaluated,
+/// psi = weight(q) r (Huber
 /// 1981, ch. 6).
-double variance_factor(const FlowDepthData& data, const std::vector<double>& q, const RobustKernel& kernel,
-                       size_t stride = 1);
+template <typename Real>
+double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel, size_t stride = 1);
 
 }  // namespace sextant

@@ -18,6 +18,8 @@ using Kind = RobustKernel::Kind;
 constexpr size_t min_points = 3;
 // The choice of points has settled when it changes for no more than one in so many.
 constexpr size_t settled_share = 200;
+// So many points (to twice as many) are enough to find out which count.
+constexpr size_t decision_sample = 1000;
 
 /// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
 double chi_square_quantile(int dof, double probability) {
@@ -35,13 +37,13 @@ double chi_square_quantile(int dof, double probability) {
 
 /// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
 /// heavy.
-double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
+double best_scale(const RoughFlowDepthData& data) {
   constexpr size_t sample_size = 1000;
   const size_t stride = std::max<size_t>(data.size() / sample_size, 1);
   double best = 0;
   double least = INFINITY;
   for (const double scale : {10.0, 6.0, 4.0, 3.0, 2.0, 1.5}) {
-    const double variance = variance_factor(data, q, {Kind::geman_mcclure, scale}, stride);
+    const double variance = variance_factor(data, {Kind::geman_mcclure, scale}, stride);
     if (variance >= least) continue;
     least = variance;
     best = scale;
@@ -50,25 +52,30 @@ double best_scale(const FlowDepthData& data, const std::vector<double>& q) {
 }
 
 /// Uses the points whose q lies in the gate, and leaves that q; returns how many that changed.
-size_t gate_points(FlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate2,
-                   double gate3, std::vector<double>& q, std::vector<double>& q_both) {
+size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate2,
+                   double gate3) {
   NoiseLevels without = levels;
   without.delta_d_curr_px = 0;
+  const bool has_curr = levels.delta_d_curr_px > 0;
   std::vector<unsigned char> before(data.size());
   for (size_t i = 0; i < data.size(); ++i) {
-    before[i] = (data.used(i) ? 1 : 0) + (data.uses_depth_curr(i) ? 2 : 0);
+    before[i] = static_cast<unsigned char>(data.used(i) + 2 * data.uses_depth_curr(i));
     data.use(i, data.is_measurement(i), true);
   }
-  evaluate_distances(data, motion, without, q);
-  if (levels.delta_d_curr_px > 0) evaluate_distances(data, motion, levels, q_both);
+  std::vector<float> q_both(data.size(), 0);
+  if (has_curr) {
+    evaluate_distances(data, motion, levels);
+    std::copy_n(data.column(RoughFlowDepthData::squared_distance), data.size(), q_both.begin());
+  }
+  evaluate_distances(data, motion, without);
+  float* q = data.column(RoughFlowDepthData::squared_distance);
   size_t changed = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     const bool point = q[i] <= gate2;
-    const bool curr =
-        point && levels.delta_d_curr_px > 0 && data.measures_depth_curr(i) && q_both[i] <= gate3;
-    if (curr) q[i] = q_both[i];
+    const bool curr = point & has_curr & (q_both[i] <= gate3) & data.measures_depth_curr(i);
+    q[i] = curr ? q_both[i] : q[i];
     data.use(i, point, curr);
-    changed += before[i] != (point ? 1 : 0) + (curr ? 2 : 0) ? 1 : 0;
+    changed += before[i] != point + 2 * curr;
   }
   return changed;
 }
@@ -86,22 +93,33 @@ NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions&
 }
 
 /// The current depth is read at a whole pixel, beside the point by a known part of one. On a plane its slope
-/// corrects that. Elsewhere neighbours err alike (their flows round alike), so it is left out.
-void correct_depth_curr(const Problem& problem, const JointFlowDepthOptions& options,
-                        const NoiseLevels& levels, const SE3& motion, FlowDepthData& data) {
-  if (!(options.plane_radius_px > 0)) return;
+/// corrects that: change of the inverse depth (1/m) per point. Elsewhere neighbours err alike (their flows
+/// round alike), so it is left out: NaN.
+std::vector<double> depth_curr_corrections(const Problem& problem, double radius_px,
+                                           const NoiseLevels& levels, const SE3& motion,
+                                           RoughFlowDepthData& data) {
+  const Correspondences& p = problem.points;
   const std::vector<LocalPlane> planes =
-      fit_local_planes(problem.points, levels.delta_d_px / problem.camera.bf, options.plane_radius_px);
-  PointEvaluation at;
-  evaluate_points(data, motion, levels, at);
-  for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.is_measurement(i)) continue;
-    const LocalPlane& plane = planes[i];
-    if (!plane.accepted) data.forget_depth_curr(i);
-    const double u = problem.points.u[i] + problem.points.flow_u[i] + at.error_u[i];
-    const double v = problem.points.v[i] + problem.points.flow_v[i] + at.error_v[i];
-    data.shift_inverse_depth_curr(i,
-                                  plane.slope_u * (u - std::round(u)) + plane.slope_v * (v - std::round(v)));
+      fit_local_planes(p, levels.delta_d_px / problem.camera.bf, radius_px);
+  evaluate_points(data, motion, levels);
+  std::vector<double> corrections(p.size(), NAN);
+  for (size_t i = 0; i < p.size(); ++i) {
+    if (!data.is_measurement(i) || !planes[i].accepted) continue;
+    const double u = p.u[i] + p.flow_u[i] + data.error_u(i);
+    const double v = p.v[i] + p.flow_v[i] + data.error_v(i);
+    corrections[i] = planes[i].slope_u * (u - std::round(u)) + planes[i].slope_v * (v - std::round(v));
+  }
+  return corrections;
+}
+
+template <typename Real>
+void correct_depth_curr(const std::vector<double>& corrections, FlowDepthPoints<Real>& data) {
+  for (size_t i = 0; i < corrections.size(); ++i) {
+    if (std::isfinite(corrections[i])) {
+      data.shift_inverse_depth_curr(i, corrections[i]);
+    } else {
+      data.forget_depth_curr(i);
+    }
   }
 }
 
@@ -128,51 +146,55 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
   const NoiseLevels declared = declared_levels(problem, options);
   NoiseLevels& levels = out.levels = declared;
   const bool graduated = options.robust == "geman_mcclure_gnc";
+  RoughFlowDepthData rough(data);
   // Points behind the camera at the start never count.
-  PointEvaluation at;
-  evaluate_points(data, out.start, {}, at);
-  for (size_t i = 0; i < data.size(); ++i) {
+  evaluate_points(rough, out.start, {});
+  for (size_t i = 0; i < rough.size(); ++i) {
     const bool counts = graduated || (i < start.inliers.size() && start.inliers[i] != 0);
-    data.use(i, counts && std::isfinite(at.q[i]), false);
+    rough.use(i, counts && std::isfinite(rough.q(i)), false);
   }
-  if (data.n_used() >= min_points) {
-    levels = estimate_noise_levels(data, out.start, declared);
-    out.start = graduated ? graduate(data, out.start, levels)
-                          : descend(data, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
-    if (out.start.is_finite()) {
-      levels = estimate_noise_levels(data, out.start, declared);
-    }
+  if (rough.n_used() >= min_points) {
+    RoughFlowDepthData some = rough.sample(level_sample);
+    levels = estimate_noise_levels(some, out.start, declared);
+    out.start = graduated ? graduate(rough, out.start, levels)
+                          : descend(rough, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
+    if (out.start.is_finite()) levels = estimate_noise_levels(some, out.start, declared);
     if (options.use_depth_curr) {
-      levels.delta_d_curr_px = estimate_delta_d_curr(data, out.start, levels);
-      correct_depth_curr(problem, options, levels, out.start, data);
+      levels.delta_d_curr_px = estimate_delta_d_curr(some, out.start, levels);
+      if (options.plane_radius_px > 0) {
+        const std::vector<double> corrections =
+            depth_curr_corrections(problem, options.plane_radius_px, levels, out.start, rough);
+        correct_depth_curr(corrections, rough);
+        correct_depth_curr(corrections, data);
+      }
     }
     const double gate2 = chi_square_quantile(2, options.gate);
     const double gate3 = chi_square_quantile(3, options.gate);
-    std::vector<double> q, q_both;
+    RoughFlowDepthData few = rough.sample(decision_sample);
     for (int k = 0; k < 4; ++k) {
-      const size_t changed = gate_points(data, out.start, levels, gate2, gate3, q, q_both);
-      if (k > 0 && changed * settled_share <= data.n_used()) break;
-      if (data.n_used() < min_points) break;
+      const size_t changed = gate_points(few, out.start, levels, gate2, gate3);
+      if (k > 0 && changed * settled_share <= few.n_used()) break;
+      if (few.n_used() < min_points) break;
       if (graduated) {
-        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(data, q)};
+        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(few)};
       } else if (options.robust == "huber") {
         out.kernel = {Kind::huber, options.huber};
       }
-      const SolverResult result = descend(data, out.start, levels, out.kernel, 1);
+      const SolverResult result = descend(few, out.start, levels, out.kernel, 1);
       if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
       out.start = result.T_curr_prev;
     }
-  }
-  if (data.n_used() >= min_points) {
-    out.prior = weak_directions(data, start.T_curr_prev, levels, out.kernel);
-    if (out.prior.holds()) out.start = out.prior.mean;
-    data.reset_depths();
+    gate_points(rough, out.start, levels, gate2, gate3);
   }
   for (size_t i = 0; i < data.size(); ++i) {
+    data.use(i, rough.used(i), rough.uses_depth_curr(i));
     out.inliers.push_back(data.used(i) ? 1 : 0);
-    out.use_depth_curr.push_back(data.used(i) && data.uses_depth_curr(i) ? 1 : 0);
   }
-  if (data.n_used() >= min_points) out.status = Status::ok;
+  if (data.n_used() < min_points) return out;
+  out.prior = weak_directions(data, start.T_curr_prev, levels, out.kernel);
+  if (out.prior.holds()) out.start = out.prior.mean;
+  data.take_depths(rough);
+  out.status = Status::ok;
   return out;
 }
 
@@ -184,20 +206,22 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   estimate.inliers = decided.inliers;
   estimate.status = decided.status;
   if (decided.status != Status::ok) return estimate;
-  const SolverResult solution = minimize_flow_depth(data, decided.start, decided.levels, decided.kernel,
+  FlowDepthData points = data.sample(data.size());  // those that count, next to each other
+  const SolverResult solution = minimize_flow_depth(points, decided.start, decided.levels, decided.kernel,
                                                     options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
-  PointEvaluation at;
-  evaluate_points(data, solution.T_curr_prev, decided.levels, at);
+  evaluate_points(points, solution.T_curr_prev, decided.levels);
+  size_t k = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
-    estimate.refined_flow_u[i] += (1 - options_.projection_share) * at.error_u[i];
-    estimate.refined_flow_v[i] += (1 - options_.projection_share) * at.error_v[i];
+    estimate.refined_flow_u[i] += (1 - options_.projection_share) * points.error_u(k);
+    estimate.refined_flow_v[i] += (1 - options_.projection_share) * points.error_v(k);
+    ++k;
   }
   const double inflation =
-      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(data, at.q, decided.kernel), 1.0);
+      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
   const Matrix6d covariance =
-      motion_covariance(depth_information(data, solution.T_curr_prev, decided.levels, {}, at), decided.prior);
+      motion_covariance(depth_information(points, solution.T_curr_prev, decided.levels, {}), decided.prior);
   conclude(problem, inflation * covariance, estimate);
   return estimate;
 }

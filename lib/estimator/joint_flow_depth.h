@@ -60,8 +60,7 @@ struct FlowDepthProblem {
   NoiseLevels levels;
   RobustKernel kernel;
   MotionPrior prior;  ///< of the directions that depths do not determine (errors_in_variables.h)
-  std::vector<unsigned char> inliers;         ///< per point
-  std::vector<unsigned char> use_depth_curr;  ///< per point
+  std::vector<unsigned char> inliers;  ///< per point
 };
 /// Leaves the decided points in `data`.
 FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,

@@ -118,7 +118,7 @@ TEST(InfimalConvolution, IsTheMinimumOverAllSplits) {
 TEST(ReprojectionSolver, GradientAndHessianAgainstFiniteDifferences) {
   const RandomProblem random = make_random_problem(3, {.n_points = 37, .outlier_share = 0.3});
   const HuberKernel kernel{0.7, 1.345};
-  const ReprojectionData data(random.problem, {});
+  const ReprojectionData data(random.problem);
   const NormalEquations at = accumulate(data, random.start.T_curr_prev, kernel);
   const double h = 1e-6;
   for (int k = 0; k < 6; ++k) {
@@ -144,7 +144,7 @@ TEST(ReprojectionSolver, NoiseFreeTruthIsFoundExactly) {
 TEST(ReprojectionSolver, PointBehindTheCameraIsRefused) {
   const RandomProblem random = make_random_problem(6, {.n_points = 50});
   const SE3 backwards(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -100));
-  EXPECT_EQ(accumulate(ReprojectionData(random.problem, {}), backwards, {}).cost,
+  EXPECT_EQ(accumulate(ReprojectionData(random.problem), backwards, {}).cost,
             std::numeric_limits<double>::infinity());
   StartingPoint start = random.start;
   start.T_curr_prev = backwards;
@@ -153,7 +153,7 @@ TEST(ReprojectionSolver, PointBehindTheCameraIsRefused) {
 
 TEST(ReprojectionSolver, InlierCountIsExactOrOutOfReach) {
   const RandomProblem random = make_random_problem(7, {.n_points = 1003, .outlier_share = 0.4});
-  const ReprojectionData data(random.problem, {});
+  const ReprojectionData data(random.problem);
   std::vector<double> errors;
   squared_errors(data, random.T_curr_prev, errors);
   ASSERT_EQ(errors.size(), 1003U);

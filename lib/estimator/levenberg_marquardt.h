@@ -19,7 +19,8 @@ struct SolverOptions {
   template <typename V>
   void visit(V& v) {
     v("max_iterations", max_iterations, "count", "upper limit of Levenberg-Marquardt steps");
-    v("step_tolerance", step_tolerance, "m, rad", "stop when the largest component of a step is smaller");
+    v("step_tolerance", step_tolerance, "m, rad",
+      "stop when the largest component of a step is smaller; of Newton's, what it leaves");
   }
   void check() const;
 };
@@ -29,6 +30,7 @@ struct NormalEquations {
   double cost = 0;
   Vector6d gradient = Vector6d::Zero();
   Matrix6d hessian = Matrix6d::Zero();
+  bool is_exact = false;  ///< the Hessian is the cost's: steps converge quadratically
 };
 
 struct SolverResult {
@@ -38,10 +40,13 @@ struct SolverResult {
   bool converged = false;
 };
 
-/// `accumulate`: const SE3& -> NormalEquations.
+/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative; changes below it count as
+/// none.
 template <typename Accumulate>
-SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options) {
+SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options,
+                             double rounding = 1e-12) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
+  constexpr double bend = 1e3;  // third derivatives over second ones, 1/m, 1/rad: what a Newton step leaves
   SolverResult result;
   result.T_curr_prev = start;
   NormalEquations at = accumulate(start);
@@ -60,10 +65,17 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
       continue;
     }
     const SE3 candidate = SE3::exp(step) * result.T_curr_prev;
+    const double step_size = step.cwiseAbs().maxCoeff();
+    const double error = at.is_exact ? std::min(step_size, bend * step_size * step_size) : step_size;
+    if (error < options.step_tolerance && candidate.is_finite()) {
+      at.cost += at.gradient.dot(step) + 0.5 * step.dot(at.hessian * step);  // no need to look
+      result.T_curr_prev = candidate;
+      result.converged = true;
+      break;
+    }
     const NormalEquations next = accumulate(candidate);
     // Near the optimum the cost no longer resolves a step; there the steps themselves must shrink.
-    const double resolution = 1e-12 * at.cost;
-    const double step_size = step.cwiseAbs().maxCoeff();
+    const double resolution = rounding * at.cost;
     const bool unresolved = std::abs(next.cost - at.cost) <= resolution;
     const bool improves = unresolved ? step_size < last_step_size : next.cost < at.cost;
     if (improves) {
@@ -71,8 +83,7 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
       at = next;
       damping = std::max(damping * 0.1, 1e-15);
       last_step_size = step_size;
-      result.converged = step_size < options.step_tolerance;
-    } else if (unresolved || step_size < options.step_tolerance) {
+    } else if (unresolved) {
       result.converged = true;  // neither the cost nor the step gets smaller in double precision
     } else {
       damping *= 10;

@@ -17,7 +17,7 @@ struct MotionEstimate {
                                            ///< Hessian at the optimum in the estimator's own sigmas
   /// Of the covariance: largest over smallest eigenvalue. NaN where there is no covariance.
   double condition = std::numeric_limits<double>::quiet_NaN();
-  std::vector<unsigned char> inliers;      ///< per point of the problem: 1 = used in the optimisation
+  std::vector<unsigned char> inliers;  ///< per point of the problem: 1 = used in the optimisation
   std::vector<double> refined_flow_u;  ///< px, per point; the measured flow where the estimator refines none
   std::vector<double> refined_flow_v;
   int iterations = 0;

@@ -16,22 +16,26 @@ MotionEstimate estimate_graduated(const Problem& problem, const StartingPoint& s
   MotionEstimate estimate = begin_estimate(problem, {});
   if (estimate.status != Status::ok) return estimate;
   FlowDepthData data(problem);
-  PointEvaluation at;
-  evaluate_points(data, start.T_curr_prev, {}, at);
-  for (size_t i = 0; i < data.size(); ++i) data.use(i, std::isfinite(at.q[i]), false);
-  const SE3 close = graduate(data, start.T_curr_prev, estimate_reprojection_level(data, start.T_curr_prev));
-  const NoiseLevels levels = estimate_reprojection_level(data, close);
+  RoughFlowDepthData rough(data);
+  evaluate_points(rough, start.T_curr_prev, {});
+  for (size_t i = 0; i < data.size(); ++i) {
+    rough.use(i, std::isfinite(rough.q(i)), false);
+    data.use(i, rough.used(i), false);
+  }
+  RoughFlowDepthData some = rough.sample(level_sample);
+  const SE3 close = graduate(rough, start.T_curr_prev, estimate_reprojection_level(some, start.T_curr_prev));
+  const NoiseLevels levels = estimate_reprojection_level(some, close);
   const RobustKernel kernel{RobustKernel::Kind::geman_mcclure, last_graduated_scale};
   const SolverResult solution = minimize_flow_depth(data, close, levels, kernel, options);
   if (!take_solution(solution, estimate)) return estimate;
-  evaluate_points(data, solution.T_curr_prev, levels, at);
+  evaluate_points(data, solution.T_curr_prev, levels);
   constexpr double gate = 3.0 * 3.0;
   for (size_t i = 0; i < data.size(); ++i) {
-    estimate.inliers[i] = data.used(i) && at.q[i] <= gate ? 1 : 0;
+    estimate.inliers[i] = data.used(i) && data.q(i) <= gate ? 1 : 0;
     data.use(i, estimate.inliers[i] != 0, false);
   }
   conclude(problem, accumulate(data, solution.T_curr_prev, levels, {}).hessian,
-           std::max(variance_factor(data, at.q, kernel), 1.0), estimate);
+           std::max(variance_factor(data, kernel), 1.0), estimate);
   return estimate;
 }
 

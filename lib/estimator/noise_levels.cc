@@ -1,7 +1,10 @@
 #include "sextant/estimator/noise_levels.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 namespace sextant {
 namespace {
@@ -13,29 +16,34 @@ constexpr double normal_mad = 1.4826;
 // Median of |n| for a normal n with |n| < 3.
 constexpr double median_within_three = 0.6728;
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Ascending, of numbers >= 0: their bit patterns have the same order. Digit by digit, three of 11 bits: no
+/// comparisons, which in random numbers cannot be predicted.
+void sort_non_negative(std::vector<float>& values) {
+  constexpr int digit_bits = 11;
+  constexpr uint32_t n_digits = 1U << digit_bits;
+  std::vector<float> sorted(values.size());
+  for (int shift = 0; shift < 32; shift += digit_bits) {
+    const auto digit = [&](float value) { return std::bit_cast<uint32_t>(value) >> shift & (n_digits - 1); };
+    std::array<uint32_t, n_digits + 1> begin{};
+    for (const float value : values) ++begin[digit(value) + 1];
+    for (uint32_t k = 0; k < n_digits; ++k) begin[k + 1] += begin[k];
+    for (const float value : values) sorted[begin[digit(value)]++] = value;
+    std::swap(values, sorted);
+  }
 }
 
-// A scale from so many points is known to 3 %.
-constexpr size_t sample_size = 1500;
-size_t stride_of(const FlowDepthData& data) { return std::max<size_t>(data.size() / sample_size, 1); }
-
-/// The depths fixed at what was measured.
-PointEvaluation evaluate_measured(FlowDepthData& data, const SE3& T_curr_prev) {
-  PointEvaluation at;
-  evaluate_points(data, T_curr_prev, {}, at);
-  return at;
+/// Of the current depth against the prediction, px.
+float disparity_error(const RoughFlowDepthData& data, size_t i) {
+  const double error = data.inverse_depth_curr_measured(i) - data.inverse_depth_curr(i);
+  return static_cast<float>(std::abs(data.camera().bf * error));
 }
 
 /// delta_d such that the residual along the epipolar direction has the variance expected.
-double delta_d_along(const std::vector<double>& along, const std::vector<double>& slope, double sigma) {
+double delta_d_along(const std::vector<float>& along, const std::vector<float>& slope, double sigma) {
   double low = 0;
   double high = max_delta_d_px;
   const double threshold2 = 1 / (normal_mad * normal_mad);
-  for (int step = 0; step < 30; ++step) {
+  for (int step = 0; step < 20; ++step) {
     const double delta = 0.5 * (low + high);
     // The median of the normalised residuals is above the threshold if no more than half of them are within.
     size_t within = 0;
@@ -50,17 +58,15 @@ double delta_d_along(const std::vector<double>& along, const std::vector<double>
 
 }  // namespace
 
-double robust_scale(std::vector<double> absolute) {
+double robust_scale(std::vector<float> absolute) {
   if (absolute.empty()) return 0;
-  double scale = normal_mad * median(absolute);
-  std::vector<double> within;
+  sort_non_negative(absolute);
+  double scale = normal_mad * absolute[absolute.size() / 2];
   for (int step = 0; step < 20; ++step) {
-    within.clear();
-    for (const double a : absolute) {
-      if (a <= 3 * scale) within.push_back(a);
-    }
-    if (within.empty()) break;
-    const double next = median(within) / median_within_three;
+    const auto end = std::upper_bound(absolute.begin(), absolute.end(), 3 * scale);
+    const auto n = static_cast<size_t>(end - absolute.begin());
+    if (n == 0) break;
+    const double next = absolute[n / 2] / median_within_three;
     const bool settled = std::abs(next - scale) <= 1e-3 * scale;
     scale = next;
     if (settled) break;
@@ -68,23 +74,24 @@ double robust_scale(std::vector<double> absolute) {
   return scale;
 }
 
-NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& declared) {
+NoiseLevels estimate_noise_levels(RoughFlowDepthData& data, const SE3& T_curr_prev,
+                                  const NoiseLevels& declared) {
   NoiseLevels levels = declared;
   const bool flow_known = levels.sigma_flow_u_px > 0 && levels.sigma_flow_v_px > 0;
   if (flow_known && levels.delta_d_px > 0) return levels;
-  const PointEvaluation at = evaluate_measured(data, T_curr_prev);
+  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
   const double bf = data.camera().bf;
-  std::vector<double> across, along, slope, disparity;
-  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
-    if (!data.used(i) || !std::isfinite(at.q[i])) continue;
-    const double length = std::sqrt(at.slope_u[i] * at.slope_u[i] + at.slope_v[i] * at.slope_v[i]);
+  std::vector<float> across, along, slope, disparity;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i) || !std::isfinite(data.q(i))) continue;
+    const double error_u = data.error_u(i), slope_u = data.slope_u(i);
+    const double error_v = data.error_v(i), slope_v = data.slope_v(i);
+    const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
     if (!(length > 0)) continue;
-    across.push_back(std::abs(at.error_u[i] * at.slope_v[i] - at.error_v[i] * at.slope_u[i]) / length);
-    along.push_back((at.error_u[i] * at.slope_u[i] + at.error_v[i] * at.slope_v[i]) / length);
-    slope.push_back(length / bf);
-    if (data.measures_depth_curr(i)) {
-      disparity.push_back(std::abs(bf * (data.inverse_depth_curr(i) - at.inverse_depth_curr[i])));
-    }
+    across.push_back(static_cast<float>(std::abs(error_u * slope_v - error_v * slope_u) / length));
+    along.push_back(static_cast<float>((error_u * slope_u + error_v * slope_v) / length));
+    slope.push_back(static_cast<float>(length / bf));
+    if (data.measures_depth_curr(i)) disparity.push_back(disparity_error(data, i));
   }
   if (!flow_known) {
     const double sigma = std::max(robust_scale(across), min_sigma_px);
@@ -102,24 +109,24 @@ NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, c
   return levels;
 }
 
-NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_prev) {
-  const PointEvaluation at = evaluate_measured(data, T_curr_prev);
-  std::vector<double> errors;
-  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
-    if (!data.used(i) || !std::isfinite(at.q[i])) continue;
-    errors.push_back(std::abs(at.error_u[i]));
-    errors.push_back(std::abs(at.error_v[i]));
+NoiseLevels estimate_reprojection_level(RoughFlowDepthData& data, const SE3& T_curr_prev) {
+  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
+  std::vector<float> errors;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i) || !std::isfinite(data.q(i))) continue;
+    errors.push_back(std::abs(data.error_u(i)));
+    errors.push_back(std::abs(data.error_v(i)));
   }
   const double sigma = std::max(robust_scale(std::move(errors)), min_sigma_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 
-double estimate_delta_d_curr(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
-  const PointEvaluation at = evaluate_measured(data, T_curr_prev);
-  std::vector<double> disparity;
-  for (size_t i = 0; i < data.size(); i += stride_of(data)) {
-    if (!data.used(i) || !std::isfinite(at.q[i]) || !data.measures_depth_curr(i)) continue;
-    disparity.push_back(std::abs(data.camera().bf * (data.inverse_depth_curr(i) - at.inverse_depth_curr[i])));
+double estimate_delta_d_curr(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
+  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
+  std::vector<float> disparity;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i) || !std::isfinite(data.q(i)) || !data.measures_depth_curr(i)) continue;
+    disparity.push_back(disparity_error(data, i));
   }
   const double total = robust_scale(disparity);
   const double rest = total * total - levels.delta_d_px * levels.delta_d_px;

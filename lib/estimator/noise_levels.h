@@ -15,16 +15,20 @@
 
 namespace sextant {
 
+/// So many points tell a scale to 3 %.
+inline constexpr size_t level_sample = 1500;
+
 /// Scale of a Gaussian from absolute values with gross errors among them; 0 for no values.
-double robust_scale(std::vector<double> absolute);
+double robust_scale(std::vector<float> absolute);
 
 /// Fills in the levels that are 0. `data` tells which points count.
-NoiseLevels estimate_noise_levels(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& declared);
+NoiseLevels estimate_noise_levels(RoughFlowDepthData& data, const SE3& T_curr_prev,
+                                  const NoiseLevels& declared);
 
 /// The whole reprojection error taken as flow noise, one level for both axes; the depth as exact.
-NoiseLevels estimate_reprojection_level(FlowDepthData& data, const SE3& T_curr_prev);
+NoiseLevels estimate_reprojection_level(RoughFlowDepthData& data, const SE3& T_curr_prev);
 
 /// Standard deviation of the current disparity (px) at X.
-double estimate_delta_d_curr(FlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels);
+double estimate_delta_d_curr(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 
 }  // namespace sextant

@@ -3,104 +3,144 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "sextant/estimator/lanes.h"
 
 namespace sextant {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr int n_hessian = 21;  // upper triangle, row by row
+constexpr int n_hessian = 21;                    // upper triangle, row by row
+using Sums = std::array<double, n_hessian + 8>;  // Hessian, gradient (6), sum of h, points behind the camera
 
-/// sums = [hessian (21), gradient (6), sum of h, number of points behind the camera]
-SEXTANT_SIMD void accumulate_lanes(const double* x, const double* y, const double* z, const double* target_u,
-                                   const double* target_v, const double* weight, size_t n,
-                                   const RigidMotion& m, const PinholeCamera& camera, double sigma,
-                                   double threshold, double* sums) {
-  Lanes hessian[n_hessian] = {};
-  Lanes gradient[6] = {};
-  Lanes cost = {};
-  Lanes behind = {};
-  const Lanes zero = {};
-  const Lanes one = zero + 1.0;
-  const double information = 1.0 / (sigma * sigma);
-  const double threshold_px = threshold * sigma;
-  const double threshold_px2 = threshold_px * threshold_px;
+/// What the loops read: `n` points from `begin` on.
+template <typename Real>
+struct LoopInput {
+  const Real *x, *y, *z, *target_u, *target_v, *weight;
+  size_t n;
+  RigidMotionOf<Real> m;
+  Real fx, fy, cx, cy;
+
+  LoopInput(const ReprojectionPoints<Real>& p, const SE3& motion, size_t begin, size_t count)
+      : n(count), m(motion) {
+    using P = ReprojectionPoints<Real>;
+    x = p.column(P::x) + begin, y = p.column(P::y) + begin, z = p.column(P::z) + begin;
+    target_u = p.column(P::target_u) + begin, target_v = p.column(P::target_v) + begin;
+    weight = p.column(P::weight) + begin;
+    const auto real = [](double value) { return static_cast<Real>(value); };
+    fx = real(p.camera().fx), fy = real(p.camera().fy), cx = real(p.camera().cx), cy = real(p.camera().cy);
+  }
+};
+
+template <typename Real>
+[[gnu::always_inline]] inline void sums_body(const LoopInput<Real>& d, Real sigma, Real threshold,
+                                             double* sums) {
+  using L = LanesOf<Real>;
+  constexpr size_t width = LaneTypes<Real>::n;
+  const RigidMotionOf<Real>& m = d.m;
+  L hessian[n_hessian] = {};
+  L gradient[6] = {};
+  L cost = {};
+  L behind = {};
+  const L zero = {};
+  const L one = zero + Real(1);
+  const Real information = 1 / (sigma * sigma);
+  const Real threshold_px = threshold * sigma;
+  const Real threshold_px2 = threshold_px * threshold_px;
   const bool robust = std::isfinite(threshold);
-  const double linear_weight = robust ? threshold / sigma : 0.0;
-  const double linear_cost = robust ? threshold * threshold : 0.0;
-  for (size_t i = 0; i < n; i += ReprojectionData::lanes) {
-    const Lanes px = SEXTANT_LOAD(x + i);
-    const Lanes py = SEXTANT_LOAD(y + i);
-    const Lanes pz = SEXTANT_LOAD(z + i);
-    const Lanes w = SEXTANT_LOAD(weight + i);
-    const Lanes qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
-    const Lanes qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
-    const Lanes qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
-    const LaneMask in_front = qz > min_depth_m;
+  const Real linear_weight = robust ? threshold / sigma : Real(0);
+  const Real linear_cost = robust ? threshold * threshold : Real(0);
+  for (size_t i = 0; i < d.n; i += width) {
+    const L px = SEXTANT_LOAD(d.x + i);
+    const L py = SEXTANT_LOAD(d.y + i);
+    const L pz = SEXTANT_LOAD(d.z + i);
+    const L w = SEXTANT_LOAD(d.weight + i);
+    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
+    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
+    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
+    const auto in_front = qz > Real(min_depth_m);
     behind += in_front ? zero : w;
-    const Lanes iz = one / (in_front ? qz : one);
-    const Lanes xn = qx * iz;
-    const Lanes yn = qy * iz;
+    const L iz = one / (in_front ? qz : one);
+    const L xn = qx * iz;
+    const L yn = qy * iz;
     // e = project(X m) - target = -r
-    const Lanes eu = camera.fx * xn + camera.cx - SEXTANT_LOAD(target_u + i);
-    const Lanes ev = camera.fy * yn + camera.cy - SEXTANT_LOAD(target_v + i);
-    const Lanes n2 = eu * eu + ev * ev;
-    const LaneMask inside = n2 <= threshold_px2;
-    Lanes norm = inside ? one : n2;
-    for (size_t k = 0; k < ReprojectionData::lanes; ++k) norm[k] = std::sqrt(norm[k]);
-    const Lanes scale = w * (inside ? zero + information : linear_weight / norm);
-    const Lanes radial = inside ? zero : scale / n2;
-    cost += w * (inside ? information * n2 : 2.0 * linear_weight * norm - linear_cost);
-    const Lanes wuu = scale - radial * eu * eu;
-    const Lanes wuv = -radial * eu * ev;
-    const Lanes wvv = scale - radial * ev * ev;
+    const L eu = d.fx * xn + d.cx - SEXTANT_LOAD(d.target_u + i);
+    const L ev = d.fy * yn + d.cy - SEXTANT_LOAD(d.target_v + i);
+    const L n2 = eu * eu + ev * ev;
+    const auto inside = n2 <= threshold_px2;
+    L norm = inside ? one : n2;
+    for (size_t k = 0; k < width; ++k) norm[k] = std::sqrt(norm[k]);
+    const L scale = w * (inside ? zero + information : linear_weight / norm);
+    const L radial = inside ? zero : scale / n2;
+    cost += w * (inside ? information * n2 : Real(2) * linear_weight * norm - linear_cost);
+    const L wuu = scale - radial * eu * eu;
+    const L wuv = -radial * eu * ev;
+    const L wvv = scale - radial * ev * ev;
     // Rows of d project(exp(xi) q) / d xi; ju[1] = jv[0] = 0.
-    const Lanes ju[6] = {
-        camera.fx * iz, zero, -camera.fx * xn * iz, -camera.fx * xn * yn, camera.fx * (one + xn * xn),
-        -camera.fx * yn};
-    const Lanes jv[6] = {zero,
-                         camera.fy * iz,
-                         -camera.fy * yn * iz,
-                         -camera.fy * (one + yn * yn),
-                         camera.fy * xn * yn,
-                         camera.fy * xn};
+    const L ju[6] = {d.fx * iz, zero, -d.fx * xn * iz, -d.fx * xn * yn, d.fx * (one + xn * xn), -d.fx * yn};
+    const L jv[6] = {zero, d.fy * iz, -d.fy * yn * iz, -d.fy * (one + yn * yn), d.fy * xn * yn, d.fy * xn};
     int k = 0;
     for (int a = 0; a < 6; ++a) {
-      const Lanes wu = wuu * ju[a] + wuv * jv[a];
-      const Lanes wv = wuv * ju[a] + wvv * jv[a];
+      const L wu = wuu * ju[a] + wuv * jv[a];
+      const L wv = wuv * ju[a] + wvv * jv[a];
       gradient[a] += scale * (eu * ju[a] + ev * jv[a]);
       for (int b = a; b < 6; ++b) hessian[k++] += wu * ju[b] + wv * jv[b];
     }
   }
-  const auto total = [](const Lanes& v) { return (v[0] + v[1]) + (v[2] + v[3]); };
-  for (int k = 0; k < n_hessian; ++k) sums[k] = total(hessian[k]);
-  for (int k = 0; k < 6; ++k) sums[n_hessian + k] = total(gradient[k]);
-  sums[n_hessian + 6] = total(cost);
-  sums[n_hessian + 7] = total(behind);
+  for (int k = 0; k < n_hessian; ++k) sums[k] = sum_of_lanes(&hessian[k]);
+  for (int k = 0; k < 6; ++k) sums[n_hessian + k] = sum_of_lanes(&gradient[k]);
+  sums[n_hessian + 6] = sum_of_lanes(&cost);
+  sums[n_hessian + 7] = sum_of_lanes(&behind);
 }
 
-SEXTANT_SIMD void error_lanes(const double* x, const double* y, const double* z, const double* target_u,
-                              const double* target_v, size_t n, const RigidMotion& m,
-                              const PinholeCamera& camera, double* errors) {
-  const Lanes zero = {};
-  const Lanes one = zero + 1.0;
-  for (size_t i = 0; i < n; i += ReprojectionData::lanes) {
-    const Lanes px = SEXTANT_LOAD(x + i);
-    const Lanes py = SEXTANT_LOAD(y + i);
-    const Lanes pz = SEXTANT_LOAD(z + i);
-    const Lanes qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
-    const Lanes qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
-    const Lanes qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
-    const LaneMask in_front = qz > min_depth_m;
-    const Lanes iz = one / (in_front ? qz : one);
-    const Lanes eu = camera.fx * (qx * iz) + camera.cx - SEXTANT_LOAD(target_u + i);
-    const Lanes ev = camera.fy * (qy * iz) + camera.cy - SEXTANT_LOAD(target_v + i);
-    const Lanes error = in_front ? eu * eu + ev * ev : zero + infinity;
-    std::memcpy(errors + i, &error, sizeof(error));
+template <typename Real>
+[[gnu::always_inline]] inline void errors_body(const LoopInput<Real>& d, Real* errors) {
+  using L = LanesOf<Real>;
+  const RigidMotionOf<Real>& m = d.m;
+  const L zero = {};
+  const L one = zero + Real(1);
+  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
+    const L px = SEXTANT_LOAD(d.x + i);
+    const L py = SEXTANT_LOAD(d.y + i);
+    const L pz = SEXTANT_LOAD(d.z + i);
+    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
+    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
+    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
+    const auto in_front = qz > Real(min_depth_m);
+    const L iz = one / (in_front ? qz : one);
+    const L eu = d.fx * (qx * iz) + d.cx - SEXTANT_LOAD(d.target_u + i);
+    const L ev = d.fy * (qy * iz) + d.cy - SEXTANT_LOAD(d.target_v + i);
+    SEXTANT_STORE(errors + i, in_front ? eu * eu + ev * ev : zero + std::numeric_limits<Real>::infinity());
   }
+}
+
+// Clones for processors cannot be templates.
+SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, double* sums) {
+  sums_body(d, sigma, threshold, sums);
+}
+SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float threshold, double* sums) {
+  sums_body(d, sigma, threshold, sums);
+}
+SEXTANT_SIMD void errors_double(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void errors_float(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
+
+void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, Sums& sums) {
+  sums_double(d, kernel.sigma_px, kernel.threshold, sums.data());
+}
+void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, Sums& sums) {
+  sums_float(d, static_cast<float>(kernel.sigma_px), static_cast<float>(kernel.threshold), sums.data());
+}
+void error_loop(const LoopInput<double>& d, double* errors) { errors_double(d, errors); }
+void error_loop(const LoopInput<float>& d, float* errors) { errors_float(d, errors); }
+
+std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
+  std::vector<uint32_t> indices;
+  indices.reserve(keep.size());
+  for (size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i] != 0) indices.push_back(static_cast<uint32_t>(i));
+  }
+  return indices;
 }
 
 }  // namespace
@@ -110,72 +150,81 @@ void SolverOptions::check() const {
   check_option(step_tolerance > 0, "step_tolerance", step_tolerance, "> 0");
 }
 
-ReprojectionData::ReprojectionData(const Problem& problem, const std::vector<unsigned char>& keep)
-    : camera_(problem.camera.left) {
+template <typename Real>
+ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, std::span<const uint32_t> indices)
+    : camera_(problem.camera.left),
+      size_(indices.size()),
+      padded_((size_ + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
+      values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
   const Correspondences& p = problem.points;
-  SEXTANT_CHECK(keep.empty() || keep.size() == p.size());
-  for (std::vector<double>* array : {&x_, &y_, &z_, &target_u_, &target_v_, &weight_}) {
-    array->reserve(p.size() + lanes);
+  const double per_fx = 1 / camera_.fx;
+  const double per_fy = 1 / camera_.fy;
+  const auto put = [this](size_t to, double px, double py, double pz, double u, double v, double w) {
+    column(x)[to] = static_cast<Real>(px);
+    column(y)[to] = static_cast<Real>(py);
+    column(z)[to] = static_cast<Real>(pz);
+    column(target_u)[to] = static_cast<Real>(u);
+    column(target_v)[to] = static_cast<Real>(v);
+    column(weight)[to] = static_cast<Real>(w);
+  };
+  for (size_t k = 0; k < size_; ++k) {
+    const size_t i = indices[k];
+    put(k, (p.u[i] - camera_.cx) * per_fx * p.depth[i], (p.v[i] - camera_.cy) * per_fy * p.depth[i],
+        p.depth[i], p.u[i] + p.flow_u[i], p.v[i] + p.flow_v[i], 1);
   }
-  for (size_t i = 0; i < p.size(); ++i) {
-    if (!keep.empty() && keep[i] == 0) continue;
-    x_.push_back((p.u[i] - camera_.cx) / camera_.fx * p.depth[i]);
-    y_.push_back((p.v[i] - camera_.cy) / camera_.fy * p.depth[i]);
-    z_.push_back(p.depth[i]);
-    target_u_.push_back(p.u[i] + p.flow_u[i]);
-    target_v_.push_back(p.v[i] + p.flow_v[i]);
-    weight_.push_back(1);
-  }
-  size_ = x_.size();
-  while (x_.size() % lanes != 0) {  // padding: a harmless point of weight 0
-    x_.push_back(0);
-    y_.push_back(0);
-    z_.push_back(1);
-    target_u_.push_back(0);
-    target_v_.push_back(0);
-    weight_.push_back(0);
-  }
+  for (size_t k = size_; k < padded_; ++k) put(k, 0, 0, 1, 0, 0, 0);  // a harmless point of weight 0
 }
 
-NormalEquations accumulate(const ReprojectionData& data, const SE3& T_curr_prev, const HuberKernel& kernel) {
-  std::array<double, n_hessian + 8> sums{};
-  accumulate_lanes(data.x(), data.y(), data.z(), data.target_u(), data.target_v(), data.weight(),
-                   data.padded_size(), RigidMotion(T_curr_prev), data.camera(), kernel.sigma_px,
-                   kernel.threshold, sums.data());
+template <typename Real>
+ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, const std::vector<unsigned char>& keep)
+    : ReprojectionPoints(problem, indices_of(keep)) {
+  SEXTANT_CHECK(keep.size() == problem.points.size());
+}
+
+template <typename Real>
+NormalEquations accumulate(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev,
+                           const HuberKernel& kernel) {
+  Sums sums{};
+  sum_loop({data, T_curr_prev, 0, data.padded_size()}, kernel, sums);
   NormalEquations out;
   int k = 0;
   for (int a = 0; a < 6; ++a) {
     for (int b = a; b < 6; ++b) out.hessian(a, b) = out.hessian(b, a) = sums[k++];
   }
   for (int a = 0; a < 6; ++a) out.gradient[a] = sums[k++];
-  out.cost = sums[k + 1] > 0 ? infinity : 0.5 * sums[k];
+  out.cost = sums[k + 1] > 0 ? std::numeric_limits<double>::infinity() : 0.5 * sums[k];
   return out;
 }
 
-SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& start, const HuberKernel& kernel,
-                                   const SolverOptions& options) {
-  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, kernel); }, start, options);
+template <typename Real>
+SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const SE3& start,
+                                   const HuberKernel& kernel, const SolverOptions& options) {
+  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, kernel); }, start, options,
+                         rounding_of_sums<Real>);
 }
 
-void squared_errors(const ReprojectionData& data, const SE3& T_curr_prev, std::vector<double>& errors) {
+template <typename Real>
+void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors) {
   errors.resize(data.padded_size());
-  error_lanes(data.x(), data.y(), data.z(), data.target_u(), data.target_v(), data.padded_size(),
-              RigidMotion(T_curr_prev), data.camera(), errors.data());
+  error_loop({data, T_curr_prev, 0, data.padded_size()}, errors.data());
   errors.resize(data.size());
 }
 
-int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double threshold_px, int at_least) {
+template <typename Real>
+int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
+                  int at_least) {
   constexpr size_t block = 256;
-  static_assert(block % ReprojectionData::lanes == 0);
-  std::array<double, block> errors;
-  const RigidMotion motion(T_curr_prev);
-  const double threshold2 = threshold_px * threshold_px;
+  static_assert(block % LaneTypes<Real>::n == 0);
+  std::array<Real, block> errors;
+  const auto threshold2 = static_cast<Real>(threshold_px * threshold_px);
   int count = 0;
+  LoopInput<Real> input(data, T_curr_prev, 0, 0);
   for (size_t begin = 0; begin < data.size(); begin += block) {
-    const size_t n = std::min(block, data.padded_size() - begin);
-    error_lanes(data.x() + begin, data.y() + begin, data.z() + begin, data.target_u() + begin,
-                data.target_v() + begin, n, motion, data.camera(), errors.data());
-    const size_t real = std::min(n, data.size() - begin);
+    input.n = std::min(block, data.padded_size() - begin);
+    error_loop(input, errors.data());
+    for (const Real** array : {&input.x, &input.y, &input.z, &input.target_u, &input.target_v})
+      *array += block;
+    const size_t real = std::min(input.n, data.size() - begin);
     for (size_t i = 0; i < real; ++i) count += errors[i] <= threshold2 ? 1 : 0;
     const auto seen = static_cast<double>(begin + real);
     const auto all = static_cast<double>(data.size());
@@ -187,5 +236,16 @@ int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double t
   }
   return count;
 }
+
+#define SEXTANT_INSTANTIATE(Real)                                                                       \
+  template class ReprojectionPoints<Real>;                                                              \
+  template NormalEquations accumulate(const ReprojectionPoints<Real>&, const SE3&, const HuberKernel&); \
+  template SolverResult minimize_reprojection(const ReprojectionPoints<Real>&, const SE3&,              \
+                                              const HuberKernel&, const SolverOptions&);                \
+  template void squared_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&);        \
+  template int count_inliers(const ReprojectionPoints<Real>&, const SE3&, double, int);
+SEXTANT_INSTANTIATE(double)
+SEXTANT_INSTANTIATE(float)
+#undef SEXTANT_INSTANTIATE
 
 }  // namespace sextant

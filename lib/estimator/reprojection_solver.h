@@ -8,6 +8,9 @@
 // kernel: I/s^2 inside, k/(s|r|) (I - r r^T/|r|^2) outside, which is the exact (semi-definite) Hessian of h.
 // A step that brings a point behind the camera is refused. Units: px, m, rad.
 
+#include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "sextant/estimator/huber.h"
@@ -16,42 +19,56 @@
 
 namespace sextant {
 
-/// Points and targets as padded structure of arrays, ready for the vectorised loops below.
-class ReprojectionData {
+/// Points and targets as padded structure of arrays, ready for the vectorised loops below. Double for
+/// estimates; float, twice as many at a time, for the way to them.
+template <typename Real>
+class ReprojectionPoints {
  public:
-  /// Takes the points with keep[i] != 0 (all if keep is empty).
-  ReprojectionData(const Problem& problem, const std::vector<unsigned char>& keep);
+  /// The points of the problem with these indices, in this order.
+  ReprojectionPoints(const Problem& problem, std::span<const uint32_t> indices);
+  /// The points with keep[i] != 0, or all.
+  ReprojectionPoints(const Problem& problem, const std::vector<unsigned char>& keep);
+  explicit ReprojectionPoints(const Problem& problem)
+      : ReprojectionPoints(problem, std::vector<unsigned char>(problem.points.size(), 1)) {}
 
   size_t size() const { return size_; }
   const PinholeCamera& camera() const { return camera_; }
+  /// Whether point i counts in sums; all do at first.
+  void use(size_t i, bool point) { column(weight)[i] = static_cast<Real>(point); }
 
-  static constexpr size_t lanes = 4;
-  /// Arrays of a multiple of `lanes` entries. Padding has weight 0.
-  const double* x() const { return x_.data(); }
-  const double* y() const { return y_.data(); }
-  const double* z() const { return z_.data(); }
-  const double* target_u() const { return target_u_.data(); }
-  const double* target_v() const { return target_v_.data(); }
-  const double* weight() const { return weight_.data(); }
-  size_t padded_size() const { return x_.size(); }
+  /// Arrays of `padded_size` numbers, whole lanes of them. Padding has weight 0.
+  enum Column { x, y, z, target_u, target_v, weight, n_columns };
+  size_t padded_size() const { return padded_; }
+  Real* column(Column k) { return values_.get() + k * padded_; }
+  const Real* column(Column k) const { return values_.get() + k * padded_; }
 
  private:
   PinholeCamera camera_;
   size_t size_ = 0;
-  std::vector<double> x_, y_, z_, target_u_, target_v_, weight_;
+  size_t padded_ = 0;
+  std::unique_ptr<Real[]> values_;
 };
 
-NormalEquations accumulate(const ReprojectionData& data, const SE3& T_curr_prev, const HuberKernel& kernel);
+using ReprojectionData = ReprojectionPoints<double>;
+using RoughReprojectionData = ReprojectionPoints<float>;
 
-SolverResult minimize_reprojection(const ReprojectionData& data, const SE3& start, const HuberKernel& kernel,
-                                   const SolverOptions& options);
+template <typename Real>
+NormalEquations accumulate(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev,
+                           const HuberKernel& kernel);
+
+template <typename Real>
+SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const SE3& start,
+                                   const HuberKernel& kernel, const SolverOptions& options);
 
 /// Per point of `data` (in order): squared reprojection error, px^2; +inf behind the camera.
-void squared_errors(const ReprojectionData& data, const SE3& T_curr_prev, std::vector<double>& errors);
+template <typename Real>
+void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors);
 
 /// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is
 /// out of reach; or, if `data` is in random order, once the points seen so far say so beyond four standard
 /// deviations.
-int count_inliers(const ReprojectionData& data, const SE3& T_curr_prev, double threshold_px, int at_least);
+template <typename Real>
+int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
+                  int at_least);
 
 }  // namespace sextant

@@ -25,13 +25,15 @@ struct RobustKernel {
   double weight(double q) const {
     const double s2 = scale * scale;
     if (kind == Kind::huber && q > s2) return scale / std::sqrt(q);
-    return kind == Kind::geman_mcclure ? s2 * s2 / ((s2 + q) * (s2 + q)) : 1;
+    const double share = s2 / (s2 + q);
+    return kind == Kind::geman_mcclure ? share * share : 1;
   }
   /// d weight / d q.
   double weight_slope(double q) const {
     const double s2 = scale * scale;
     if (kind == Kind::huber && q > s2) return -0.5 * weight(q) / q;
-    return kind == Kind::geman_mcclure ? -2 * weight(q) / (s2 + q) : 0;
+    const double share = s2 / (s2 + q);
+    return kind == Kind::geman_mcclure ? -2 * share * share * share / s2 : 0;
   }
 };
 

@@ -41,39 +41,25 @@ int iterations_needed(double inlier_share, double confidence) {
   return n < 1e9 ? static_cast<int>(std::ceil(n)) : std::numeric_limits<int>::max();
 }
 
-/// The points in a fixed random order, so that any prefix is a fair sample of them.
-Correspondences shuffled(const Correspondences& points) {
-  std::vector<size_t> order(points.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[mix(i) % i]);
-  Correspondences out;
-  out.reserve(points.size());
-  for (const size_t i : order) {
-    out.push_back(points.u[i], points.v[i], points.depth[i], points.flow_u[i], points.flow_v[i],
-                  points.depth_curr[i]);
-  }
-  return out;
+/// A fixed random order, so that any prefix is a fair sample.
+std::vector<uint32_t> shuffled_indices(size_t n) {
+  std::vector<uint32_t> order(n);
+  std::iota(order.begin(), order.end(), uint32_t{0});
+  for (size_t i = n; i > 1; --i) std::swap(order[i - 1], order[mix(i) % i]);
+  return order;
 }
 
 /// The motions through three correspondences.
-P3PSolutions solve_sample(const ReprojectionData& data, const std::array<size_t, 3>& sample) {
+P3PSolutions solve_sample(const RoughReprojectionData& data, const std::array<size_t, 3>& sample) {
+  using Data = RoughReprojectionData;
   std::array<Eigen::Vector3d, 3> points;
   std::array<Eigen::Vector3d, 3> rays;
   for (size_t k = 0; k < 3; ++k) {
     const size_t i = sample[k];
-    points[k] = {data.x()[i], data.y()[i], data.z()[i]};
-    rays[k] = data.camera().ray(data.target_u()[i], data.target_v()[i]).normalized();
+    points[k] = {data.column(Data::x)[i], data.column(Data::y)[i], data.column(Data::z)[i]};
+    rays[k] = data.camera().ray(data.column(Data::target_u)[i], data.column(Data::target_v)[i]).normalized();
   }
   return {points, rays};
-}
-
-std::vector<unsigned char> inlier_mask(const ReprojectionData& data, const SE3& motion, double threshold_px) {
-  std::vector<double> errors;
-  squared_errors(data, motion, errors);
-  std::vector<unsigned char> mask(errors.size());
-  std::transform(errors.begin(), errors.end(), mask.begin(),
-                 [&](double e) { return e <= threshold_px * threshold_px ? 1 : 0; });
-  return mask;
 }
 
 }  // namespace
@@ -94,7 +80,8 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   if (result.status != Status::ok) return result;
   result.status = Status::too_few_points;
   if (problem.points.size() < 4) return result;
-  const ReprojectionData data({problem.camera, shuffled(problem.points)}, {});
+  const std::vector<uint32_t> order = shuffled_indices(problem.points.size());
+  RoughReprojectionData data(problem, order);
   const double threshold = options.inlier_threshold_px;
   const auto n = static_cast<double>(data.size());
 
@@ -119,17 +106,21 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
     needed = iterations_needed(best_inliers / n, options.confidence);
   }
 
-  const ReprojectionData ordered(problem, {});
+  std::vector<float> errors;
+  const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
   // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers, keep what gains inliers.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
-    const ReprojectionData support(problem, inlier_mask(ordered, best, threshold));
-    const SolverResult refit = minimize_reprojection(support, best, HuberKernel{}, {.max_iterations = 5});
+    squared_errors(data, best, errors);
+    for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
+    const SolverResult refit = minimize_reprojection(data, best, HuberKernel{}, {.max_iterations = 5});
     if (!refit.T_curr_prev.is_finite() || !consider(refit.T_curr_prev)) break;
   }
 
   result.n_inliers = best_inliers;
   if (best_inliers < 4) return result;
-  result.start = {best, inlier_mask(ordered, best, threshold)};
+  result.start = {best, std::vector<unsigned char>(problem.points.size())};
+  squared_errors(data, best, errors);
+  for (size_t k = 0; k < order.size(); ++k) result.start.inliers[order[k]] = is_inlier(k) ? 1 : 0;
   result.status = check_geometry(problem, result.start.inliers);
   return result;
 }

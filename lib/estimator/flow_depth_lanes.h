@@ -1,0 +1,28 @@
+#pragma once
+
+// The loop over points of flow_depth_solver.h.
+
+#include <array>
+
+#include "sextant/estimator/flow_depth_points.h"
+#include "sextant/estimator/robust_kernel.h"
+
+namespace sextant {
+
+inline constexpr int n_hessian = 21;  // upper triangle, row by row
+/// Hessian (21), gradient (6), sum of rho, number of points behind the camera.
+using FlowDepthSums = std::array<double, n_hessian + 8>;
+
+enum class FlowDepthLoop {
+  distances,     ///< q only, to first order after one step of the depths
+  points,        ///< all that FlowDepthPoints offers per point, depths converged
+  rough,         ///< sums; see Curvature
+  gauss_newton,  ///< sums
+  newton         ///< sums
+};
+
+template <typename Real>
+FlowDepthSums run_loop(FlowDepthLoop loop, FlowDepthPoints<Real>& points, const SE3& T_curr_prev,
+                       const NoiseLevels& levels, const RobustKernel& kernel);
+
+}  // namespace sextant

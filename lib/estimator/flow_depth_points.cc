@@ -1,0 +1,117 @@
+#include "sextant/estimator/flow_depth_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sextant {
+
+template <typename Real>
+FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
+    : camera_(camera),
+      size_(size),
+      padded_((size + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
+      valid_(size, 0),
+      valid_curr_(size, 0),
+      values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
+  for (const Column k : {x, y, target_u, target_v, weight, has_curr}) {
+    std::fill_n(column(k), padded_, Real(0));
+  }
+  for (const Column k : {measured, measured_curr, refined}) std::fill_n(column(k), padded_, Real(1));
+}
+
+template <typename Real>
+FlowDepthPoints<Real>::FlowDepthPoints(const Problem& problem)
+    : FlowDepthPoints(problem.camera, problem.points.size()) {
+  const Correspondences& p = problem.points;
+  const PinholeCamera& left = camera_.left;
+  const double per_fx = 1 / left.fx;
+  const double per_fy = 1 / left.fy;
+  for (size_t i = 0; i < size_; ++i) {
+    const Real to_u = static_cast<Real>(p.u[i] + p.flow_u[i]);
+    const Real to_v = static_cast<Real>(p.v[i] + p.flow_v[i]);
+    const Real inverse = static_cast<Real>(1 / p.depth[i]);
+    if (!std::isfinite(to_u) || !std::isfinite(to_v) || !std::isfinite(inverse) || inverse <= 0) continue;
+    valid_[i] = 1;
+    column(weight)[i] = 1;
+    column(x)[i] = static_cast<Real>((p.u[i] - left.cx) * per_fx);
+    column(y)[i] = static_cast<Real>((p.v[i] - left.cy) * per_fy);
+    column(target_u)[i] = to_u;
+    column(target_v)[i] = to_v;
+    column(measured)[i] = inverse;
+    const Real inverse_curr = static_cast<Real>(1 / p.depth_curr[i]);
+    if (std::isfinite(inverse_curr) && inverse_curr > 0) {
+      valid_curr_[i] = 1;
+      column(measured_curr)[i] = inverse_curr;
+      column(has_curr)[i] = 1;
+    }
+  }
+  reset_depths();
+}
+
+template <typename Real>
+template <typename Other>
+FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
+    : FlowDepthPoints(other.camera_, other.size_) {
+  for (int k = 0; k <= refined; ++k) {
+    const auto* from = other.column(static_cast<typename FlowDepthPoints<Other>::Column>(k));
+    std::transform(from, from + size_, column(static_cast<Column>(k)),
+                   [](Other value) { return static_cast<Real>(value); });
+  }
+  for (size_t i = 0; i < size_; ++i) {
+    const bool valid = other.valid_[i] != 0 && std::isfinite(column(target_u)[i]) &&
+                       std::isfinite(column(target_v)[i]) && std::isfinite(column(measured)[i]) &&
+                       column(measured)[i] > 0;
+    const bool valid_curr = valid && other.valid_curr_[i] != 0 && std::isfinite(column(measured_curr)[i]) &&
+                            column(measured_curr)[i] > 0;
+    if (!valid) column(target_u)[i] = column(target_v)[i] = 0, column(measured)[i] = column(refined)[i] = 1;
+    if (!valid_curr) column(measured_curr)[i] = 1;
+    valid_[i] = valid ? 1 : 0;
+    valid_curr_[i] = valid_curr ? 1 : 0;
+    use(i, other.used(i), other.uses_depth_curr(i));
+  }
+}
+
+template <typename Real>
+FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size) const {
+  const size_t used_points = n_used();
+  const size_t stride = std::max<size_t>(used_points / size, 1);
+  FlowDepthPoints out(camera_, (used_points + stride - 1) / stride);
+  size_t seen = 0;
+  size_t to = 0;
+  for (size_t i = 0; i < size_; ++i) {
+    if (!used(i) || seen++ % stride != 0) continue;
+    out.valid_[to] = 1;
+    out.valid_curr_[to] = valid_curr_[i];
+    for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined}) {
+      out.column(k)[to] = column(k)[i];
+    }
+    ++to;
+  }
+  return out;
+}
+
+template <typename Real>
+size_t FlowDepthPoints<Real>::n_used() const {
+  return static_cast<size_t>(
+      std::count_if(column(weight), column(weight) + size_, [](Real w) { return w > 0; }));
+}
+
+template <typename Real>
+void FlowDepthPoints<Real>::reset_depths() {
+  std::copy_n(column(measured), padded_, column(refined));
+}
+
+template <typename Real>
+PointDepths FlowDepthPoints<Real>::depths(size_t i, const NoiseLevels& levels) const {
+  const auto root_information = [&](double delta_d_px) {
+    return delta_d_px > 0 ? camera_.bf / delta_d_px : 0.0;
+  };
+  return {column(measured)[i], root_information(levels.delta_d_px), column(measured_curr)[i],
+          uses_depth_curr(i) ? root_information(levels.delta_d_curr_px) : 0};
+}
+
+template class FlowDepthPoints<double>;
+template class FlowDepthPoints<float>;
+template FlowDepthPoints<float>::FlowDepthPoints(const FlowDepthPoints<double>&);
+
+}  // namespace sextant
