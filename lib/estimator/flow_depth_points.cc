@@ -72,14 +72,17 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
 }
 
 template <typename Real>
-FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size) const {
-  const size_t used_points = n_used();
-  const size_t stride = std::max<size_t>(used_points / size, 1);
-  FlowDepthPoints out(camera_, (used_points + stride - 1) / stride);
+FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size,
+                                                    const std::vector<unsigned char>& among) const {
+  const auto counts = [&](size_t i) { return used(i) && (among.empty() || among[i] != 0); };
+  size_t n = 0;
+  for (size_t i = 0; i < size_; ++i) n += counts(i) ? 1 : 0;
+  const size_t stride = std::max<size_t>(n / size, 1);
+  FlowDepthPoints out(camera_, (n + stride - 1) / stride);
   size_t seen = 0;
   size_t to = 0;
   for (size_t i = 0; i < size_; ++i) {
-    if (!used(i) || seen++ % stride != 0) continue;
+    if (!counts(i) || seen++ % stride != 0) continue;
     out.valid_[to] = 1;
     out.valid_curr_[to] = valid_curr_[i];
     for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined}) {

@@ -55,8 +55,8 @@ class FlowDepthPoints {
   bool measures_depth_curr(size_t i) const { return valid_curr_[i] != 0; }
   bool is_measurement(size_t i) const { return valid_[i] != 0; }
   size_t n_used() const;
-  /// Every k-th of the points that count: `size` to 2 `size` of them, or all.
-  FlowDepthPoints sample(size_t size) const;
+  /// Every k-th of the points that count and are `among` (empty: all): `size` to 2 `size` of them, or all.
+  FlowDepthPoints sample(size_t size, const std::vector<unsigned char>& among = {}) const;
   void forget_depth_curr(size_t i) { valid_curr_[i] = 0; }
   void shift_inverse_depth_curr(size_t i, double change) {
     column(measured_curr)[i] += static_cast<Real>(change);

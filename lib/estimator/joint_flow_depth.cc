@@ -154,13 +154,13 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     rough.use(i, counts && std::isfinite(rough.q(i)), false);
   }
   if (rough.n_used() >= min_points) {
-    RoughFlowDepthData some = rough.sample(level_sample);
-    levels = estimate_noise_levels(some, out.start, declared);
+    LevelSample sample(rough, start);
+    levels = estimate_noise_levels(sample, out.start, declared);
     out.start = graduated ? graduate(rough, out.start, levels)
                           : descend(rough, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
-    if (out.start.is_finite()) levels = estimate_noise_levels(some, out.start, declared);
+    if (out.start.is_finite()) levels = estimate_noise_levels(sample, out.start, declared);
     if (options.use_depth_curr) {
-      levels.delta_d_curr_px = estimate_delta_d_curr(some, out.start, levels);
+      levels.delta_d_curr_px = estimate_delta_d_curr(sample, out.start, levels);
       if (options.plane_radius_px > 0) {
         const std::vector<double> corrections =
             depth_curr_corrections(problem, options.plane_radius_px, levels, out.start, rough);

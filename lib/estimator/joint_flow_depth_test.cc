@@ -111,6 +111,33 @@ TEST(FlowDepthSolver, GradientAndHessianAgainstFiniteDifferences) {
   }
 }
 
+TEST(FlowDepthSolver, FloatIsTheSameToItsPrecision) {
+  const RandomProblem random =
+      make_random_problem(3, {.n_points = 997, .outlier_share = 0.2, .delta_d_px = 0.2, .depth_curr = true});
+  FlowDepthData data(random.problem);
+  RoughFlowDepthData rough(data);
+  const NoiseLevels levels{
+      .sigma_flow_u_px = 0.5, .sigma_flow_v_px = 0.3, .delta_d_px = 0.2, .delta_d_curr_px = 0.3};
+  for (const Curvature curvature : {Curvature::rough, Curvature::gauss_newton, Curvature::newton}) {
+    for (const auto kind :
+         {RobustKernel::Kind::none, RobustKernel::Kind::huber, RobustKernel::Kind::geman_mcclure}) {
+      data.reset_depths();
+      rough.reset_depths();
+      const NormalEquations a = accumulate(data, random.T_curr_prev, levels, {kind, 2.0}, curvature);
+      const NormalEquations b = accumulate(rough, random.T_curr_prev, levels, {kind, 2.0}, curvature);
+      EXPECT_NEAR(a.cost, b.cost, 1e-3 * a.cost);
+      EXPECT_LT((a.gradient - b.gradient).norm(), 1e-3 * a.gradient.norm());
+      EXPECT_LT((a.hessian - b.hessian).norm(), 1e-3 * a.hessian.norm());
+    }
+  }
+  evaluate_points(data, random.T_curr_prev, levels);
+  evaluate_points(rough, random.T_curr_prev, levels);
+  for (size_t i = 0; i < data.size(); ++i) {
+    EXPECT_NEAR(rough.q(i), data.q(i), 1e-2 + 1e-3 * data.q(i)) << i;
+    EXPECT_NEAR(rough.inverse_depth(i), data.inverse_depth(i), 1e-4 * data.inverse_depth(i)) << i;
+  }
+}
+
 TEST(FlowDepthSolver, ExactDepthIsMotionOnly) {
   const RandomProblem random = make_random_problem(4, {.n_points = 203, .outlier_share = 0.2});
   FlowDepthData data(random.problem);

@@ -11,6 +11,7 @@ namespace {
 
 // Measurements are stored in steps; nothing is known better than this (px).
 constexpr double min_sigma_px = 0.01;
+constexpr size_t level_sample = 1500;  // tells a scale to 3 %
 constexpr double max_delta_d_px = 5.0;
 constexpr double normal_mad = 1.4826;
 // Median of |n| for a normal n with |n| < 3.
@@ -32,11 +33,35 @@ void sort_non_negative(std::vector<float>& values) {
   }
 }
 
-/// Of the current depth against the prediction, px.
-float disparity_error(const RoughFlowDepthData& data, size_t i) {
-  const double error = data.inverse_depth_curr_measured(i) - data.inverse_depth_curr(i);
-  return static_cast<float>(std::abs(data.camera().bf * error));
-}
+/// At a motion, depths fixed at what was measured; across, reprojection and disparity as absolute values.
+struct Residuals {
+  std::vector<float> across, along;  ///< the epipolar direction, px
+  std::vector<float> slope;          ///< of `along` by delta_d
+  std::vector<float> disparity;      ///< of the current depth against the prediction, px
+  std::vector<float> reprojection;   ///< px, both axes
+
+  Residuals(RoughFlowDepthData& data, const SE3& T_curr_prev) {
+    evaluate_points(data, T_curr_prev, {});
+    const double bf = data.camera().bf;
+    const auto real = [](double value) { return static_cast<float>(value); };
+    for (size_t i = 0; i < data.size(); ++i) {
+      if (!data.used(i) || !std::isfinite(data.q(i))) continue;
+      const double error_u = data.error_u(i), slope_u = data.slope_u(i);
+      const double error_v = data.error_v(i), slope_v = data.slope_v(i);
+      reprojection.push_back(real(std::abs(error_u)));
+      reprojection.push_back(real(std::abs(error_v)));
+      if (data.measures_depth_curr(i)) {
+        const double error = data.inverse_depth_curr_measured(i) - data.inverse_depth_curr(i);
+        disparity.push_back(real(std::abs(bf * error)));
+      }
+      const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
+      if (!(length > 0)) continue;
+      across.push_back(real(std::abs(error_u * slope_v - error_v * slope_u) / length));
+      along.push_back(real((error_u * slope_u + error_v * slope_v) / length));
+      slope.push_back(real(length / bf));
+    }
+  }
+};
 
 /// delta_d such that the residual along the epipolar direction has the variance expected.
 double delta_d_along(const std::vector<float>& along, const std::vector<float>& slope, double sigma) {
@@ -58,10 +83,18 @@ double delta_d_along(const std::vector<float>& along, const std::vector<float>& 
 
 }  // namespace
 
-double robust_scale(std::vector<float> absolute) {
+LevelSample::LevelSample(const RoughFlowDepthData& data, const StartingPoint& start)
+    : all(data.sample(level_sample)), likely(data.sample(level_sample, start.inliers)) {
+  if (likely.size() == 0) likely = data.sample(level_sample);
+}
+
+double robust_scale(std::vector<float> absolute, std::vector<float> likely) {
   if (absolute.empty()) return 0;
+  if (likely.empty()) likely = absolute;
+  const auto middle = likely.begin() + static_cast<std::ptrdiff_t>(likely.size() / 2);
+  std::nth_element(likely.begin(), middle, likely.end());
+  double scale = normal_mad * *middle;
   sort_non_negative(absolute);
-  double scale = normal_mad * absolute[absolute.size() / 2];
   for (int step = 0; step < 20; ++step) {
     const auto end = std::upper_bound(absolute.begin(), absolute.end(), 3 * scale);
     const auto n = static_cast<size_t>(end - absolute.begin());
@@ -74,61 +107,40 @@ double robust_scale(std::vector<float> absolute) {
   return scale;
 }
 
-NoiseLevels estimate_noise_levels(RoughFlowDepthData& data, const SE3& T_curr_prev,
-                                  const NoiseLevels& declared) {
+NoiseLevels estimate_noise_levels(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& declared) {
   NoiseLevels levels = declared;
   const bool flow_known = levels.sigma_flow_u_px > 0 && levels.sigma_flow_v_px > 0;
   if (flow_known && levels.delta_d_px > 0) return levels;
-  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
-  const double bf = data.camera().bf;
-  std::vector<float> across, along, slope, disparity;
-  for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.used(i) || !std::isfinite(data.q(i))) continue;
-    const double error_u = data.error_u(i), slope_u = data.slope_u(i);
-    const double error_v = data.error_v(i), slope_v = data.slope_v(i);
-    const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
-    if (!(length > 0)) continue;
-    across.push_back(static_cast<float>(std::abs(error_u * slope_v - error_v * slope_u) / length));
-    along.push_back(static_cast<float>((error_u * slope_u + error_v * slope_v) / length));
-    slope.push_back(static_cast<float>(length / bf));
-    if (data.measures_depth_curr(i)) disparity.push_back(disparity_error(data, i));
-  }
+  const Residuals all(sample.all, T_curr_prev);
+  const Residuals likely(sample.likely, T_curr_prev);
   if (!flow_known) {
-    const double sigma = std::max(robust_scale(across), min_sigma_px);
+    const double sigma = std::max(robust_scale(all.across, likely.across), min_sigma_px);
     if (!(levels.sigma_flow_u_px > 0)) levels.sigma_flow_u_px = sigma;
     if (!(levels.sigma_flow_v_px > 0)) levels.sigma_flow_v_px = sigma;
   }
   if (!(levels.delta_d_px > 0)) {
     const double sigma = std::sqrt(0.5 * (levels.sigma_flow_u_px * levels.sigma_flow_u_px +
                                           levels.sigma_flow_v_px * levels.sigma_flow_v_px));
-    const double delta = 2 * disparity.size() > across.size() ? robust_scale(disparity) / std::sqrt(2.0)
-                         : along.empty()                      ? 0
-                                                              : delta_d_along(along, slope, sigma);
+    const double delta = 2 * all.disparity.size() > all.across.size()
+                             ? robust_scale(all.disparity, likely.disparity) / std::sqrt(2.0)
+                         : all.along.empty() ? 0
+                                             : delta_d_along(all.along, all.slope, sigma);
     levels.delta_d_px = std::max(delta, min_sigma_px);
   }
   return levels;
 }
 
-NoiseLevels estimate_reprojection_level(RoughFlowDepthData& data, const SE3& T_curr_prev) {
-  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
-  std::vector<float> errors;
-  for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.used(i) || !std::isfinite(data.q(i))) continue;
-    errors.push_back(std::abs(data.error_u(i)));
-    errors.push_back(std::abs(data.error_v(i)));
-  }
-  const double sigma = std::max(robust_scale(std::move(errors)), min_sigma_px);
+NoiseLevels estimate_reprojection_level(LevelSample& sample, const SE3& T_curr_prev) {
+  const Residuals all(sample.all, T_curr_prev);
+  const Residuals likely(sample.likely, T_curr_prev);
+  const double sigma = std::max(robust_scale(all.reprojection, likely.reprojection), min_sigma_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 
-double estimate_delta_d_curr(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
-  evaluate_points(data, T_curr_prev, {});  // the depths fixed at what was measured
-  std::vector<float> disparity;
-  for (size_t i = 0; i < data.size(); ++i) {
-    if (!data.used(i) || !std::isfinite(data.q(i)) || !data.measures_depth_curr(i)) continue;
-    disparity.push_back(disparity_error(data, i));
-  }
-  const double total = robust_scale(disparity);
+double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels) {
+  const Residuals all(sample.all, T_curr_prev);
+  const Residuals likely(sample.likely, T_curr_prev);
+  const double total = robust_scale(all.disparity, likely.disparity);
   const double rest = total * total - levels.delta_d_px * levels.delta_d_px;
   return std::sqrt(std::max(rest, levels.delta_d_px * levels.delta_d_px));
 }

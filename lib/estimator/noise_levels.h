@@ -9,26 +9,33 @@
 //                holds what reading the current depth at a whole pixel costs on slanted surfaces
 //
 // Robust scale: 1.4826 times the median of the absolute values within three times the scale, iterated, so
-// that wrong flows do not count.
+// that wrong flows do not count. The iteration begins with the scale of the points that agree with the
+// starting motion: where most flows are wrong, the scale of all would be theirs.
 
+#include "sextant/estimator/estimator.h"
 #include "sextant/estimator/flow_depth_solver.h"
 
 namespace sextant {
 
-/// So many points tell a scale to 3 %.
-inline constexpr size_t level_sample = 1500;
+/// Points of one body to estimate levels from.
+struct LevelSample {
+  RoughFlowDepthData all;     ///< that count
+  RoughFlowDepthData likely;  ///< of those, the start's inliers; all if it has none
 
-/// Scale of a Gaussian from absolute values with gross errors among them; 0 for no values.
-double robust_scale(std::vector<float> absolute);
+  LevelSample(const RoughFlowDepthData& data, const StartingPoint& start);
+};
 
-/// Fills in the levels that are 0. `data` tells which points count.
-NoiseLevels estimate_noise_levels(RoughFlowDepthData& data, const SE3& T_curr_prev,
-                                  const NoiseLevels& declared);
+/// Scale of a Gaussian from absolute values with gross errors among them; 0 for no values. `likely`: some
+/// without, to begin with.
+double robust_scale(std::vector<float> absolute, std::vector<float> likely);
+
+/// Fills in the levels that are 0.
+NoiseLevels estimate_noise_levels(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& declared);
 
 /// The whole reprojection error taken as flow noise, one level for both axes; the depth as exact.
-NoiseLevels estimate_reprojection_level(RoughFlowDepthData& data, const SE3& T_curr_prev);
+NoiseLevels estimate_reprojection_level(LevelSample& sample, const SE3& T_curr_prev);
 
 /// Standard deviation of the current disparity (px) at X.
-double estimate_delta_d_curr(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels);
+double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels);
 
 }  // namespace sextant
