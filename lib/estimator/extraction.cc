@@ -36,6 +36,71 @@ void check_frame(const Frame& frame, bool is_previous) {
   SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
 }
 
+/// Columns first_x .. last_x, rows likewise; nothing at first.
+struct Box {
+  int first_x = INT_MAX / 2, last_x = -INT_MAX / 2;
+  int first_y = INT_MAX / 2, last_y = -INT_MAX / 2;
+
+  void add(const Box& other) {
+    first_x = std::min(first_x, other.first_x), last_x = std::max(last_x, other.last_x);
+    first_y = std::min(first_y, other.first_y), last_y = std::max(last_y, other.last_y);
+  }
+  bool contains(int x, int y, int margin) const {
+    return x >= first_x - margin && x <= last_x + margin && y >= first_y - margin && y <= last_y + margin;
+  }
+};
+
+/// The instances of a mask, and the boxes around them.
+class Instances {
+ public:
+  struct Instance {
+    size_t pixels = 0;
+    Box box;
+  };
+
+  explicit Instances(const Image<uint16_t>& mask) {
+    const int width = mask.width();
+    for (int y = 0; y < mask.height(); ++y) {
+      const uint16_t* row = mask.row(y);
+      for (int begin = 0; begin < width;) {  // masks consist of long runs
+        const uint16_t id = row[begin];
+        const uint64_t four = id * 0x0001000100010001ULL;
+        int end = begin + 1;
+        for (uint64_t next = 0; end + 4 <= width; end += 4) {
+          std::memcpy(&next, row + end, sizeof(next));
+          if (next != four) break;
+        }
+        while (end < width && row[end] == id) ++end;
+        if (id != 0) {
+          Instance& instance = by_id_[id];
+          instance.pixels += static_cast<size_t>(end - begin);
+          instance.box.add({begin, end - 1, y, y});
+        }
+        begin = end;
+      }
+    }
+    for (const auto& [id, instance] : by_id_) {
+      boxes_.push_back(instance.box);
+      around_.add(instance.box);
+    }
+  }
+
+  const std::map<int, Instance>& by_id() const { return by_id_; }
+  /// Whether (x, y) lies within `margin` px of the box of one. Elsewhere the mask need not be looked at.
+  bool is_near(int x, int y, int margin) const {
+    return around_.contains(x, y, margin) && std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
+             return box.contains(x, y, margin);
+           });
+  }
+  /// Around all of them.
+  const Box& around() const { return around_; }
+
+ private:
+  std::map<int, Instance> by_id_;
+  std::vector<Box> boxes_;
+  Box around_;
+};
+
 /// Leaves the features for which `keep` holds. Their pixels lie all over the images, and most of the time
 /// would go by waiting for memory: `fetch` asks for it some features ahead.
 template <typename Fetch, typename Keep>
@@ -50,7 +115,8 @@ void filter(std::vector<Feature>& features, Fetch&& fetch, Keep&& keep) {
   features.resize(kept);
 }
 
-Correspondences extract_background(const Frame& prev, const Frame& curr, const ExtractionOptions& options) {
+Correspondences extract_background(const Frame& prev, const Frame& curr, const Instances& instances_prev,
+                                   const Instances& instances_curr, const ExtractionOptions& options) {
   const int width = prev.gray.width();
   const int height = prev.gray.height();
   const int margin = options.mask_margin_px;
@@ -63,24 +129,21 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const E
         return valid_depth(depth) && depth <= options.max_static_depth_m;
       });
   filter(
-      corners,
+      corners, [&](const Feature& f) { __builtin_prefetch(&prev.flow(f.x, f.y)); },
       [&](const Feature& f) {
-        __builtin_prefetch(&prev.flow(f.x, f.y));
-        for (const int y : {f.y - margin, f.y, f.y + margin}) {
-          if (prev.mask.contains(f.x, y)) __builtin_prefetch(&prev.mask(f.x, y));
-        }
-      },
-      [&](const Feature& f) { return landing(f).inside && off_instances(prev.mask, f.x, f.y, margin); });
+        const bool off =
+            !instances_prev.is_near(f.x, f.y, margin) || off_instances(prev.mask, f.x, f.y, margin);
+        return off && landing(f).inside;
+      });
   filter(
       corners,
       [&](const Feature& f) {
         const Landing to = landing(f);
-        __builtin_prefetch(&curr.mask(to.x, to.y));
         if (!curr.depth_m.empty()) __builtin_prefetch(&curr.depth_m(to.x, to.y));
       },
       [&](const Feature& f) {
         const Landing to = landing(f);
-        return curr.mask(to.x, to.y) == 0;
+        return !instances_curr.is_near(to.x, to.y, 0) || curr.mask(to.x, to.y) == 0;
       });
   Correspondences points;
   for (const Feature& f : strongest_per_cell(corners, width, height, options)) {
@@ -91,51 +154,20 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const E
   return points;
 }
 
-/// Pixels by instance, and the box around all instances (columns first_x .. last_x, rows likewise).
-struct Instances {
-  std::map<int, size_t> pixels;
-  int first_x = INT_MAX, last_x = -1, first_y = INT_MAX, last_y = -1;
-};
-
-Instances find_instances(const Image<uint16_t>& mask) {
-  Instances out;
-  const int width = mask.width();
-  for (int y = 0; y < mask.height(); ++y) {
-    const uint16_t* row = mask.row(y);
-    for (int begin = 0; begin < width;) {  // masks consist of long runs
-      const uint16_t id = row[begin];
-      const uint64_t four = id * 0x0001000100010001ULL;
-      int end = begin + 1;
-      for (uint64_t next = 0; end + 4 <= width; end += 4) {
-        std::memcpy(&next, row + end, sizeof(next));
-        if (next != four) break;
-      }
-      while (end < width && row[end] == id) ++end;
-      if (id != 0) {
-        out.pixels[id] += static_cast<size_t>(end - begin);
-        out.first_x = std::min(out.first_x, begin), out.last_x = std::max(out.last_x, end - 1);
-        out.first_y = std::min(out.first_y, y), out.last_y = y;
-      }
-      begin = end;
-    }
-  }
-  return out;
-}
-
 /// All instances of the current mask, with the samples of the previous image that land on them.
 std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
                                                const Instances& instances, const ExtractionOptions& options) {
   const int width = prev.mask.width();
   const int height = prev.mask.height();
   std::map<int, ObjectObservation> objects;
-  for (const auto& [id, pixels] : instances.pixels) {
+  for (const auto& [id, instance] : instances.by_id()) {
     objects[id].instance = id;
-    objects[id].area_fraction = static_cast<double>(pixels) / (static_cast<double>(width) * height);
+    objects[id].area_fraction = static_cast<double>(instance.pixels) / (static_cast<double>(width) * height);
   }
-  const auto left = static_cast<float>(instances.first_x) - 1;
-  const auto right = static_cast<float>(instances.last_x) + 1;
-  const auto top = static_cast<float>(instances.first_y) - 1;
-  const auto bottom = static_cast<float>(instances.last_y) + 1;
+  const auto left = static_cast<float>(instances.around().first_x) - 1;
+  const auto right = static_cast<float>(instances.around().last_x) + 1;
+  const auto top = static_cast<float>(instances.around().first_y) - 1;
+  const auto bottom = static_cast<float>(instances.around().last_y) + 1;
   for (int y = 0; y < height; y += options.object_step_px) {
     const Flow* flows = prev.flow.row(y);
     for (int x = 0; x < width; x += options.object_step_px) {
@@ -211,11 +243,12 @@ FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoC
   pair.width = prev.gray.width();
   pair.height = prev.gray.height();
   pair.camera = camera;
-  pair.background = extract_background(prev, curr, options);
-  const Instances instances = find_instances(curr.mask);
-  pair.objects = extract_objects(prev, curr, instances, options);
-  for (const auto& [id, pixels] : find_instances(prev.mask).pixels) {
-    if (!instances.pixels.contains(id)) pair.lost_instances.push_back(id);
+  const Instances instances_prev(prev.mask);
+  const Instances instances_curr(curr.mask);
+  pair.background = extract_background(prev, curr, instances_prev, instances_curr, options);
+  pair.objects = extract_objects(prev, curr, instances_curr, options);
+  for (const auto& [id, instance] : instances_prev.by_id()) {
+    if (!instances_curr.by_id().contains(id)) pair.lost_instances.push_back(id);
   }
   return pair;
 }
