@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sextant {
 
@@ -26,24 +27,25 @@ FlowDepthPoints<Real>::FlowDepthPoints(const Problem& problem)
   const PinholeCamera& left = camera_.left;
   const double per_fx = 1 / left.fx;
   const double per_fy = 1 / left.fy;
+  const Real max = std::numeric_limits<Real>::max();
   for (size_t i = 0; i < size_; ++i) {
     const Real to_u = static_cast<Real>(p.u[i] + p.flow_u[i]);
     const Real to_v = static_cast<Real>(p.v[i] + p.flow_v[i]);
     const Real inverse = static_cast<Real>(1 / p.depth[i]);
-    if (!std::isfinite(to_u) || !std::isfinite(to_v) || !std::isfinite(inverse) || inverse <= 0) continue;
-    valid_[i] = 1;
-    column(weight)[i] = 1;
-    column(x)[i] = static_cast<Real>((p.u[i] - left.cx) * per_fx);
-    column(y)[i] = static_cast<Real>((p.v[i] - left.cy) * per_fy);
-    column(target_u)[i] = to_u;
-    column(target_v)[i] = to_v;
-    column(measured)[i] = inverse;
     const Real inverse_curr = static_cast<Real>(1 / p.depth_curr[i]);
-    if (std::isfinite(inverse_curr) && inverse_curr > 0) {
-      valid_curr_[i] = 1;
-      column(measured_curr)[i] = inverse_curr;
-      column(has_curr)[i] = 1;
-    }
+    const bool valid = (std::abs(to_u) <= max) & (std::abs(to_v) <= max) & (inverse > 0) &
+                       (inverse <= max);  // not NaN either
+    const bool valid_curr = valid & (inverse_curr > 0) & (inverse_curr <= max);
+    valid_[i] = valid ? 1 : 0;
+    valid_curr_[i] = valid_curr ? 1 : 0;
+    column(x)[i] = valid ? static_cast<Real>((p.u[i] - left.cx) * per_fx) : 0;
+    column(y)[i] = valid ? static_cast<Real>((p.v[i] - left.cy) * per_fy) : 0;
+    column(target_u)[i] = valid ? to_u : 0;
+    column(target_v)[i] = valid ? to_v : 0;
+    column(measured)[i] = valid ? inverse : 1;
+    column(measured_curr)[i] = valid_curr ? inverse_curr : 1;
+    column(weight)[i] = valid ? 1 : 0;
+    column(has_curr)[i] = valid_curr ? 1 : 0;
   }
   reset_depths();
 }
@@ -57,14 +59,20 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
     std::transform(from, from + size_, column(static_cast<Column>(k)),
                    [](Other value) { return static_cast<Real>(value); });
   }
+  const Real max = std::numeric_limits<Real>::max();
   for (size_t i = 0; i < size_; ++i) {
-    const bool valid = other.valid_[i] != 0 && std::isfinite(column(target_u)[i]) &&
-                       std::isfinite(column(target_v)[i]) && std::isfinite(column(measured)[i]) &&
-                       column(measured)[i] > 0;
-    const bool valid_curr = valid && other.valid_curr_[i] != 0 && std::isfinite(column(measured_curr)[i]) &&
-                            column(measured_curr)[i] > 0;
-    if (!valid) column(target_u)[i] = column(target_v)[i] = 0, column(measured)[i] = column(refined)[i] = 1;
-    if (!valid_curr) column(measured_curr)[i] = 1;
+    Real& to_u = column(target_u)[i];
+    Real& to_v = column(target_v)[i];
+    Real& inverse = column(measured)[i];
+    Real& inverse_curr = column(measured_curr)[i];
+    const bool valid = (other.valid_[i] != 0) & (std::abs(to_u) <= max) & (std::abs(to_v) <= max) &
+                       (inverse > 0) & (inverse <= max);
+    const bool valid_curr = valid & (other.valid_curr_[i] != 0) & (inverse_curr > 0) & (inverse_curr <= max);
+    to_u = valid ? to_u : 0;
+    to_v = valid ? to_v : 0;
+    inverse = valid ? inverse : 1;
+    inverse_curr = valid_curr ? inverse_curr : 1;
+    column(refined)[i] = valid ? column(refined)[i] : 1;
     valid_[i] = valid ? 1 : 0;
     valid_curr_[i] = valid_curr ? 1 : 0;
     use(i, other.used(i), other.uses_depth_curr(i));

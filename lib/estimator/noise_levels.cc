@@ -33,35 +33,61 @@ void sort_non_negative(std::vector<float>& values) {
   }
 }
 
-/// At a motion, depths fixed at what was measured; across, reprojection and disparity as absolute values.
-struct Residuals {
-  std::vector<float> across, along;  ///< the epipolar direction, px
-  std::vector<float> slope;          ///< of `along` by delta_d
-  std::vector<float> disparity;      ///< of the current depth against the prediction, px
-  std::vector<float> reprojection;   ///< px, both axes
-
-  Residuals(RoughFlowDepthData& data, const SE3& T_curr_prev) {
-    evaluate_points(data, T_curr_prev, {});
-    const double bf = data.camera().bf;
-    const auto real = [](double value) { return static_cast<float>(value); };
-    for (size_t i = 0; i < data.size(); ++i) {
-      if (!data.used(i) || !std::isfinite(data.q(i))) continue;
-      const double error_u = data.error_u(i), slope_u = data.slope_u(i);
-      const double error_v = data.error_v(i), slope_v = data.slope_v(i);
-      reprojection.push_back(real(std::abs(error_u)));
-      reprojection.push_back(real(std::abs(error_v)));
-      if (data.measures_depth_curr(i)) {
-        const double error = data.inverse_depth_curr_measured(i) - data.inverse_depth_curr(i);
-        disparity.push_back(real(std::abs(bf * error)));
-      }
-      const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
-      if (!(length > 0)) continue;
-      across.push_back(real(std::abs(error_u * slope_v - error_v * slope_u) / length));
-      along.push_back(real((error_u * slope_u + error_v * slope_v) / length));
-      slope.push_back(real(length / bf));
-    }
+/// Residuals of the points in use at the motion of the last evaluation. `value(i, out)` appends those of
+/// point i.
+template <typename Value>
+std::vector<float> collect(const RoughFlowDepthData& data, Value&& value) {
+  std::vector<float> out;
+  out.reserve(2 * data.size());
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (data.used(i) && std::isfinite(data.q(i))) value(i, out);
   }
-};
+  return out;
+}
+
+/// Across the epipolar direction or along it, px; per point that has one.
+std::vector<float> epipolar(const RoughFlowDepthData& data, bool along) {
+  return collect(data, [&](size_t i, std::vector<float>& out) {
+    const double error_u = data.error_u(i), slope_u = data.slope_u(i);
+    const double error_v = data.error_v(i), slope_v = data.slope_v(i);
+    const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
+    if (!(length > 0)) return;
+    const double error =
+        along ? error_u * slope_u + error_v * slope_v : error_u * slope_v - error_v * slope_u;
+    out.push_back(static_cast<float>(std::abs(error) / length));
+  });
+}
+
+/// How the residual along the epipolar direction changes with delta_d.
+std::vector<float> slopes(const RoughFlowDepthData& data) {
+  return collect(data, [&](size_t i, std::vector<float>& out) {
+    const double slope_u = data.slope_u(i), slope_v = data.slope_v(i);
+    const double length = std::sqrt(slope_u * slope_u + slope_v * slope_v);
+    if (length > 0) out.push_back(static_cast<float>(length / data.camera().bf));
+  });
+}
+
+/// Of the current disparity against the prediction, px.
+std::vector<float> disparity_errors(const RoughFlowDepthData& data) {
+  return collect(data, [&](size_t i, std::vector<float>& out) {
+    if (!data.measures_depth_curr(i)) return;
+    const double error = data.inverse_depth_curr_measured(i) - data.inverse_depth_curr(i);
+    out.push_back(static_cast<float>(std::abs(data.camera().bf * error)));
+  });
+}
+
+std::vector<float> reprojection_errors(const RoughFlowDepthData& data) {
+  return collect(data, [&](size_t i, std::vector<float>& out) {
+    out.push_back(std::abs(data.error_u(i)));
+    out.push_back(std::abs(data.error_v(i)));
+  });
+}
+
+/// Depths fixed at what was measured.
+void evaluate_measured(LevelSample& sample, const SE3& T_curr_prev) {
+  evaluate_points(sample.all, T_curr_prev, {});
+  evaluate_points(sample.likely, T_curr_prev, {});
+}
 
 /// delta_d such that the residual along the epipolar direction has the variance expected.
 double delta_d_along(const std::vector<float>& along, const std::vector<float>& slope, double sigma) {
@@ -111,36 +137,38 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, const SE3& T_curr_prev, c
   NoiseLevels levels = declared;
   const bool flow_known = levels.sigma_flow_u_px > 0 && levels.sigma_flow_v_px > 0;
   if (flow_known && levels.delta_d_px > 0) return levels;
-  const Residuals all(sample.all, T_curr_prev);
-  const Residuals likely(sample.likely, T_curr_prev);
+  evaluate_measured(sample, T_curr_prev);
+  const std::vector<float> across = epipolar(sample.all, false);
   if (!flow_known) {
-    const double sigma = std::max(robust_scale(all.across, likely.across), min_sigma_px);
+    const double sigma = std::max(robust_scale(across, epipolar(sample.likely, false)), min_sigma_px);
     if (!(levels.sigma_flow_u_px > 0)) levels.sigma_flow_u_px = sigma;
     if (!(levels.sigma_flow_v_px > 0)) levels.sigma_flow_v_px = sigma;
   }
   if (!(levels.delta_d_px > 0)) {
     const double sigma = std::sqrt(0.5 * (levels.sigma_flow_u_px * levels.sigma_flow_u_px +
                                           levels.sigma_flow_v_px * levels.sigma_flow_v_px));
-    const double delta = 2 * all.disparity.size() > all.across.size()
-                             ? robust_scale(all.disparity, likely.disparity) / std::sqrt(2.0)
-                         : all.along.empty() ? 0
-                                             : delta_d_along(all.along, all.slope, sigma);
+    const std::vector<float> disparities = disparity_errors(sample.all);
+    double delta = 0;
+    if (2 * disparities.size() > across.size()) {
+      delta = robust_scale(disparities, disparity_errors(sample.likely)) / std::sqrt(2.0);
+    } else if (!across.empty()) {
+      delta = delta_d_along(epipolar(sample.all, true), slopes(sample.all), sigma);
+    }
     levels.delta_d_px = std::max(delta, min_sigma_px);
   }
   return levels;
 }
 
 NoiseLevels estimate_reprojection_level(LevelSample& sample, const SE3& T_curr_prev) {
-  const Residuals all(sample.all, T_curr_prev);
-  const Residuals likely(sample.likely, T_curr_prev);
-  const double sigma = std::max(robust_scale(all.reprojection, likely.reprojection), min_sigma_px);
+  evaluate_measured(sample, T_curr_prev);
+  const double scale = robust_scale(reprojection_errors(sample.all), reprojection_errors(sample.likely));
+  const double sigma = std::max(scale, min_sigma_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 
 double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels) {
-  const Residuals all(sample.all, T_curr_prev);
-  const Residuals likely(sample.likely, T_curr_prev);
-  const double total = robust_scale(all.disparity, likely.disparity);
+  evaluate_measured(sample, T_curr_prev);
+  const double total = robust_scale(disparity_errors(sample.all), disparity_errors(sample.likely));
   const double rest = total * total - levels.delta_d_px * levels.delta_d_px;
   return std::sqrt(std::max(rest, levels.delta_d_px * levels.delta_d_px));
 }
