@@ -18,8 +18,8 @@ using Kind = RobustKernel::Kind;
 constexpr size_t min_points = 3;
 // The choice of points has settled when it changes for no more than one in so many.
 constexpr size_t settled_share = 200;
-// So many points (to twice as many) are enough to find out which count.
-constexpr size_t decision_sample = 1000;
+// So many points, to twice as many, are enough to find out which count.
+constexpr size_t choice_sample = 1000;
 
 /// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
 double chi_square_quantile(int dof, double probability) {
@@ -123,6 +123,30 @@ void correct_depth_curr(const std::vector<double>& corrections, FlowDepthPoints<
   }
 }
 
+/// Leaves in use the points that agree with the motion, by steps of the motion on a sample of them until that
+/// settles; and the kernel that suits them.
+void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
+  const bool graduated = options.robust == "geman_mcclure_gnc";
+  const double gate2 = chi_square_quantile(2, options.gate);
+  const double gate3 = chi_square_quantile(3, options.gate);
+  for (size_t i = 0; i < data.size(); ++i) data.use(i, true, false);
+  RoughFlowDepthData some = data.sample(choice_sample);
+  for (int k = 0; k < 4; ++k) {
+    const size_t changed = gate_points(some, out.start, out.levels, gate2, gate3);
+    if (k > 0 && changed * settled_share <= some.n_used()) break;
+    if (some.n_used() < min_points) break;
+    if (graduated) {
+      out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(some)};
+    } else if (options.robust == "huber") {
+      out.kernel = {Kind::huber, options.huber};
+    }
+    const SolverResult result = descend(some, out.start, out.levels, out.kernel, 1);
+    if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
+    out.start = result.T_curr_prev;
+  }
+  gate_points(data, out.start, out.levels, gate2, gate3);
+}
+
 }  // namespace
 
 void JointFlowDepthOptions::check() const {
@@ -168,23 +192,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
         correct_depth_curr(corrections, data);
       }
     }
-    const double gate2 = chi_square_quantile(2, options.gate);
-    const double gate3 = chi_square_quantile(3, options.gate);
-    RoughFlowDepthData few = rough.sample(decision_sample);
-    for (int k = 0; k < 4; ++k) {
-      const size_t changed = gate_points(few, out.start, levels, gate2, gate3);
-      if (k > 0 && changed * settled_share <= few.n_used()) break;
-      if (few.n_used() < min_points) break;
-      if (graduated) {
-        out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(few)};
-      } else if (options.robust == "huber") {
-        out.kernel = {Kind::huber, options.huber};
-      }
-      const SolverResult result = descend(few, out.start, levels, out.kernel, 1);
-      if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
-      out.start = result.T_curr_prev;
-    }
-    gate_points(rough, out.start, levels, gate2, gate3);
+    choose_points(options, rough, out);
   }
   for (size_t i = 0; i < data.size(); ++i) {
     data.use(i, rough.used(i), rough.uses_depth_curr(i));
