@@ -72,42 +72,29 @@ class FlowDepthPoints {
   /// What point i says about depth under these levels.
   PointDepths depths(size_t i, const NoiseLevels& levels) const;
 
-  /// At the motion of the last evaluate_points, after the minimum over the depth:
-  Real q(size_t i) const {
-    return column(squared_distance)[i];
-  }  ///< +inf behind the camera or no measurement
-  Real error_u(size_t i) const { return column(residual_u)[i]; }  ///< u' - u - flow_u, px
+  /// At the motion of the last evaluate_points, after the minimum over the depth. q: +inf behind the camera
+  /// or without a measurement; error: u' - u - flow_u, px; slope: d u' / d s, px m; inverse depths: 1/m,
+  /// refined and predicted from it; x_curr: (u' - cx) / fx.
+  Real q(size_t i) const { return column(squared_distance)[i]; }
+  Real error_u(size_t i) const { return column(residual_u)[i]; }
   Real error_v(size_t i) const { return column(residual_v)[i]; }
-  Real slope_u(size_t i) const { return column(du_ds)[i]; }  ///< d u' / d s, px m
+  Real slope_u(size_t i) const { return column(du_ds)[i]; }
   Real slope_v(size_t i) const { return column(dv_ds)[i]; }
-  Real inverse_depth(size_t i) const { return column(refined)[i]; }              ///< 1/m
-  Real inverse_depth_curr(size_t i) const { return column(predicted_curr)[i]; }  ///< from it, 1/m
-  Real x_curr(size_t i) const { return column(moved_x)[i]; }                     ///< (u' - cx) / fx
+  Real inverse_depth(size_t i) const { return column(refined)[i]; }
+  Real inverse_depth_curr(size_t i) const { return column(predicted_curr)[i]; }
+  Real x_curr(size_t i) const { return column(moved_x)[i]; }
   Real y_curr(size_t i) const { return column(moved_y)[i]; }
   /// Measured, 1/m.
   Real inverse_depth_curr_measured(size_t i) const { return column(measured_curr)[i]; }
 
   /// For the loops: arrays of `padded` numbers, whole lanes of them; what pads them never counts.
+  // clang-format off
   enum Column {
-    x,
-    y,
-    target_u,
-    target_v,
-    measured,
-    measured_curr,
-    weight,
-    has_curr,  // input
-    refined,
-    squared_distance,
-    residual_u,
-    residual_v,
-    du_ds,
-    dv_ds,
-    predicted_curr,
-    moved_x,
-    moved_y,
+    x, y, target_u, target_v, measured, measured_curr, weight, has_curr,
+    refined, squared_distance, residual_u, residual_v, du_ds, dv_ds, predicted_curr, moved_x, moved_y,
     n_columns
   };
+  // clang-format on
   size_t padded() const { return padded_; }
   Real* column(Column k) { return values_.get() + k * padded_; }
   const Real* column(Column k) const { return values_.get() + k * padded_; }

@@ -179,10 +179,10 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
   }
   if (rough.n_used() >= min_points) {
     LevelSample sample(rough, start);
-    levels = estimate_noise_levels(sample, out.start, declared);
+    levels = estimate_noise_levels(sample, LevelsOf::inliers, out.start, declared);
     out.start = graduated ? graduate(rough, out.start, levels)
                           : descend(rough, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
-    if (out.start.is_finite()) levels = estimate_noise_levels(sample, out.start, declared);
+    if (out.start.is_finite()) levels = estimate_noise_levels(sample, LevelsOf::all, out.start, declared);
     if (options.use_depth_curr) {
       levels.delta_d_curr_px = estimate_delta_d_curr(sample, out.start, levels);
       if (options.plane_radius_px > 0) {

@@ -5,9 +5,11 @@
 // parameter (ceres_flow_depth.h) to 1e-8.
 //
 //   1. noise levels: declared by options, else estimated from the residuals
-//   2. graduated Geman-McClure on all points from the starting motion (robust: geman_mcclure_gnc)
+//   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
 //   3. current depths that agree join; points are re-admitted by the chi-square gate of their own covariance
 //   4. refinement with the kernel of least estimated variance
+//
+// 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
 #include "sextant/estimator/estimator.h"
 #include "sextant/estimator/flow_depth_solver.h"
@@ -27,7 +29,6 @@ struct JointFlowDepthOptions {
   double huber = 1.345;
   double scale = 0;
   double gate = 0.9999;
-  // Newton converges quadratically: after a step of this size the next is far below rounding.
   SolverOptions solver{.step_tolerance = 1e-9};
 
   template <typename V>

@@ -23,9 +23,9 @@ MotionEstimate estimate_graduated(const Problem& problem, const StartingPoint& s
     data.use(i, rough.used(i), false);
   }
   LevelSample sample(rough, start);
-  const SE3 close =
-      graduate(rough, start.T_curr_prev, estimate_reprojection_level(sample, start.T_curr_prev));
-  const NoiseLevels levels = estimate_reprojection_level(sample, close);
+  const SE3 close = graduate(rough, start.T_curr_prev,
+                             estimate_reprojection_level(sample, LevelsOf::inliers, start.T_curr_prev));
+  const NoiseLevels levels = estimate_reprojection_level(sample, LevelsOf::all, close);
   const RobustKernel kernel{RobustKernel::Kind::geman_mcclure, last_graduated_scale};
   const SolverResult solution = minimize_flow_depth(data, close, levels, kernel, options);
   if (!take_solution(solution, estimate)) return estimate;

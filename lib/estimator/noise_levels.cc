@@ -86,7 +86,7 @@ std::vector<float> reprojection_errors(const RoughFlowDepthData& data) {
 /// Depths fixed at what was measured.
 void evaluate_measured(LevelSample& sample, const SE3& T_curr_prev) {
   evaluate_points(sample.all, T_curr_prev, {});
-  evaluate_points(sample.likely, T_curr_prev, {});
+  evaluate_points(sample.inliers, T_curr_prev, {});
 }
 
 /// delta_d such that the residual along the epipolar direction has the variance expected.
@@ -110,8 +110,8 @@ double delta_d_along(const std::vector<float>& along, const std::vector<float>& 
 }  // namespace
 
 LevelSample::LevelSample(const RoughFlowDepthData& data, const StartingPoint& start)
-    : all(data.sample(level_sample)), likely(data.sample(level_sample, start.inliers)) {
-  if (likely.size() == 0) likely = data.sample(level_sample);
+    : all(data.sample(level_sample)), inliers(data.sample(level_sample, start.inliers)) {
+  if (inliers.size() == 0) inliers = data.sample(level_sample);
 }
 
 double robust_scale(std::vector<float> absolute, std::vector<float> likely) {
@@ -133,42 +133,45 @@ double robust_scale(std::vector<float> absolute, std::vector<float> likely) {
   return scale;
 }
 
-NoiseLevels estimate_noise_levels(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& declared) {
+NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev,
+                                  const NoiseLevels& declared) {
   NoiseLevels levels = declared;
   const bool flow_known = levels.sigma_flow_u_px > 0 && levels.sigma_flow_v_px > 0;
   if (flow_known && levels.delta_d_px > 0) return levels;
   evaluate_measured(sample, T_curr_prev);
-  const std::vector<float> across = epipolar(sample.all, false);
+  const RoughFlowDepthData& points = which == LevelsOf::all ? sample.all : sample.inliers;
+  const std::vector<float> across = epipolar(points, false);
   if (!flow_known) {
-    const double sigma = std::max(robust_scale(across, epipolar(sample.likely, false)), min_sigma_px);
+    const double sigma = std::max(robust_scale(across, epipolar(sample.inliers, false)), min_sigma_px);
     if (!(levels.sigma_flow_u_px > 0)) levels.sigma_flow_u_px = sigma;
     if (!(levels.sigma_flow_v_px > 0)) levels.sigma_flow_v_px = sigma;
   }
   if (!(levels.delta_d_px > 0)) {
     const double sigma = std::sqrt(0.5 * (levels.sigma_flow_u_px * levels.sigma_flow_u_px +
                                           levels.sigma_flow_v_px * levels.sigma_flow_v_px));
-    const std::vector<float> disparities = disparity_errors(sample.all);
+    const std::vector<float> disparities = disparity_errors(points);
     double delta = 0;
     if (2 * disparities.size() > across.size()) {
-      delta = robust_scale(disparities, disparity_errors(sample.likely)) / std::sqrt(2.0);
+      delta = robust_scale(disparities, disparity_errors(sample.inliers)) / std::sqrt(2.0);
     } else if (!across.empty()) {
-      delta = delta_d_along(epipolar(sample.all, true), slopes(sample.all), sigma);
+      delta = delta_d_along(epipolar(points, true), slopes(points), sigma);
     }
     levels.delta_d_px = std::max(delta, min_sigma_px);
   }
   return levels;
 }
 
-NoiseLevels estimate_reprojection_level(LevelSample& sample, const SE3& T_curr_prev) {
+NoiseLevels estimate_reprojection_level(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev) {
   evaluate_measured(sample, T_curr_prev);
-  const double scale = robust_scale(reprojection_errors(sample.all), reprojection_errors(sample.likely));
+  const RoughFlowDepthData& points = which == LevelsOf::all ? sample.all : sample.inliers;
+  const double scale = robust_scale(reprojection_errors(points), reprojection_errors(sample.inliers));
   const double sigma = std::max(scale, min_sigma_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 
 double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels) {
   evaluate_measured(sample, T_curr_prev);
-  const double total = robust_scale(disparity_errors(sample.all), disparity_errors(sample.likely));
+  const double total = robust_scale(disparity_errors(sample.all), disparity_errors(sample.inliers));
   const double rest = total * total - levels.delta_d_px * levels.delta_d_px;
   return std::sqrt(std::max(rest, levels.delta_d_px * levels.delta_d_px));
 }

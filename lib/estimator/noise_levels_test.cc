@@ -51,7 +51,10 @@ TEST(NoiseLevels, OfTheFewRightPoints) {
     const RobustStart start = robust_start(random.problem, std::nullopt, {});
     ASSERT_EQ(start.status, Status::ok);
     LevelSample sample(RoughFlowDepthData(FlowDepthData(random.problem)), start.start);
-    const NoiseLevels levels = estimate_noise_levels(sample, random.T_curr_prev, {0, 0, 0});
+    const NoiseLevels first =
+        estimate_noise_levels(sample, LevelsOf::inliers, start.start.T_curr_prev, {0, 0, 0});
+    EXPECT_NEAR(first.sigma_flow_u_px, 0.3, 0.1) << seed;
+    const NoiseLevels levels = estimate_noise_levels(sample, LevelsOf::all, random.T_curr_prev, {0, 0, 0});
     EXPECT_NEAR(levels.sigma_flow_u_px, 0.3, 0.1) << seed;
     EXPECT_NEAR(levels.delta_d_px, 0.2, 0.06) << seed;
     EXPECT_NEAR(estimate_delta_d_curr(sample, random.T_curr_prev, levels), 0.2, 0.1) << seed;
@@ -61,7 +64,7 @@ TEST(NoiseLevels, OfTheFewRightPoints) {
 TEST(NoiseLevels, DeclaredOnesStay) {
   const RandomProblem random = make_random_problem(1, {.n_points = 300, .delta_d_px = 0.2});
   LevelSample sample(RoughFlowDepthData(FlowDepthData(random.problem)), random.start);
-  const NoiseLevels levels = estimate_noise_levels(sample, random.T_curr_prev, {0.7, 0, 0.4});
+  const NoiseLevels levels = estimate_noise_levels(sample, LevelsOf::all, random.T_curr_prev, {0.7, 0, 0.4});
   EXPECT_EQ(levels.sigma_flow_u_px, 0.7);
   EXPECT_EQ(levels.delta_d_px, 0.4);
   EXPECT_NEAR(levels.sigma_flow_v_px, 0.3, 0.06);
