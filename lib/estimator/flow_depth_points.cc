@@ -82,7 +82,9 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
 template <typename Real>
 FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size,
                                                     const std::vector<unsigned char>& among) const {
-  const auto counts = [&](size_t i) { return used(i) && (among.empty() || among[i] != 0); };
+  const auto counts = [&](size_t i) {
+    return used(i) && (among.empty() || (i < among.size() && among[i] != 0));
+  };
   size_t n = 0;
   for (size_t i = 0; i < size_; ++i) n += counts(i) ? 1 : 0;
   const size_t stride = std::max<size_t>(n / size, 1);
