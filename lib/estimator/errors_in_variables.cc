@@ -101,7 +101,8 @@ Directions directions_of(const DepthInformation& information) {
 
 }  // namespace
 
-DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
+template <typename Real>
+DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3& T_curr_prev,
                                    const NoiseLevels& levels, const RobustKernel& kernel) {
   const PinholeCamera& camera = data.camera().left;
   const double info_u = 1 / (levels.sigma_flow_u_px * levels.sigma_flow_u_px);
@@ -139,6 +140,11 @@ DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_
   return {scale * symmetric(sums.data()), scale * symmetric(sums.data() + n_matrix)};
 }
 
+template DepthInformation depth_information(const FlowDepthData&, const SE3&, const NoiseLevels&,
+                                            const RobustKernel&);
+template DepthInformation depth_information(const RoughFlowDepthData&, const SE3&, const NoiseLevels&,
+                                            const RobustKernel&);
+
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
                                              const RobustKernel& kernel) {
   constexpr int max_steps = 10;
@@ -160,7 +166,7 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   constexpr double held = 1e6;  // precision in units of H that leaves nothing to the structured estimate
   MotionPrior prior;
   if (!(levels.delta_d_px > 0)) return prior;
-  FlowDepthData some = data.sample(information_sample);
+  RoughFlowDepthData some(data.sample(information_sample));
   evaluate_points(some, start, levels);
   Directions at = directions_of(depth_information(some, start, levels, kernel));
   if (!at.determined || at.lambda[0] > strong) return prior;

@@ -33,7 +33,8 @@ struct DepthInformation {
   Matrix6d errors = Matrix6d::Zero();  ///< B
 };
 /// Where `data` was evaluated last, T_curr_prev with these levels (evaluate_points).
-DepthInformation depth_information(const FlowDepthData& data, const SE3& T_curr_prev,
+template <typename Real>
+DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3& T_curr_prev,
                                    const NoiseLevels& levels, const RobustKernel& kernel);
 
 /// The motion that takes depths as measured, by Gauss-Newton with weights S_i^-1; none if that leads nowhere.

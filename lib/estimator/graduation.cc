@@ -30,11 +30,11 @@ double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& ke
   size_t n = 0;
   for (size_t i = 0; i < data.size(); i += stride) {
     if (!data.used(i)) continue;
-    const double d = data.uses_depth_curr(i) ? 3 : 2;
+    const double per_d = data.uses_depth_curr(i) ? 1.0 / 3 : 1.0 / 2;
     const double q = data.q(i);
     const double w = kernel.weight(q);
-    square += w * w * q / d;
-    slope += w + 2 * q * kernel.weight_slope(q) / d;
+    square += w * w * q * per_d;
+    slope += w + kernel.bend(q) * per_d;
     ++n;
   }
   return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;

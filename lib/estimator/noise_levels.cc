@@ -11,7 +11,7 @@ namespace {
 
 // Measurements are stored in steps; nothing is known better than this (px).
 constexpr double min_sigma_px = 0.01;
-constexpr size_t level_sample = 1500;  // tells a scale to 3 %
+constexpr size_t level_sample = 1000;  // to twice as many tell a scale to 3 or 4 %
 constexpr double max_delta_d_px = 5.0;
 constexpr double normal_mad = 1.4826;
 // Median of |n| for a normal n with |n| < 3.

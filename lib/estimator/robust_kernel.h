@@ -28,6 +28,13 @@ struct RobustKernel {
     const double share = s2 / (s2 + q);
     return kind == Kind::geman_mcclure ? share * share : 1;
   }
+  /// 2 q d weight / d q: by how much the pull of a residual along itself falls short of weight.
+  double bend(double q) const {
+    const double s2 = scale * scale;
+    if (kind == Kind::huber) return q > s2 ? -scale / std::sqrt(q) : 0;
+    const double share = s2 / (s2 + q);
+    return kind == Kind::geman_mcclure ? -4 * share * share * (1 - share) : 0;
+  }
   /// d weight / d q.
   double weight_slope(double q) const {
     const double s2 = scale * scale;

@@ -112,7 +112,8 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
     squared_errors(data, best, errors);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
-    const SolverResult refit = minimize_reprojection(data, best, HuberKernel{}, {.max_iterations = 5});
+    const SolverResult refit =
+        minimize_reprojection(data, best, HuberKernel{}, {.max_iterations = 5, .step_tolerance = 1e-5});
     if (!refit.T_curr_prev.is_finite() || !consider(refit.T_curr_prev)) break;
   }
 
