@@ -213,8 +213,7 @@ class Reader {
     if (!corrected) out_.truth.camera_step_floor_m = floor->floor_m;
     out_.provenance.push_back(fmt::format(
         "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; they "
-        "lie "
-        "{:.4f} m RMS beside the measured velocity's direction",
+        "lie {:.4f} m RMS beside the measured velocity's direction",
         floor->floor_m, floor->mean_s, floor->n_steps, corrected ? "; replaced by it" : "", floor->across_m));
   }
 

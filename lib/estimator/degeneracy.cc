@@ -106,10 +106,9 @@ Status check_geometry(const Problem& problem, const std::vector<unsigned char>& 
   int infinitely_far = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     if (!kept(keep, i)) continue;
+    if (has_pixels(p, i) && p.depth[i] == INFINITY) ++infinitely_far;
+    if (!is_measurement(p, i)) continue;
     const double inverse = 1 / p.depth[i];
-    if (!has_pixels(p, i) || !(inverse >= 0 && inverse < INFINITY)) continue;
-    if (p.depth[i] == INFINITY) ++infinitely_far;
-    if (!(inverse > 0) || p.depth[i] == INFINITY) continue;
     if (moments.n == 0) u = p.u[i], v = p.v[i], s = inverse;
     moments.add(p.u[i] - u, p.v[i] - v, inverse - s);
     nearest = std::max(nearest, inverse);

@@ -59,7 +59,7 @@ struct LoopInput {
 
 /// `both`: current depths count as well.
 template <typename Real, FlowDepthLoop loop, bool both>
-[[gnu::always_inline]] inline void loop_body(const LoopInput<Real>& d, double* sums) {
+[[gnu::always_inline]] inline void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   using L = LanesOf<Real>;
   constexpr size_t width = LaneTypes<Real>::n;
   constexpr bool newton = loop == FlowDepthLoop::newton;
@@ -68,10 +68,7 @@ template <typename Real, FlowDepthLoop loop, bool both>
   // Steps of the depth before the one in what is linear in it.
   constexpr int last_step = rough ? 0 : loop == FlowDepthLoop::distances ? 1 : max_depth_steps;
   const RigidMotionOf<Real>& m = d.m;
-  L hessian[n_hessian] = {};
-  L gradient[6] = {};
-  L cost = {};
-  L behind = {};
+  NormalLanes<Real> sum;
   const L zero = {};
   const L one = zero + Real(1);
   const Real scale2 = d.scale * d.scale;
@@ -179,7 +176,7 @@ template <typename Real, FlowDepthLoop loop, bool both>
       SEXTANT_STORE(d.moved_y + i, yn);
     }
     if constexpr (summing) {
-      behind += in_front ? zero : count;
+      sum.behind += in_front ? zero : count;
       // Kernel: robust_kernel.h.
       L weight = count;
       L rho = q;
@@ -199,7 +196,7 @@ template <typename Real, FlowDepthLoop loop, bool both>
         if (!newton) bent = Real(3) * q > scale2 ? one / q : bent;
       }
       if constexpr (rough) bent = zero;
-      cost += count * rho;
+      sum.cost += count * rho;
 
       // By the point in the current frame, in units of its depth: T = [fx 0 -fx xn; 0 fy -fy yn; 0 0 -c] are
       // the derivatives of u', v', c; g = T^T s the gradient, G = T^T W T the Hessian, after the Schur
@@ -270,34 +267,29 @@ template <typename Real, FlowDepthLoop loop, bool both>
           for (int b = a; b < 6; ++b) h6[k++] -= scaled * mixed[b];
         }
       }
-      for (int k = 0; k < n_hessian; ++k) hessian[k] += h6[k];
+      for (int k = 0; k < n_hessian; ++k) sum.hessian[k] += h6[k];
       const L wc = weight * c;
-      gradient[0] += wc * g0;
-      gradient[1] += wc * g1;
-      gradient[2] += wc * g2;
-      gradient[3] += weight * (yn * g2 - g1);
-      gradient[4] += weight * (g0 - xn * g2);
-      gradient[5] += weight * (xn * g1 - yn * g0);
+      sum.gradient[0] += wc * g0;
+      sum.gradient[1] += wc * g1;
+      sum.gradient[2] += wc * g2;
+      sum.gradient[3] += weight * (yn * g2 - g1);
+      sum.gradient[4] += weight * (g0 - xn * g2);
+      sum.gradient[5] += weight * (xn * g1 - yn * g0);
     }
   }
-  if constexpr (summing) {
-    for (int k = 0; k < n_hessian; ++k) sums[k] = sum_of_lanes(&hessian[k]);
-    for (int k = 0; k < 6; ++k) sums[n_hessian + k] = sum_of_lanes(&gradient[k]);
-    sums[n_hessian + 6] = sum_of_lanes(&cost);
-    sums[n_hessian + 7] = sum_of_lanes(&behind);
-  }
+  if constexpr (summing) sum.store(sums);
 }
 
 // Clones for processors cannot be templates.
-#define SEXTANT_LOOP(name, Real)                                                        \
-  SEXTANT_SIMD void name##_##Real(const LoopInput<Real>& input, double* sums) {         \
-    loop_body<Real, FlowDepthLoop::name, false>(input, sums);                           \
-  }                                                                                     \
-  SEXTANT_SIMD void name##_both_##Real(const LoopInput<Real>& input, double* sums) {    \
-    loop_body<Real, FlowDepthLoop::name, true>(input, sums);                            \
-  }                                                                                     \
-  void name(const LoopInput<Real>& input, double* sums) {                               \
-    input.info_curr > 0 ? name##_both_##Real(input, sums) : name##_##Real(input, sums); \
+#define SEXTANT_LOOP(name, Real)                                                         \
+  SEXTANT_SIMD void name##_##Real(const LoopInput<Real>& input, NormalSums& sums) {      \
+    loop_body<Real, FlowDepthLoop::name, false>(input, sums);                            \
+  }                                                                                      \
+  SEXTANT_SIMD void name##_both_##Real(const LoopInput<Real>& input, NormalSums& sums) { \
+    loop_body<Real, FlowDepthLoop::name, true>(input, sums);                             \
+  }                                                                                      \
+  void name(const LoopInput<Real>& input, NormalSums& sums) {                            \
+    input.info_curr > 0 ? name##_both_##Real(input, sums) : name##_##Real(input, sums);  \
   }
 SEXTANT_LOOP(distances, float)
 SEXTANT_LOOP(distances, double)
@@ -314,33 +306,33 @@ SEXTANT_LOOP(newton, double)
 }  // namespace
 
 template <typename Real>
-FlowDepthSums run_loop(FlowDepthLoop loop, FlowDepthPoints<Real>& p, const SE3& T_curr_prev,
-                       const NoiseLevels& levels, const RobustKernel& kernel) {
-  FlowDepthSums sums{};
+NormalSums run_loop(FlowDepthLoop loop, FlowDepthPoints<Real>& p, const SE3& T_curr_prev,
+                    const NoiseLevels& levels, const RobustKernel& kernel) {
+  NormalSums sums{};
   const LoopInput<Real> input(p, T_curr_prev, levels, kernel);
   switch (loop) {
     case FlowDepthLoop::distances:
-      distances(input, sums.data());
+      distances(input, sums);
       break;
     case FlowDepthLoop::points:
-      points(input, sums.data());
+      points(input, sums);
       break;
     case FlowDepthLoop::rough:
-      rough(input, sums.data());
+      rough(input, sums);
       break;
     case FlowDepthLoop::gauss_newton:
-      gauss_newton(input, sums.data());
+      gauss_newton(input, sums);
       break;
     case FlowDepthLoop::newton:
-      newton(input, sums.data());
+      newton(input, sums);
       break;
   }
   return sums;
 }
 
-template FlowDepthSums run_loop(FlowDepthLoop, FlowDepthPoints<double>&, const SE3&, const NoiseLevels&,
-                                const RobustKernel&);
-template FlowDepthSums run_loop(FlowDepthLoop, FlowDepthPoints<float>&, const SE3&, const NoiseLevels&,
-                                const RobustKernel&);
+template NormalSums run_loop(FlowDepthLoop, FlowDepthPoints<double>&, const SE3&, const NoiseLevels&,
+                             const RobustKernel&);
+template NormalSums run_loop(FlowDepthLoop, FlowDepthPoints<float>&, const SE3&, const NoiseLevels&,
+                             const RobustKernel&);
 
 }  // namespace sextant

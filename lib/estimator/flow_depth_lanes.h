@@ -2,16 +2,11 @@
 
 // The loop over points of flow_depth_solver.h.
 
-#include <array>
-
 #include "sextant/estimator/flow_depth_points.h"
+#include "sextant/estimator/normal_sums.h"
 #include "sextant/estimator/robust_kernel.h"
 
 namespace sextant {
-
-inline constexpr int n_hessian = 21;  // upper triangle, row by row
-/// Hessian (21), gradient (6), sum of rho, number of points behind the camera.
-using FlowDepthSums = std::array<double, n_hessian + 8>;
 
 enum class FlowDepthLoop {
   distances,     ///< q only, to first order after one step of the depths
@@ -22,7 +17,7 @@ enum class FlowDepthLoop {
 };
 
 template <typename Real>
-FlowDepthSums run_loop(FlowDepthLoop loop, FlowDepthPoints<Real>& points, const SE3& T_curr_prev,
-                       const NoiseLevels& levels, const RobustKernel& kernel);
+NormalSums run_loop(FlowDepthLoop loop, FlowDepthPoints<Real>& points, const SE3& T_curr_prev,
+                    const NoiseLevels& levels, const RobustKernel& kernel);
 
 }  // namespace sextant

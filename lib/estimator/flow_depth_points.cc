@@ -27,26 +27,17 @@ FlowDepthPoints<Real>::FlowDepthPoints(const Problem& problem)
   const PinholeCamera& left = camera_.left;
   const double per_fx = 1 / left.fx;
   const double per_fy = 1 / left.fy;
-  const Real max = std::numeric_limits<Real>::max();
+  const auto real = [](double value) { return static_cast<Real>(value); };
   for (size_t i = 0; i < size_; ++i) {
-    const Real to_u = static_cast<Real>(p.u[i] + p.flow_u[i]);
-    const Real to_v = static_cast<Real>(p.v[i] + p.flow_v[i]);
-    const Real inverse = static_cast<Real>(1 / p.depth[i]);
-    const Real inverse_curr = static_cast<Real>(1 / p.depth_curr[i]);
-    const bool valid = (std::abs(to_u) <= max) & (std::abs(to_v) <= max) & (inverse > 0) &
-                       (inverse <= max);  // not NaN either
-    const bool valid_curr = valid & (inverse_curr > 0) & (inverse_curr <= max);
-    valid_[i] = valid ? 1 : 0;
-    valid_curr_[i] = valid_curr ? 1 : 0;
-    column(x)[i] = valid ? static_cast<Real>((p.u[i] - left.cx) * per_fx) : 0;
-    column(y)[i] = valid ? static_cast<Real>((p.v[i] - left.cy) * per_fy) : 0;
-    column(target_u)[i] = valid ? to_u : 0;
-    column(target_v)[i] = valid ? to_v : 0;
-    column(measured)[i] = valid ? inverse : 1;
-    column(measured_curr)[i] = valid_curr ? inverse_curr : 1;
-    column(weight)[i] = valid ? 1 : 0;
-    column(has_curr)[i] = valid_curr ? 1 : 0;
+    column(x)[i] = real((p.u[i] - left.cx) * per_fx);
+    column(y)[i] = real((p.v[i] - left.cy) * per_fy);
+    column(target_u)[i] = real(p.u[i] + p.flow_u[i]);
+    column(target_v)[i] = real(p.v[i] + p.flow_v[i]);
+    column(measured)[i] = real(1 / p.depth[i]);
+    column(measured_curr)[i] = real(1 / p.depth_curr[i]);
+    column(weight)[i] = column(has_curr)[i] = valid_[i] = valid_curr_[i] = 1;
   }
+  neutralise_invalid();
   reset_depths();
 }
 
@@ -59,23 +50,31 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
     std::transform(from, from + size_, column(static_cast<Column>(k)),
                    [](Other value) { return static_cast<Real>(value); });
   }
+  valid_ = other.valid_;
+  valid_curr_ = other.valid_curr_;
+  neutralise_invalid();
+}
+
+template <typename Real>
+void FlowDepthPoints<Real>::neutralise_invalid() {
   const Real max = std::numeric_limits<Real>::max();
   for (size_t i = 0; i < size_; ++i) {
-    Real& to_u = column(target_u)[i];
-    Real& to_v = column(target_v)[i];
-    Real& inverse = column(measured)[i];
-    Real& inverse_curr = column(measured_curr)[i];
-    const bool valid = (other.valid_[i] != 0) & (std::abs(to_u) <= max) & (std::abs(to_v) <= max) &
-                       (inverse > 0) & (inverse <= max);
-    const bool valid_curr = valid & (other.valid_curr_[i] != 0) & (inverse_curr > 0) & (inverse_curr <= max);
-    to_u = valid ? to_u : 0;
-    to_v = valid ? to_v : 0;
-    inverse = valid ? inverse : 1;
-    inverse_curr = valid_curr ? inverse_curr : 1;
-    column(refined)[i] = valid ? column(refined)[i] : 1;
+    const auto keep = [i](bool valid, Real* values, Real otherwise) {
+      values[i] = valid ? values[i] : otherwise;
+    };
+    const Real inverse = column(measured)[i];
+    const Real inverse_curr = column(measured_curr)[i];
+    const bool valid = (valid_[i] != 0) & (std::abs(column(target_u)[i]) <= max) &
+                       (std::abs(column(target_v)[i]) <= max) & (inverse > 0) &
+                       (inverse <= max);  // not NaN either
+    const bool valid_curr = valid & (valid_curr_[i] != 0) & (inverse_curr > 0) & (inverse_curr <= max);
+    for (const Column k : {x, y, target_u, target_v}) keep(valid, column(k), 0);
+    keep(valid, column(measured), 1);
+    keep(valid, column(refined), 1);
+    keep(valid_curr, column(measured_curr), 1);
     valid_[i] = valid ? 1 : 0;
     valid_curr_[i] = valid_curr ? 1 : 0;
-    use(i, other.used(i), other.uses_depth_curr(i));
+    use(i, used(i), uses_depth_curr(i));
   }
 }
 

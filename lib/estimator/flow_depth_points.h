@@ -103,6 +103,8 @@ class FlowDepthPoints {
   template <typename Other>
   friend class FlowDepthPoints;
   FlowDepthPoints(const StereoCamera& camera, size_t size);
+  /// Numbers that are no measurement become harmless ones that never count.
+  void neutralise_invalid();
   StereoCamera camera_;
   size_t size_ = 0;
   size_t padded_ = 0;

@@ -8,8 +8,6 @@
 namespace sextant {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 bool is_positive(const Matrix6d& hessian) { return Eigen::LLT<Matrix6d>(hessian).info() == Eigen::Success; }
 
 FlowDepthLoop loop_of(Curvature curvature, const NoiseLevels& levels) {
@@ -43,15 +41,7 @@ void evaluate_distances(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, con
 template <typename Real>
 NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                            const RobustKernel& kernel, Curvature curvature) {
-  const FlowDepthSums sums = run_loop(loop_of(curvature, levels), data, T_curr_prev, levels, kernel);
-  NormalEquations out;
-  int k = 0;
-  for (int a = 0; a < 6; ++a) {
-    for (int b = a; b < 6; ++b) out.hessian(a, b) = out.hessian(b, a) = sums[k++];
-  }
-  for (int a = 0; a < 6; ++a) out.gradient[a] = sums[k++];
-  out.cost = sums[k + 1] > 0 ? infinity : 0.5 * sums[k];
-  return out;
+  return equations_of(run_loop(loop_of(curvature, levels), data, T_curr_prev, levels, kernel));
 }
 
 template <typename Real>

@@ -24,11 +24,11 @@ SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels&
 }
 
 template <typename Real>
-double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel, size_t stride) {
+double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel) {
   double square = 0;
   double slope = 0;
   size_t n = 0;
-  for (size_t i = 0; i < data.size(); i += stride) {
+  for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
     const double per_d = data.uses_depth_curr(i) ? 1.0 / 3 : 1.0 / 2;
     const double q = data.q(i);
@@ -40,7 +40,7 @@ double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& ke
   return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;
 }
 
-template double variance_factor(const FlowDepthPoints<double>&, const RobustKernel&, size_t);
-template double variance_factor(const FlowDepthPoints<float>&, const RobustKernel&, size_t);
+template double variance_factor(const FlowDepthPoints<double>&, const RobustKernel&);
+template double variance_factor(const FlowDepthPoints<float>&, const RobustKernel&);
 
 }  // namespace sextant

@@ -14,9 +14,9 @@ inline constexpr double last_graduated_scale = 1.5;  // sigmas
 SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels& levels);
 
 /// Factor by which a robust kernel's estimate varies more than the inverse of sum J^T S^-1 J says:
-/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over every stride-th point if in use, at the q last evaluated,
+/// n sum(|psi|^2 / d) / (sum(div psi / d))^2 over the points in use, at the q last evaluated,
 /// psi = weight(q) r (Huber 1981, ch. 6).
 template <typename Real>
-double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel, size_t stride = 1);
+double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel);
 
 }  // namespace sextant

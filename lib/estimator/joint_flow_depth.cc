@@ -38,12 +38,10 @@ double chi_square_quantile(int dof, double probability) {
 /// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
 /// heavy.
 double best_scale(const RoughFlowDepthData& data) {
-  constexpr size_t sample_size = 1000;
-  const size_t stride = std::max<size_t>(data.size() / sample_size, 1);
   double best = 0;
   double least = INFINITY;
   for (const double scale : {10.0, 6.0, 4.0, 3.0, 2.0, 1.5}) {
-    const double variance = variance_factor(data, {Kind::geman_mcclure, scale}, stride);
+    const double variance = variance_factor(data, {Kind::geman_mcclure, scale});
     if (variance >= least) continue;
     least = variance;
     best = scale;

@@ -83,10 +83,18 @@ std::vector<float> reprojection_errors(const RoughFlowDepthData& data) {
   });
 }
 
-/// Depths fixed at what was measured.
-void evaluate_measured(LevelSample& sample, const SE3& T_curr_prev) {
-  evaluate_points(sample.all, T_curr_prev, {});
+/// What robust_scale begins with: `errors` of the start's inliers, nothing if they are all there is.
+template <typename Errors>
+std::vector<float> likely(const LevelSample& sample, LevelsOf which, Errors&& errors) {
+  return which == LevelsOf::all ? errors(sample.inliers) : std::vector<float>();
+}
+
+/// Depths fixed at what was measured. Returns the points asked for.
+const RoughFlowDepthData& evaluate_measured(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev) {
   evaluate_points(sample.inliers, T_curr_prev, {});
+  if (which == LevelsOf::inliers) return sample.inliers;
+  evaluate_points(sample.all, T_curr_prev, {});
+  return sample.all;
 }
 
 /// delta_d such that the residual along the epipolar direction has the variance expected.
@@ -138,11 +146,11 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
   NoiseLevels levels = declared;
   const bool flow_known = levels.sigma_flow_u_px > 0 && levels.sigma_flow_v_px > 0;
   if (flow_known && levels.delta_d_px > 0) return levels;
-  evaluate_measured(sample, T_curr_prev);
-  const RoughFlowDepthData& points = which == LevelsOf::all ? sample.all : sample.inliers;
-  const std::vector<float> across = epipolar(points, false);
+  const RoughFlowDepthData& points = evaluate_measured(sample, which, T_curr_prev);
+  const auto across_of = [](const RoughFlowDepthData& data) { return epipolar(data, false); };
+  const std::vector<float> across = across_of(points);
   if (!flow_known) {
-    const double sigma = std::max(robust_scale(across, epipolar(sample.inliers, false)), min_sigma_px);
+    const double sigma = std::max(robust_scale(across, likely(sample, which, across_of)), min_sigma_px);
     if (!(levels.sigma_flow_u_px > 0)) levels.sigma_flow_u_px = sigma;
     if (!(levels.sigma_flow_v_px > 0)) levels.sigma_flow_v_px = sigma;
   }
@@ -152,7 +160,7 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
     const std::vector<float> disparities = disparity_errors(points);
     double delta = 0;
     if (2 * disparities.size() > across.size()) {
-      delta = robust_scale(disparities, disparity_errors(sample.inliers)) / std::sqrt(2.0);
+      delta = robust_scale(disparities, likely(sample, which, disparity_errors)) / std::sqrt(2.0);
     } else if (!across.empty()) {
       delta = delta_d_along(epipolar(points, true), slopes(points), sigma);
     }
@@ -162,16 +170,16 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
 }
 
 NoiseLevels estimate_reprojection_level(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev) {
-  evaluate_measured(sample, T_curr_prev);
-  const RoughFlowDepthData& points = which == LevelsOf::all ? sample.all : sample.inliers;
-  const double scale = robust_scale(reprojection_errors(points), reprojection_errors(sample.inliers));
+  const std::vector<float> errors = reprojection_errors(evaluate_measured(sample, which, T_curr_prev));
+  const double scale = robust_scale(errors, likely(sample, which, reprojection_errors));
   const double sigma = std::max(scale, min_sigma_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 
 double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels) {
-  evaluate_measured(sample, T_curr_prev);
-  const double total = robust_scale(disparity_errors(sample.all), disparity_errors(sample.inliers));
+  constexpr LevelsOf which = LevelsOf::all;
+  const std::vector<float> errors = disparity_errors(evaluate_measured(sample, which, T_curr_prev));
+  const double total = robust_scale(errors, likely(sample, which, disparity_errors));
   const double rest = total * total - levels.delta_d_px * levels.delta_d_px;
   return std::sqrt(std::max(rest, levels.delta_d_px * levels.delta_d_px));
 }

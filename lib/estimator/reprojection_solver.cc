@@ -6,13 +6,10 @@
 #include <limits>
 #include <numeric>
 
-#include "sextant/estimator/lanes.h"
+#include "sextant/estimator/normal_sums.h"
 
 namespace sextant {
 namespace {
-
-constexpr int n_hessian = 21;                    // upper triangle, row by row
-using Sums = std::array<double, n_hessian + 8>;  // Hessian, gradient (6), sum of h, points behind the camera
 
 /// What the loops read: `n` points from `begin` on.
 template <typename Real>
@@ -33,16 +30,38 @@ struct LoopInput {
   }
 };
 
+/// Points i, i + 1 ... moved and projected.
+template <typename Real>
+struct Projection {
+  using L = LanesOf<Real>;
+  LaneMaskOf<Real> in_front;
+  L iz, xn, yn;  ///< inverse depth; x / z, y / z
+  L eu, ev;      ///< e = project(X m) - target = -r
+
+  [[gnu::always_inline]] Projection(const LoopInput<Real>& d, size_t i) {
+    const RigidMotionOf<Real>& m = d.m;
+    const L one = L{} + Real(1);
+    const L px = SEXTANT_LOAD(d.x + i);
+    const L py = SEXTANT_LOAD(d.y + i);
+    const L pz = SEXTANT_LOAD(d.z + i);
+    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
+    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
+    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
+    in_front = qz > Real(min_depth_m);
+    iz = one / (in_front ? qz : one);
+    xn = qx * iz;
+    yn = qy * iz;
+    eu = d.fx * xn + d.cx - SEXTANT_LOAD(d.target_u + i);
+    ev = d.fy * yn + d.cy - SEXTANT_LOAD(d.target_v + i);
+  }
+};
+
 template <typename Real>
 [[gnu::always_inline]] inline void sums_body(const LoopInput<Real>& d, Real sigma, Real threshold,
-                                             double* sums) {
+                                             NormalSums& sums) {
   using L = LanesOf<Real>;
   constexpr size_t width = LaneTypes<Real>::n;
-  const RigidMotionOf<Real>& m = d.m;
-  L hessian[n_hessian] = {};
-  L gradient[6] = {};
-  L cost = {};
-  L behind = {};
+  NormalLanes<Real> sum;
   const L zero = {};
   const L one = zero + Real(1);
   const Real information = 1 / (sigma * sigma);
@@ -52,28 +71,17 @@ template <typename Real>
   const Real linear_weight = robust ? threshold / sigma : Real(0);
   const Real linear_cost = robust ? threshold * threshold : Real(0);
   for (size_t i = 0; i < d.n; i += width) {
-    const L px = SEXTANT_LOAD(d.x + i);
-    const L py = SEXTANT_LOAD(d.y + i);
-    const L pz = SEXTANT_LOAD(d.z + i);
     const L w = SEXTANT_LOAD(d.weight + i);
-    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
-    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
-    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
-    const auto in_front = qz > Real(min_depth_m);
-    behind += in_front ? zero : w;
-    const L iz = one / (in_front ? qz : one);
-    const L xn = qx * iz;
-    const L yn = qy * iz;
-    // e = project(X m) - target = -r
-    const L eu = d.fx * xn + d.cx - SEXTANT_LOAD(d.target_u + i);
-    const L ev = d.fy * yn + d.cy - SEXTANT_LOAD(d.target_v + i);
+    const Projection<Real> p(d, i);
+    const L &iz = p.iz, &xn = p.xn, &yn = p.yn, &eu = p.eu, &ev = p.ev;
+    sum.behind += p.in_front ? zero : w;
     const L n2 = eu * eu + ev * ev;
     const auto inside = n2 <= threshold_px2;
     L norm = inside ? one : n2;
     for (size_t k = 0; k < width; ++k) norm[k] = std::sqrt(norm[k]);
     const L scale = w * (inside ? zero + information : linear_weight / norm);
     const L radial = inside ? zero : scale / n2;
-    cost += w * (inside ? information * n2 : Real(2) * linear_weight * norm - linear_cost);
+    sum.cost += w * (inside ? information * n2 : Real(2) * linear_weight * norm - linear_cost);
     const L wuu = scale - radial * eu * eu;
     const L wuv = -radial * eu * ev;
     const L wvv = scale - radial * ev * ev;
@@ -84,52 +92,38 @@ template <typename Real>
     for (int a = 0; a < 6; ++a) {
       const L wu = wuu * ju[a] + wuv * jv[a];
       const L wv = wuv * ju[a] + wvv * jv[a];
-      gradient[a] += scale * (eu * ju[a] + ev * jv[a]);
-      for (int b = a; b < 6; ++b) hessian[k++] += wu * ju[b] + wv * jv[b];
+      sum.gradient[a] += scale * (eu * ju[a] + ev * jv[a]);
+      for (int b = a; b < 6; ++b) sum.hessian[k++] += wu * ju[b] + wv * jv[b];
     }
   }
-  for (int k = 0; k < n_hessian; ++k) sums[k] = sum_of_lanes(&hessian[k]);
-  for (int k = 0; k < 6; ++k) sums[n_hessian + k] = sum_of_lanes(&gradient[k]);
-  sums[n_hessian + 6] = sum_of_lanes(&cost);
-  sums[n_hessian + 7] = sum_of_lanes(&behind);
+  sum.store(sums);
 }
 
 template <typename Real>
 [[gnu::always_inline]] inline void errors_body(const LoopInput<Real>& d, Real* errors) {
   using L = LanesOf<Real>;
-  const RigidMotionOf<Real>& m = d.m;
-  const L zero = {};
-  const L one = zero + Real(1);
   for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
-    const L px = SEXTANT_LOAD(d.x + i);
-    const L py = SEXTANT_LOAD(d.y + i);
-    const L pz = SEXTANT_LOAD(d.z + i);
-    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
-    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
-    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
-    const auto in_front = qz > Real(min_depth_m);
-    const L iz = one / (in_front ? qz : one);
-    const L eu = d.fx * (qx * iz) + d.cx - SEXTANT_LOAD(d.target_u + i);
-    const L ev = d.fy * (qy * iz) + d.cy - SEXTANT_LOAD(d.target_v + i);
-    SEXTANT_STORE(errors + i, in_front ? eu * eu + ev * ev : zero + std::numeric_limits<Real>::infinity());
+    const Projection<Real> p(d, i);
+    const L behind = L{} + std::numeric_limits<Real>::infinity();
+    SEXTANT_STORE(errors + i, p.in_front ? p.eu * p.eu + p.ev * p.ev : behind);
   }
 }
 
 // Clones for processors cannot be templates.
-SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, double* sums) {
+SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, NormalSums& sums) {
   sums_body(d, sigma, threshold, sums);
 }
-SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float threshold, double* sums) {
+SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float threshold, NormalSums& sums) {
   sums_body(d, sigma, threshold, sums);
 }
 SEXTANT_SIMD void errors_double(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
 SEXTANT_SIMD void errors_float(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
 
-void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, Sums& sums) {
-  sums_double(d, kernel.sigma_px, kernel.threshold, sums.data());
+void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, NormalSums& sums) {
+  sums_double(d, kernel.sigma_px, kernel.threshold, sums);
 }
-void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, Sums& sums) {
-  sums_float(d, static_cast<float>(kernel.sigma_px), static_cast<float>(kernel.threshold), sums.data());
+void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, NormalSums& sums) {
+  sums_float(d, static_cast<float>(kernel.sigma_px), static_cast<float>(kernel.threshold), sums);
 }
 void error_loop(const LoopInput<double>& d, double* errors) { errors_double(d, errors); }
 void error_loop(const LoopInput<float>& d, float* errors) { errors_float(d, errors); }
@@ -184,16 +178,9 @@ ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, const std::
 template <typename Real>
 NormalEquations accumulate(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev,
                            const HuberKernel& kernel) {
-  Sums sums{};
+  NormalSums sums{};
   sum_loop({data, T_curr_prev, 0, data.padded_size()}, kernel, sums);
-  NormalEquations out;
-  int k = 0;
-  for (int a = 0; a < 6; ++a) {
-    for (int b = a; b < 6; ++b) out.hessian(a, b) = out.hessian(b, a) = sums[k++];
-  }
-  for (int a = 0; a < 6; ++a) out.gradient[a] = sums[k++];
-  out.cost = sums[k + 1] > 0 ? std::numeric_limits<double>::infinity() : 0.5 * sums[k];
-  return out;
+  return equations_of(sums);
 }
 
 template <typename Real>
