@@ -2,9 +2,11 @@
 
 #include <memory>
 
+#include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/summary.h"
 
@@ -14,6 +16,7 @@ namespace {
 struct RunFlags : CommonFlags {
   std::vector<std::string> sources;
   std::string estimator = RunConfig{}.estimator;
+  std::string procedure;
   std::string preset = "paper";
   std::string noise = "none";
   double level = 0;
@@ -22,6 +25,23 @@ struct RunFlags : CommonFlags {
   bool force = false;
 };
 
+constexpr const char* of_procedure = "procedure";
+
+/// --procedure: its options below the user's, and its noise where --noise asks for it.
+void follow_procedure(const RunFlags& flags, RunConfig& config) {
+  if (flags.procedure.empty()) {
+    if (flags.noise == of_procedure) fail("--noise procedure: expected --procedure NAME with it");
+    return;
+  }
+  Json options = procedure_options(flags.procedure, flags.estimator);
+  options.merge_patch(config.options);
+  config.options = std::move(options);
+  if (flags.noise != of_procedure) return;
+  const Json noise = find_procedure(flags.procedure).at("noise");
+  config.noise = Noise(noise.at("noise"));
+  config.level = noise.at("level");
+}
+
 void run_and_write(const RunFlags& flags) {
   const MetricPreset& preset = find_preset(flags.preset);
   RunConfig config;
@@ -29,8 +49,9 @@ void run_and_write(const RunFlags& flags) {
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
-  config.noise = Noise::parse(flags.noise);
+  config.noise = flags.noise == of_procedure ? Noise() : Noise::parse(flags.noise);
   config.level = flags.level;
+  follow_procedure(flags, config);
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
@@ -75,9 +96,13 @@ void add_run_command(CLI::App& app) {
   command->add_option("--estimator", flags->estimator, "Which estimator, or external:CONFIG.json")
       ->type_name("NAME")
       ->capture_default_str();
+  command
+      ->add_option("--procedure", flags->procedure,
+                   "Follow somebody else's procedure; --options and --set come on top of it")
+      ->type_name("NAME");
   add_option_flags(*command, *flags);
-  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON; see docs/noise.md")
-      ->type_name("JSON")
+  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
+      ->type_name("JSON|procedure")
       ->capture_default_str();
   command->add_option("--level", flags->level, "What records call the level of the noise")
       ->type_name("NUMBER")
@@ -101,10 +126,14 @@ void add_run_command(CLI::App& app) {
   for (const MetricPreset& preset : metric_presets()) {
     presets += fmt::format("  {:<20} {}\n", preset.name, preset.description);
   }
+  std::string procedures;
+  for (const std::string& name : procedure_names())
+    procedures += fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
   command->footer(
-      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}"
-                  "Example:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out",
-                  estimator_list(), presets));
+      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n{}"
+                  "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
+                  "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
+                  estimator_list(), presets, procedures));
   command->callback([flags] { run_and_write(*flags); });
 }
 
