@@ -17,12 +17,10 @@ struct RunFlags : CommonFlags {
   std::vector<std::string> sources;
   std::string estimator = RunConfig{}.estimator;
   std::string procedure;
-  std::string preset = "paper";
   std::string noise = "none";
   double level = 0;
   int n_seeds = RunConfig{}.n_seeds;
-  std::string out;
-  bool force = false;
+  RunOutput output;
 };
 
 constexpr const char* of_procedure = "procedure";
@@ -42,8 +40,9 @@ void follow_procedure(const RunFlags& flags, RunConfig& config) {
   config.level = noise.at("level");
 }
 
-void run_and_write(const RunFlags& flags) {
-  const MetricPreset& preset = find_preset(flags.preset);
+void run_as_told(RunFlags& flags) {
+  flags.output.quiet = flags.quiet;
+  flags.output.json = flags.json;
   RunConfig config;
   for (const std::string& source : flags.sources)
     config.sources.push_back(find_source(source, flags.data_root));
@@ -55,35 +54,50 @@ void run_and_write(const RunFlags& flags) {
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
-  config.folder = std::filesystem::path(flags.out) / "external";
-  check_output_folder(flags.out, resolved_configuration(config), flags.force);
+  config.folder = std::filesystem::path(flags.output.out) / "external";
+  run_and_write(config, flags.output);
+}
+
+}  // namespace
+
+void add_run_output_flags(CLI::App& command, RunOutput& output) {
+  command.add_option("--preset", output.preset, "Metric preset of the summary of a run")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command.add_option("--out", output.out, "Folder for the results; made if it does not exist")
+      ->required()
+      ->type_name("DIR");
+  command.add_flag("--force", output.force, "Replace the results of another run in --out");
+}
+
+void run_and_write(const RunConfig& config, const RunOutput& output) {
+  const MetricPreset& preset = find_preset(output.preset);
+  check_output_folder(output.out, resolved_configuration(config), output.force);
 
   const RunResult result = run(config);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
-  write_output_folder(flags.out, files);
+  write_output_folder(output.out, files);
 
   for (const SourceRun& source : result.sources) {
-    if (!flags.quiet) warn_of_problems(source.problems);
+    if (!output.quiet) warn_of_problems(source.problems);
   }
-  if (flags.json) {
+  if (output.json) {
     Json json = summary_json(result.records, preset);
-    json["out"] = flags.out;
+    json["out"] = output.out;
     fmt::print("{}\n", json.dump(2));
     return;
   }
   for (const SourceRun& source : result.sources) {
     for (const std::string& warning : source.info.warnings) {
-      if (!flags.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
+      if (!output.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
     }
   }
-  if (!flags.quiet) fmt::print("{}\n", to_text(summary));
-  fmt::print("Results: {}\n", flags.out);
+  if (!output.quiet) fmt::print("{}\n", to_text(summary));
+  fmt::print("Results: {}\n", output.out);
 }
-
-}  // namespace
 
 void add_run_command(CLI::App& app) {
   const auto flags = std::make_shared<RunFlags>();
@@ -111,15 +125,9 @@ void add_run_command(CLI::App& app) {
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--preset", flags->preset, "Metric preset of the summary")
-      ->type_name("NAME")
-      ->capture_default_str();
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
-  command->add_option("--out", flags->out, "Folder for the results; made if it does not exist")
-      ->required()
-      ->type_name("DIR");
-  command->add_flag("--force", flags->force, "Replace the results of another run in --out");
+  add_run_output_flags(*command, flags->output);
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   std::string presets;
@@ -134,7 +142,7 @@ void add_run_command(CLI::App& app) {
                   "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
                   "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
                   estimator_list(), presets, procedures));
-  command->callback([flags] { run_and_write(*flags); });
+  command->callback([flags] { run_as_told(*flags); });
 }
 
 }  // namespace sextant

@@ -76,8 +76,9 @@ class PlanRunner {
     const OpenSource& source = sources_[c.source];
     const PlanLevel& level = config_.plan.levels[c.level];
     const PlanEstimator& estimator = config_.plan.estimators[c.estimator];
-    CaseRunner runner(*source.sequence, {estimator.label, estimator.estimator, estimator.pipeline,
-                                         level.noise, level.level, c.seed, folder_of(c)});
+    CaseRunner runner(*source.sequence,
+                      {estimator.label, estimator.estimator, estimator.pipeline, level.noise, level.level,
+                       c.seed, folder_of(c), !config_.rescored.empty()});
     CaseOutcome out;
     const auto process = [&](const std::vector<ExtractedPair>& pairs) {
       for (const ExtractedPair& extracted : pairs) {
@@ -106,7 +107,8 @@ class PlanRunner {
 
  private:
   fs::path folder_of(const PlanCase& c) const {
-    return config_.out.empty() ? fs::path() : config_.out / "external" / fmt::format("case_{:06}", c.number);
+    const fs::path& folder = config_.rescored.empty() ? config_.out : config_.rescored;
+    return folder.empty() ? fs::path() : folder / "external" / fmt::format("case_{:06}", c.number);
   }
 
   const SweepConfig& config_;
