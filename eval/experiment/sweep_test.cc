@@ -272,7 +272,8 @@ TEST_F(SweepTest, BadPlansNameLineAndKey) {
 }
 
 TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
-  const std::string text = "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
+  const std::string text =
+      "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
       "estimators":["joint_flow",
         {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},"pipeline":{"refine_on":"all"}}]})";
   SweepConfig sweep_config = config("own");
@@ -311,8 +312,9 @@ TEST_F(SweepTest, AProcedureFillsInWhatThePlanDoesNotSay) {
   const Plan wider = plan(R"(,"options":{"pipeline":{"start":{"inlier_threshold_px":2}}})");
   EXPECT_EQ(wider.pipeline.start.inlier_threshold_px, 2);
   EXPECT_EQ(wider.pipeline.start.confidence, 0.98);
-  EXPECT_THROW(parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_relase\"}", "plan.json", ""),
-               Error);
+  EXPECT_THROW(
+      parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_relase\"}", "plan.json", ""),
+      Error);
 }
 
 TEST(Procedures, EachIsAPlanAndSaysWhatItFollows) {
