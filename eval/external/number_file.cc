@@ -100,6 +100,7 @@ bool NumberFile::next() {
     if (line.empty()) continue;
     if (line.front() == '#') {
       if (comments_.size() + line.size() < kMostComments) comments_.append(line).push_back('\n');
+      if (records_ == 0) last_comment_ = line.substr(0, kMostComments);
       continue;
     }
     if (records_ == 0 && header_.empty() && !begins_as_number(line)) {
@@ -108,6 +109,7 @@ bool NumberFile::next() {
       continue;
     }
     line_bytes_ = line.size();
+    if (separator_ == kEither) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
     parse(line);
     ++records_;
     return true;
@@ -156,10 +158,10 @@ double NumberFile::parse_field(std::string_view field) const {
               shown(field));
   }
   if (text.empty()) fail_here("value {} is empty: a number was expected", column);
-  if (text.find(',') != std::string_view::npos) {
+  if (text.find_first_of(", ") != std::string_view::npos) {
     fail_here(
         "expected a number for value {}, got '{}': write numbers with a decimal point and without thousands "
-        "separators; a comma between values is the euroc or dynosam format",
+        "separators, and one separator between all of them: blanks or commas",
         column, shown(field));
   }
   fail_here("expected a number for value {}, got '{}'", column, shown(field));

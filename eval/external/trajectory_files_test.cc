@@ -29,7 +29,7 @@ class TrajectoryFiles : public testing::Test {
 
 TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
   const std::string euroc =
-      "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
+      "#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z,v_x,v_y\n1403636579763555584,1,2,3,1,0,0,0,9,9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
   const std::string vdo = "4 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n5 1 0 0 2 0 1 0 2 0 0 1 3 0 0 0 1\n";
   const std::string dynosam =
       "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n"
