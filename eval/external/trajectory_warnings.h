@@ -46,18 +46,4 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 /// After association, before alignment: repeated poses, identities.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
-/// The shift of the estimate's clock that makes motions agree best: its stamps are late by lag_s. Looked for
-/// up to 20 of the longer time steps, or 1 s where that is more. Empty when nothing stands out: too little
-/// motion, correlation below 0.8, or better than without a shift by neither 0.1 nor half of what is missing
-/// to 1.
-struct LagEstimate {
-  double lag = 0;            ///< in units of the times
-  double correlation = 0;    ///< of speeds and rotation rates at this lag
-  double correlation_0 = 0;  ///< without
-};
-std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
-                                        const std::vector<double>& reference_times,
-                                        const PoseSeries& estimate,
-                                        const std::vector<double>& estimate_times);
-
 }  // namespace sextant
