@@ -129,6 +129,7 @@ void reorder_quaternions(PoseSeries& series, bool w_is_first) {
 struct Candidate {
   std::string code, text;
   PoseSeries reference, estimate;
+  bool of_reference = false;
 };
 
 std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries& estimate, const PoseFrame& frame) {
@@ -138,7 +139,7 @@ std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries
     Candidate of_estimate{"axes", "the estimate seems to be in the axes " + name + ": try --axes " + name, reference,
                           estimate};
     Candidate of_reference{"axes", "the reference seems to be in the axes " + name + ": try --ref-axes " + name,
-                           reference, estimate};
+                           reference, estimate, true};
     to_camera(of_estimate.estimate, {name, {}});
     to_camera(of_reference.reference, {name, {}});
     if (frame.is_default()) out.push_back(std::move(of_estimate));
@@ -150,7 +151,7 @@ std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries
         "(--format table), or --format",
         w_first ? "first" : "last");
     Candidate of_estimate{"columns", "the estimate" + text, reference, estimate};
-    Candidate of_reference{"columns", "the reference" + text, reference, estimate};
+    Candidate of_reference{"columns", "the reference" + text, reference, estimate, true};
     reorder_quaternions(of_estimate.estimate, w_first);
     reorder_quaternions(of_reference.reference, w_first);
     if (frame.is_default()) out.push_back(std::move(of_estimate));
@@ -167,7 +168,9 @@ std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const P
   double least = kAgrees_deg;
   for (Candidate& c : conventions(reference, estimate, frame)) {
     const auto then = aligned_agreement(c.reference, std::move(c.estimate), choice);
-    if (!then || then->angle_deg >= least) continue;
+    // Where both sides would do, it is the estimate.
+    constexpr double kClearly = 0.5;
+    if (!then || then->angle_deg >= (c.of_reference ? kClearly : 1) * least) continue;
     const bool rotations = now.angle_deg > kTurned_deg && then->angle_deg < kQuarter * now.angle_deg &&
                            then->squares <= 1.01 * now.squares + 1e-9;
     const bool positions = c.code == "axes" && then->squares < kTenth * now.squares;
