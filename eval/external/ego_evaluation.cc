@@ -177,6 +177,19 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   }
 }
 
+/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began later.
+void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate, std::vector<TrajectoryWarning>& warnings) {
+  const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  if (by_time || reference.frames.empty() == estimate.frames.empty()) return;
+  const std::vector<int>& frames = reference.frames.empty() ? estimate.frames : reference.frames;
+  if (frames.front() == 0) return;
+  const char* without = reference.frames.empty() ? "reference" : "estimate";
+  warnings.push_back(
+      {"rows", fmt::format("the {} has no frame numbers, so its first pose is taken as frame 0, but the other side "
+                           "begins at frame {}: put the frame number before the 12 values of each line",
+                           without, frames.front())});
+}
+
 /// What is left after the offset that the user gave.
 void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
@@ -272,6 +285,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.offset = offset_of(reference.poses, estimate.poses, association.offset_s, name);
     association.offset_s = r.offset->offset_s;
   }
+  warn_of_rows(reference.poses, estimate.poses, r.warnings);
   warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings);
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, std::move(estimate.poses), association, *options.interpolate_max_gap_s, r);

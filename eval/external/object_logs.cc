@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "sextant/eval/external/pose_collector.h"
+#include "sextant/eval/external/trajectory_columns.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {
@@ -37,6 +38,8 @@ std::vector<std::string> file_names(const std::string& folder) {
 }
 
 void expect(const NumberFile& file, size_t n, const char* what) {
+  if (file.separator() == ',' && header_contradicts(file.header(), what))
+    file.fail_here("the header names other columns than {}", what);
   if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
 }
 
@@ -130,19 +133,16 @@ std::vector<ObjectLog> read_vdo(const std::string& folder) {
   std::string motions, truth, refined, initial, true_camera;
   for (const std::string& name : file_names(folder)) {
     const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
-    const std::string path = (fs::path(folder) / name).string();
     if (!name.ends_with(".txt")) continue;
-    if (holds("obj_mot_gt"))
-      truth = path;
-    else if (holds("obj_mot")) {
-      if (!motions.empty()) fail("{}: holds several obj_mot_*.txt: keep one run a folder", folder);
-      motions = path;
-    } else if (holds("cam_pose_gt"))
-      true_camera = path;
-    else if (holds("refined_"))
-      refined = path;
-    else if (holds("initial_"))
-      initial = path;
+    const std::pair<const char*, std::string*> kinds[] = {{"obj_mot_gt", &truth},
+                                                          {"obj_mot", &motions},
+                                                          {"cam_pose_gt", &true_camera},
+                                                          {"refined_", &refined},
+                                                          {"initial_", &initial}};
+    const auto* kind = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return holds(k.first); });
+    if (kind == std::end(kinds)) continue;
+    if (!kind->second->empty()) fail("{}: holds several {}*.txt: keep one run a folder", folder, kind->first);
+    *kind->second = (fs::path(folder) / name).string();
   }
   if (motions.empty()) fail("{}: holds no obj_mot_*.txt: expected a folder of VDO-SLAM's results", folder);
   ObjectLog log;

@@ -139,4 +139,13 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
   return out;
 }
 
+bool header_contradicts(std::string_view header, std::string_view names) {
+  std::string plain;
+  for (const char c : header) {
+    if (!is_blank(c) && c != '"' && c != '#') plain.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  }
+  while (plain.ends_with(',')) plain.pop_back();
+  return plain != names && std::ranges::count(plain, ',') == std::ranges::count(names, ',');
+}
+
 }  // namespace sextant

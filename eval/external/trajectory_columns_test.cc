@@ -55,5 +55,11 @@ TEST(PoseColumns, WhatIsNotClearIsNothing) {
   EXPECT_THROW(columns("t,x [mm],y [mm],z [mm],qx,qy,qz,qw"), Error);
 }
 
+TEST(PoseColumns, HeadersOfOneOrder) {
+  EXPECT_FALSE(header_contradicts(" Frame_id, \"tx\",ty,\r", "frame_id,tx,ty"));
+  EXPECT_TRUE(header_contradicts("frame_id,ty,tx", "frame_id,tx,ty"));
+  EXPECT_FALSE(header_contradicts("", "frame_id,tx,ty"));
+}
+
 }  // namespace
 }  // namespace sextant

@@ -169,11 +169,16 @@ TrajectoryFile read_vdo(const std::string& path) {
 }
 
 TrajectoryFile read_dynosam(const std::string& path) {
+  static constexpr const char* kColumns =
+      "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
   return TextReader(path, ',').read(
-      "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw",
-      [](size_t n, char) { return n == 15; },
+      kColumns, [](size_t n, char) { return n == 15; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
-        if (!out.truth) out.truth.emplace();
+        if (!out.truth) {
+          out.truth.emplace();
+          if (header_contradicts(file.header(), kColumns))
+            file.fail_here("the header names other columns than {}", kColumns);
+        }
         for (PoseSeries* series : {&out.poses, &*out.truth}) {
           const size_t first = series == &out.poses ? 1 : 8;
           series->frames.push_back(frame_number(file, 0));

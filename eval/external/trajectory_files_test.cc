@@ -168,6 +168,13 @@ TEST_F(TrajectoryFiles, AFormatAgainstTheHeaderIsAnError) {
   EXPECT_THAT(error("t [s],x [cm],y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n", "auto"), HasSubstr("expected metres"));
 }
 
+TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
+  EXPECT_THAT(error("frame_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
+                    "4,1,2,3,1,0,0,0,5,2,3,1,0,0,0\n",
+                    "auto"),
+              HasSubstr("the header names other columns than frame_id,tx"));
+}
+
 TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
   EXPECT_THAT(error("time,x,y,z,qx,qy,qz,qw\n1500,1,2,3,0,0,0,1\n", "auto"),
               testing::AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));

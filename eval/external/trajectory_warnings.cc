@@ -62,6 +62,11 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   if (a.size() < 3 || b.size() < 3) return warnings;
   const double step_a = median_step(a), step_b = median_step(b);
   if (!(step_a > 0) || !(step_b > 0)) return warnings;
+  for (const auto& [step, side] : {std::pair(step_a, &reference_side), std::pair(step_b, &estimate_side)}) {
+    constexpr double kShortest_s = 1e-5, kLongest_s = 1000;
+    if (step >= kShortest_s && step <= kLongest_s) continue;
+    warnings.push_back({"clock", fmt::format("the time steps of {} are {:.3g} s: are its stamps seconds?", side->name, step)});
+  }
   const double ratio = step_a / step_b;
   const bool longer = b.back() - b.front() > 1.02 * (a.back() - a.front());
   if (!by_name && ratio > 1.5 && longer) {

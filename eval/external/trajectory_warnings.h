@@ -9,6 +9,9 @@
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
+//   rows            one side has frame numbers that do not begin at 0, the other has none: its rows are taken
+//                   as frames
+//   clock           median time steps of below 1e-5 s or above 1000 s: another unit than seconds?
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
 //   repeated_poses  the estimate stands still, exactly, while the reference moves: 5 poses or more
 //   identity        the reference holds exact identity poses after it, or the estimate, has left its origin:
@@ -37,7 +40,7 @@ struct TrajectorySide {
   std::string format;
 };
 
-/// Before association: swapped, rates.
+/// Before association: swapped, clock, rates.
 std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& reference_side,
                                                 const PoseSeries& estimate,
