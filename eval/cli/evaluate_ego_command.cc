@@ -37,7 +37,8 @@ EgoOptions options_of(const EgoFlags& flags) {
   if (!flags.up.empty()) options.up = parse_direction(flags.up);
   if ((options.alignment == Alignment::yaw) != options.up.has_value()) {
     fail(
-        "--align yaw and --up go together: --up z where z points up in both worlds (ROS, EuRoC, TUM), --up -y in opencv "
+        "--align yaw and --up go together: --up z where z points up in both worlds (ROS, EuRoC, TUM), --up "
+        "-y in opencv "
         "axes (KITTI, --axes)");
   }
   if (!flags.body_from_camera.empty())
@@ -47,11 +48,13 @@ EgoOptions options_of(const EgoFlags& flags) {
   opencv_from_axes(options.estimate_frame.axes);
   opencv_from_axes(options.reference_frame.axes);
   if (options.interpolate_max_gap_s && !(*options.interpolate_max_gap_s > 0))
-    fail("--interpolate: expected the longest gap to bridge, above 0 s, got {}", *options.interpolate_max_gap_s);
-  for (const double value : {options.association.max_difference_s, options.association.offset_s,
-                             flags.delta_tolerance, flags.start_s.value_or(0), flags.end_s.value_or(0),
-                             options.interpolate_max_gap_s.value_or(0)}) {
-    if (!std::isfinite(value)) fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
+    fail("--interpolate: expected the longest gap to bridge, above 0 s, got {}",
+         *options.interpolate_max_gap_s);
+  for (const double value :
+       {options.association.max_difference_s, options.association.offset_s, flags.delta_tolerance,
+        flags.start_s.value_or(0), flags.end_s.value_or(0), options.interpolate_max_gap_s.value_or(0)}) {
+    if (!std::isfinite(value))
+      fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
   }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
   if (!flags.rpe.empty()) {
@@ -145,7 +148,8 @@ void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
-  command.add_option("--align", flags.alignment, "none, origin, se3, sim3, scale or yaw")->capture_default_str();
+  command.add_option("--align", flags.alignment, "none, origin, se3, sim3, scale or yaw")
+      ->capture_default_str();
   command.add_option("--up", flags.up,
                      "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
   command
@@ -177,8 +181,9 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
       ->check(CLI::NonNegativeNumber);
   command.add_option("--offset", a.offset_s, "Added to the time stamps of the estimate, s")
       ->capture_default_str();
-  command.add_flag("--estimate-offset", flags.options.estimate_offset,
-                   "Estimate what to add to the estimate's time stamps, with its 95 % interval, around --offset");
+  command.add_flag(
+      "--estimate-offset", flags.options.estimate_offset,
+      "Estimate what to add to the estimate's time stamps, with its 95 % interval, around --offset");
   command.add_option("--interpolate", flags.options.interpolate_max_gap_s,
                      "Interpolate the reference at the estimate's time stamps, over gaps up to this, s");
   command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s");
@@ -186,15 +191,17 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
 }
 
 void add_frame_flags(CLI::App& command, EgoFlags& flags) {
-  command.add_option("--axes", flags.options.estimate_frame.axes,
-                     "Axes of the estimates' worlds and bodies: opencv, opengl, ned or flu")
+  command
+      .add_option("--axes", flags.options.estimate_frame.axes,
+                  "Axes of the estimates' worlds and bodies: opencv, opengl, ned or flu")
       ->capture_default_str();
   command.add_option("--ref-axes", flags.options.reference_frame.axes, "The same of the reference")
       ->capture_default_str();
   command
-      .add_option("--body-from-camera", flags.body_from_camera,
-                  "The estimates are poses of a body: T_body_camera, to be multiplied from the right; a file or a "
-                  "text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
+      .add_option(
+          "--body-from-camera", flags.body_from_camera,
+          "The estimates are poses of a body: T_body_camera, to be multiplied from the right; a file or a "
+          "text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
       ->type_name("FILE|VALUES");
   command.add_option("--ref-body-from-camera", flags.reference_body_from_camera, "The same of the reference")
       ->type_name("FILE|VALUES");
@@ -213,7 +220,10 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
   command->add_option(
       "EST", flags->estimates,
       "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
-  command->add_option("--format", flags->format, "Of both; auto: what the header names or the first record fits, where only one format does")
+  command
+      ->add_option(
+          "--format", flags->format,
+          "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
   command->add_option("--ref-format", flags->reference_format, "Of the reference, where it differs");
   command->add_option("--est-format", flags->estimate_format, "Of the estimates, where it differs");
@@ -241,7 +251,8 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
       "  sextant evaluate ego gt.csv run.bag:/odom --interpolate 0.1 --estimate-offset --align yaw --up z\n"
       "  sextant evaluate ego gt.tum imu.tum --body-from-camera T_body_camera.txt --align se3\n"
       "  sextant evaluate ego --ref-axes ned gt.tum orb.tum --align sim3\n"
-      "Frames: T_world_camera = C T_world_body T_body_camera, C from --axes to opencv axes (docs/evaluate.md).\n"
+      "Frames: T_world_camera = C T_world_body T_body_camera, C from --axes to opencv axes "
+      "(docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
   command->callback([flags, extras] { evaluate(*flags, extras); });
 }

@@ -101,10 +101,12 @@ TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
 }
 
 TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
-  const std::string ned = write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");
-  const Json json = Json::parse(sextant({gt.c_str(), ned.c_str(), "--axes", "ned", "--body-from-camera", "0 0 -0.5", "--align",
-                                         "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
-                                    .out);
+  const std::string ned =
+      write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");
+  const Json json =
+      Json::parse(sextant({gt.c_str(), ned.c_str(), "--axes", "ned", "--body-from-camera", "0 0 -0.5",
+                           "--align", "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
+                      .out);
   EXPECT_EQ(json["align"], "yaw");
   EXPECT_EQ(json["up"], Json::array({0, -1, 0}));
   EXPECT_EQ(json["frames"]["axes"], "ned");

@@ -79,7 +79,8 @@ std::vector<std::string> names_of(const DenseOptions& options) {
 }
 
 /// The file of that name in a folder; the path itself for an empty name. Throws Error where there are two.
-std::string file_of(const std::string& path, const std::string& name, const std::string& format, const char* flag) {
+std::string file_of(const std::string& path, const std::string& name, const std::string& format,
+                    const char* flag) {
   if (name.empty()) return path;
   const std::vector<std::string> extensions = extensions_of(format);
   std::string found;
@@ -87,10 +88,13 @@ std::string file_of(const std::string& path, const std::string& name, const std:
     const fs::path file = fs::path(path) / (name + extension);
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;
-    if (!found.empty()) fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", path, name, name, flag);
+    if (!found.empty())
+      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", path, name, name, flag);
     found = file.string();
   }
-  if (found.empty()) fail("{}: has no {}{}, which the estimate has", path, name, fmt::join(extensions, fmt::format(" or {}", name)));
+  if (found.empty())
+    fail("{}: has no {}{}, which the estimate has", path, name,
+         fmt::join(extensions, fmt::format(" or {}", name)));
   return found;
 }
 
@@ -101,7 +105,9 @@ void note_missing_images(const DenseOptions& options, Table& table) {
   const size_t n_truth = names_in(options.truth, options.truth_format, "--gt-format").size();
   const size_t n = names_of(options).size();
   if (n < n_truth)
-    table.notes.push_back(fmt::format("{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n, n_truth));
+    table.notes.push_back(fmt::format(
+        "{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n,
+        n_truth));
 }
 
 template <typename T, typename U>
@@ -132,11 +138,13 @@ void for_subsets(const DenseOptions& options, const Read& read, const Take& take
   for (const std::string& name : names_of(options)) {
     const std::string path = file_of(options.estimate, name, options.estimate_format, "--est-format");
     const Image<T> estimate = read(path, options.estimate_format);
-    const Image<T> truth = read(file_of(options.truth, name, options.truth_format, "--gt-format"), options.truth_format);
+    const Image<T> truth =
+        read(file_of(options.truth, name, options.truth_format, "--gt-format"), options.truth_format);
     check_size(estimate, truth, path);
     take("all", estimate, truth);
     if (!options.visible_truth.empty()) {
-      const std::string visible_path = file_of(options.visible_truth, name, options.truth_format, "--gt-format");
+      const std::string visible_path =
+          file_of(options.visible_truth, name, options.truth_format, "--gt-format");
       const Image<T> visible = read(visible_path, options.truth_format);
       check_size(visible, truth, visible_path);
       take("noc", estimate, reduced(truth, [&](size_t i) { return has_value(visible.data()[i]); }));
@@ -184,7 +192,8 @@ Table evaluate_flow(const DenseOptions& options) {
     const DenseFlowError e = pooled(images);
     if (subset == "all") check_any(e.n, options);
     table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px), percent(e.outlier_share)});
+                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px),
+                   percent(e.outlier_share)});
   }
   note_missing_images(options, table);
   return table;

@@ -85,7 +85,8 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   return {counted(reference.size()), counted(estimate.size())};
 }
 
-void match(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options, EgoResult& r) {
+void match(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+           EgoResult& r) {
   Association found = associate(reference, estimate, options, r.name);
   r.reference = reference;
   r.reference.keep(found.reference);
@@ -177,17 +178,20 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   }
 }
 
-/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began later.
-void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate, std::vector<TrajectoryWarning>& warnings) {
+/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began
+/// later.
+void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
+                  std::vector<TrajectoryWarning>& warnings) {
   const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   if (by_time || reference.frames.empty() == estimate.frames.empty()) return;
   const std::vector<int>& frames = reference.frames.empty() ? estimate.frames : reference.frames;
   if (frames.front() == 0) return;
   const char* without = reference.frames.empty() ? "reference" : "estimate";
   warnings.push_back(
-      {"rows", fmt::format("the {} has no frame numbers, so its first pose is taken as frame 0, but the other side "
-                           "begins at frame {}: put the frame number before the 12 values of each line",
-                           without, frames.front())});
+      {"rows",
+       fmt::format("the {} has no frame numbers, so its first pose is taken as frame 0, but the other side "
+                   "begins at frame {}: put the frame number before the 12 values of each line",
+                   without, frames.front())});
 }
 
 /// What is left after the offset that the user gave.
@@ -288,13 +292,15 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
   warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings);
   if (options.interpolate_max_gap_s)
-    match_interpolated(reference.poses, std::move(estimate.poses), association, *options.interpolate_max_gap_s, r);
+    match_interpolated(reference.poses, std::move(estimate.poses), association,
+                       *options.interpolate_max_gap_s, r);
   else
     match(reference.poses, std::move(estimate.poses), association, r);
   if (r.estimate.empty()) {
-    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s){}", name,
-         reference.side.name, association.max_difference_s,
-         options.interpolate_max_gap_s ? fmt::format(", --interpolate ({} s)", *options.interpolate_max_gap_s) : "");
+    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s){}",
+         name, reference.side.name, association.max_difference_s,
+         options.interpolate_max_gap_s ? fmt::format(", --interpolate ({} s)", *options.interpolate_max_gap_s)
+                                       : "");
   }
   warn_of_share(r, reference.poses, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));

@@ -221,13 +221,15 @@ TEST(EgoEvaluation, AnInterpolatedReferenceIsAtTheEstimatesTimes) {
   EXPECT_EQ(r.reference_rows[1], 1) << "0.053 s: the pose at 0.1 s is nearer than that at 0";
   EXPECT_EQ(r.reference_rows[0], 0);
   options.interpolate_max_gap_s = 0.05;
-  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }), HasSubstr("--interpolate (0.05 s)"));
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate (0.05 s)"));
   options.interpolate_max_gap_s = 0.11;
   options.association.start_s = 105;
   options.association.end_s = 110;
   EXPECT_EQ(evaluate(drive(300, 10), estimate, options).errors.size(), 125);
   estimate.stamps_s.clear();
-  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }), HasSubstr("--interpolate needs time stamps"));
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate needs time stamps"));
 }
 
 TEST(EgoEvaluation, AnOffsetIsEstimatedWithItsInterval) {
@@ -249,12 +251,14 @@ TEST(EgoEvaluation, WhatDoesNotDetermineAnOffsetIsAnError) {
     steady.stamps_s.push_back(0.1 * i);
   }
   const EgoOptions options{.estimate_offset = true};
-  EXPECT_THAT(error_of([&] { evaluate(steady, noisy(steady), options); }), HasSubstr("do not determine a time offset"));
+  EXPECT_THAT(error_of([&] { evaluate(steady, noisy(steady), options); }),
+              HasSubstr("do not determine a time offset"));
   EXPECT_THAT(error_of([&] { evaluate(drive(30, 10), drive(30, 10), options); }), HasSubstr("40 needed"));
   PoseSeries other = drive(300, 10);  // another motion
   std::mt19937_64 random(3);
   for (size_t i = 1; i < other.size(); ++i)
-    other.positions_m[i] = other.positions_m[i - 1] + Eigen::Vector3d(0, 0, 0.1 * static_cast<double>(random() % 10));
+    other.positions_m[i] =
+        other.positions_m[i - 1] + Eigen::Vector3d(0, 0, 0.1 * static_cast<double>(random() % 10));
   for (Eigen::Matrix3d& R : other.rotations) R.setIdentity();
   EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), other, options); }),
               HasSubstr("do not determine a time offset"));

@@ -174,14 +174,16 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
   for (const EgoResult& r : runs) add(r.name, number(r.estimate.size()), r.errors.size(), r.statistics);
   for (const EgoResult& r : runs) {
     if (r.offset) {
-      table.notes.push_back(fmt::format("{}: {:+.6f} s added to its time stamps, 95 % interval {:+.6f} .. {:+.6f} s", r.name,
-                                        r.offset->offset_s, r.offset->low_s, r.offset->high_s));
+      table.notes.push_back(
+          fmt::format("{}: {:+.6f} s added to its time stamps, 95 % interval {:+.6f} .. {:+.6f} s", r.name,
+                      r.offset->offset_s, r.offset->low_s, r.offset->high_s));
     }
     if (r.interpolation) {
-      table.notes.push_back(fmt::format("{}: reference interpolated over gaps up to {:.4g} s; {} poses lie outside of it, {} in gaps "
-                                        "longer than {:.4g} s",
-                                        r.name, r.interpolation->largest_gap_s, r.interpolation->n_outside,
-                                        r.interpolation->n_in_longer_gaps, *options.interpolate_max_gap_s));
+      table.notes.push_back(fmt::format(
+          "{}: reference interpolated over gaps up to {:.4g} s; {} poses lie outside of it, {} in gaps "
+          "longer than {:.4g} s",
+          r.name, r.interpolation->largest_gap_s, r.interpolation->n_outside,
+          r.interpolation->n_in_longer_gaps, *options.interpolate_max_gap_s));
     }
   }
   if (runs.size() == 1) return table;

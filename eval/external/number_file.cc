@@ -1,13 +1,13 @@
 #include "sextant/eval/external/number_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+
+#include "sextant/eval/external/trajectory_bytes.h"
 
 namespace sextant {
 namespace {
@@ -38,14 +38,9 @@ std::string shown(std::string_view field) {
 }  // namespace
 
 NumberFile::NumberFile(std::string path, char separator) : path_(std::move(path)), separator_(separator) {
-  file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
-  struct stat status {};
-  if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file_);
-    fail("{}: expected a file, got {}", path_, S_ISDIR(status.st_mode) ? "a folder" : "something else");
-  }
-  file_bytes_ = static_cast<size_t>(status.st_size);
+  const OpenFile file = open_file(path_);
+  file_ = file.descriptor;
+  file_bytes_ = static_cast<size_t>(file.size);
   buffer_.resize(kBlock);
   if (refill() && std::string_view(buffer_.data(), end_).starts_with("\xef\xbb\xbf")) begin_ = 3;
   const std::string_view start(buffer_.data(), end_);

@@ -139,7 +139,8 @@ std::vector<ObjectLog> read_vdo(const std::string& folder) {
                                                           {"cam_pose_gt", &true_camera},
                                                           {"refined_", &refined},
                                                           {"initial_", &initial}};
-    const auto* kind = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return holds(k.first); });
+    const auto* kind =
+        std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return holds(k.first); });
     if (kind == std::end(kinds)) continue;
     if (!kind->second->empty()) fail("{}: holds several {}*.txt: keep one run a folder", folder, kind->first);
     *kind->second = (fs::path(folder) / name).string();

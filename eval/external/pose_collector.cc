@@ -58,7 +58,8 @@ std::vector<std::string> RepairLog::warnings(const std::string& path) const {
 
 void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
   if (!(p.cwiseAbs().maxCoeff() <= kFarthest_m) || !p.allFinite())
-    fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2], kFarthest_m);
+    fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2],
+         kFarthest_m);
 }
 
 Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
@@ -66,7 +67,8 @@ Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string&
   const double off = std::abs(q.norm() - 1);
   if (!(off <= kNormLimit)) {
     fail(
-        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, expected 1 (limit {} off): are the columns in "
+        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, expected 1 (limit {} off): are the columns "
+        "in "
         "order?",
         path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), kNormLimit);
   }

@@ -30,7 +30,8 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value)) return std::nullopt;
+    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value))
+      return std::nullopt;
     if (values.size() == kMost) return std::nullopt;
     values.push_back(value);
     at = end;
@@ -44,8 +45,8 @@ BodyFromCamera body_from_camera(const std::vector<double>& v, const std::string&
     out.position_m = {v[0], v[1], v[2]};
   } else if (v.size() == 12 || v.size() == 16) {
     if (v.size() == 16 && (v[12] != 0 || v[13] != 0 || v[14] != 0 || v[15] != 1))
-      fail("{}: expected 0 0 0 1 as the last row of T_body_camera, got {} {} {} {}", name, v[12], v[13], v[14],
-           v[15]);
+      fail("{}: expected 0 0 0 1 as the last row of T_body_camera, got {} {} {} {}", name, v[12], v[13],
+           v[14], v[15]);
     Eigen::Matrix3d R;
     R << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
     RepairLog log;

@@ -36,8 +36,8 @@ struct PoseFrame {
   Eigen::Matrix4d matrix() const;
 };
 
-/// 3 (position alone), 12 or 16 numbers (matrix row by row) with blanks or commas between them, or the name of
-/// a file of them. Throws Error on anything else, on what is no rotation, and on a position beyond 1000 m.
+/// 3 (position alone), 12 or 16 numbers (matrix row by row) with blanks or commas between them, or the name
+/// of a file of them. Throws Error on anything else, on what is no rotation, and on a position beyond 1000 m.
 BodyFromCamera parse_body_from_camera(const std::string& text);
 /// The same from the content of a file; `name` begins messages.
 BodyFromCamera decode_body_from_camera(const std::string& content, const std::string& name);

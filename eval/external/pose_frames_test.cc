@@ -52,7 +52,8 @@ TEST(PoseFrame, ALeverArmAloneIsAlongTheBodysAxes) {
   const SE3 T = some_motion(3);
   PoseSeries s = one(T);
   to_camera(s, frame);
-  EXPECT_THAT(s.positions_m[0], EigenNear(opencv_from_axes("flu") * (T * Eigen::Vector3d(1.5, 0, 0.3)), 1e-14));
+  EXPECT_THAT(s.positions_m[0],
+              EigenNear(opencv_from_axes("flu") * (T * Eigen::Vector3d(1.5, 0, 0.3)), 1e-14));
 }
 
 TEST(PoseFrame, NothingGivenChangesNoBit) {
@@ -93,7 +94,8 @@ TEST(Direction, NamesAndNumbers) {
   EXPECT_EQ(parse_direction("-y"), Eigen::Vector3d(0, -1, 0));
   EXPECT_EQ(parse_direction("z"), Eigen::Vector3d(0, 0, 1));
   EXPECT_THAT(parse_direction("0 3 -4"), EigenNear(Eigen::Vector3d(0, 0.6, -0.8), 1e-15));
-  for (const char* text : {"", "w", "0 0 0", "1 2", "--y", "nan 0 1"}) EXPECT_THROW(parse_direction(text), Error);
+  for (const char* text : {"", "w", "0 0 0", "1 2", "--y", "nan 0 1"})
+    EXPECT_THROW(parse_direction(text), Error);
 }
 
 }  // namespace

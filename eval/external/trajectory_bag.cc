@@ -31,7 +31,8 @@ class Fields {
   template <typename T>
   T number(const std::string& name) const {
     const std::string value = text(name);
-    if (value.size() != sizeof(T)) fail("{}: field '{}' has {} bytes, expected {}", where_, name, value.size(), sizeof(T));
+    if (value.size() != sizeof(T))
+      fail("{}: field '{}' has {} bytes, expected {}", where_, name, value.size(), sizeof(T));
     return ByteCursor(value, where_).number<T>();
   }
 
@@ -46,14 +47,17 @@ class BagReader {
 
   void read(ByteSource& bytes, uint64_t begin, uint64_t end, bool in_chunk) {
     for (uint64_t at = begin; at < end;) {
-      const std::string where = fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
+      const std::string where =
+          fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
       const auto length = [&] {
         if (end - at < 4) fail("{}: ends at byte {} within a record: it is cut off", file_, end);
         const auto n = ByteCursor(bytes.view(at, 4), where).number<uint32_t>();
         at += 4;
         if (n > end - at) {
-          fail("{}: has {} bytes where {} are left: the bag is cut off or damaged; `rosbag reindex` may repair it",
-               where, n, end - at);
+          fail(
+              "{}: has {} bytes where {} are left: the bag is cut off or damaged; `rosbag reindex` may "
+              "repair it",
+              where, n, end - at);
         }
         return n;
       };
@@ -70,14 +74,16 @@ class BagReader {
   TrajectoryFile finish() { return poses_.finish(); }
 
  private:
-  void take(ByteSource& bytes, const Fields& header, uint64_t at, uint32_t n, bool in_chunk, const std::string& where) {
+  void take(ByteSource& bytes, const Fields& header, uint64_t at, uint32_t n, bool in_chunk,
+            const std::string& where) {
     switch (header.number<uint8_t>("op")) {
       case op_connection: {
         const auto id = header.number<uint32_t>("conn");
         const std::string topic = header.text("topic");
         const bool wanted = poses_.announce(topic, Fields(bytes.view(at, n), where).text("type"), "ros1");
         const auto known = topics_.try_emplace(id, wanted ? std::optional(topic) : std::nullopt);
-        if (wanted && known.first->second != topic) fail("{}: connection {} has two topics: damaged", where, id);
+        if (wanted && known.first->second != topic)
+          fail("{}: connection {} has two topics: damaged", where, id);
         break;
       }
       case op_message: {

@@ -1,8 +1,8 @@
 #pragma once
 
-// Poses of a topic in a ROS 1 bag, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4.
-// The records are read one after the other, so an index is not needed; a bag that ends within a record is an
-// Error. Memory: one chunk (256 MB at most) and 104 bytes a pose.
+// Poses of a topic in a ROS 1 bag, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or
+// lz4. The records are read one after the other, so an index is not needed; a bag that ends within a record
+// is an Error. Memory: one chunk (256 MB at most) and 104 bytes a pose.
 
 #include <string>
 

@@ -29,7 +29,8 @@ class Output {
     out_.append(block_.data(), n);
   }
   std::string finish() {
-    if (out_.size() != size_) fail("{}: a block holds {} of its {} bytes: damaged", where_, out_.size(), size_);
+    if (out_.size() != size_)
+      fail("{}: a block holds {} of its {} bytes: damaged", where_, out_.size(), size_);
     return std::move(out_);
   }
   [[noreturn]] void damaged(const std::string& reason) const {
@@ -46,7 +47,8 @@ class Output {
 void from_lz4(std::string_view bytes, Output& out) {
   LZ4F_dctx* raw = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) out.damaged("no memory for lz4");
-  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> context(raw, LZ4F_freeDecompressionContext);
+  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> context(raw,
+                                                                             LZ4F_freeDecompressionContext);
   for (size_t more = 1; more != 0;) {
     size_t n_in = bytes.size(), n_out = out.room();
     more = LZ4F_decompress(raw, out.block(), &n_out, bytes.data(), &n_in, nullptr);
@@ -91,15 +93,23 @@ void from_bz2(std::string_view bytes, Output& out) {
 
 }  // namespace
 
-ByteSource::ByteSource(const std::string& path) : name_(path) {
-  file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file_ < 0) fail("{}: cannot open: {}", path, std::strerror(errno));
+OpenFile open_file(const std::string& path) {
+  OpenFile out;
+  out.descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (out.descriptor < 0) fail("{}: cannot open: {}", path, std::strerror(errno));
   struct stat status {};
-  if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file_);
+  if (::fstat(out.descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+    ::close(out.descriptor);
     fail("{}: expected a file, got {}", path, S_ISDIR(status.st_mode) ? "a folder" : "something else");
   }
-  size_ = static_cast<uint64_t>(status.st_size);
+  out.size = static_cast<uint64_t>(status.st_size);
+  return out;
+}
+
+ByteSource::ByteSource(const std::string& path) : name_(path) {
+  const OpenFile file = open_file(path);
+  file_ = file.descriptor;
+  size_ = file.size;
 }
 
 ByteSource::~ByteSource() {
@@ -114,7 +124,8 @@ std::string_view ByteSource::view(uint64_t at, uint64_t n) {
     block_.resize(static_cast<size_t>(std::min(std::max<uint64_t>(n, kBlock), size_ - at)));
     block_at_ = at;
     for (size_t done = 0; done < block_.size();) {
-      const ssize_t got = ::pread(file_, block_.data() + done, block_.size() - done, static_cast<off_t>(at + done));
+      const ssize_t got =
+          ::pread(file_, block_.data() + done, block_.size() - done, static_cast<off_t>(at + done));
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) fail("{}: cannot read: {}", name_, std::strerror(errno));
       if (got == 0) fail("{}: ends at byte {} while it is read", name_, at + done);
@@ -124,7 +135,8 @@ std::string_view ByteSource::view(uint64_t at, uint64_t n) {
   return {block_.data() + (at - block_at_), static_cast<size_t>(n)};
 }
 
-std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size, const std::string& where) {
+std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                       const std::string& where) {
   if (size > kLargestBlock) fail("{}: a block of {} bytes: {} at most", where, size, kLargestBlock);
   Output out(size, where);
   if (kind == "lz4") {

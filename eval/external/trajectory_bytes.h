@@ -13,12 +13,20 @@
 
 namespace sextant {
 
+/// A regular file that is open for reading; the caller closes it. Throws Error that says what is wrong.
+struct OpenFile {
+  int descriptor = -1;
+  uint64_t size = 0;
+};
+OpenFile open_file(const std::string& path);
+
 /// A file, or bytes in memory.
 class ByteSource {
  public:
   /// Throws Error when the file cannot be read.
   explicit ByteSource(const std::string& path);
-  ByteSource(std::string_view bytes, std::string name) : name_(std::move(name)), memory_(bytes), size_(bytes.size()) {}
+  ByteSource(std::string_view bytes, std::string name)
+      : name_(std::move(name)), memory_(bytes), size_(bytes.size()) {}
   ~ByteSource();
   ByteSource(const ByteSource&) = delete;
   ByteSource& operator=(const ByteSource&) = delete;
@@ -69,7 +77,8 @@ constexpr uint64_t kLargestBlock = uint64_t{1} << 28;
 
 /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with what comes out, not with what `size` claims.
 /// Throws Error "WHERE: ..." on damage, on another size than `size`, and beyond kLargestBlock.
-std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size, const std::string& where);
+std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                       const std::string& where);
 
 /// A file that lies in memory, for readers that want a path.
 class MemoryFile {

@@ -98,7 +98,8 @@ int component(const Name& name) {
   if (any({"gt", "truth", "v", "vel", "velocity", "linear", "angular", "twist", "w", "a", "acc", "b", "bias",
            "bw", "ba", "cov", "covariance", "std", "sigma"}))
     return -1;
-  if (any({"q", "quat", "quaternion", "orientation", "ori", "rot", "rotation"})) return 3 + static_cast<int>(axis);
+  if (any({"q", "quat", "quaternion", "orientation", "ori", "rot", "rotation"}))
+    return 3 + static_cast<int>(axis);
   if (axis < 3 && (words.empty() || any({"t", "p", "pos", "position", "trans", "translation"})))
     return static_cast<int>(axis);
   return -1;
@@ -142,7 +143,8 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
 bool header_contradicts(std::string_view header, std::string_view names) {
   std::string plain;
   for (const char c : header) {
-    if (!is_blank(c) && c != '"' && c != '#') plain.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+    if (!is_blank(c) && c != '"' && c != '#')
+      plain.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
   }
   while (plain.ends_with(',')) plain.pop_back();
   return plain != names && std::ranges::count(plain, ',') == std::ranges::count(names, ',');

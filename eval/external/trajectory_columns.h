@@ -30,8 +30,8 @@ struct PoseColumns {
 /// has columns. Throws Error where it says that positions are not in metres; `place` begins the message.
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place);
 
-/// Whether a header names as many columns as `names` ("a,b,c"), but others or in another order; blanks, quotes and
-/// cases do not matter.
+/// Whether a header names as many columns as `names` ("a,b,c"), but others or in another order; blanks,
+/// quotes and cases do not matter.
 bool header_contradicts(std::string_view header, std::string_view names);
 
 }  // namespace sextant

@@ -7,7 +7,9 @@
 namespace sextant {
 namespace {
 
-std::optional<PoseColumns> columns(std::string_view header, size_t n = 8) { return columns_of(header, n, "f:1"); }
+std::optional<PoseColumns> columns(std::string_view header, size_t n = 8) {
+  return columns_of(header, n, "f:1");
+}
 
 TEST(PoseColumns, HeadersOfKnownPrograms) {
   const auto vslam_lab = columns("ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw");
@@ -17,15 +19,18 @@ TEST(PoseColumns, HeadersOfKnownPrograms) {
 
   const auto euroc = columns(
       "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
-      "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "
+      "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad "
+      "s^-1], "
       "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]",
       17);
   ASSERT_TRUE(euroc);
   EXPECT_TRUE(euroc->in_order(true));
   EXPECT_EQ(euroc->seconds_per_unit, 0) << "the data set's own header does not say";
-  EXPECT_EQ(columns("#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []")
-                ->seconds_per_unit,
-            1e-9);
+  EXPECT_EQ(
+      columns(
+          "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []")
+          ->seconds_per_unit,
+      1e-9);
 
   const auto tum = columns("# timestamp tx ty tz qx qy qz qw");
   ASSERT_TRUE(tum);

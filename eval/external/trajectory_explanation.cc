@@ -55,7 +55,9 @@ std::optional<Agreement> aligned_agreement(const PoseSeries& reference, PoseSeri
   return agreement(reference, estimate);
 }
 
-std::string numbers(const Eigen::Vector3d& v) { return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]); }
+std::string numbers(const Eigen::Vector3d& v) {
+  return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]);
+}
 
 double percent(double before, double after) { return 100 * (1 - after / before); }
 
@@ -75,10 +77,12 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
   return TrajectoryWarning{
       "lever_arm",
-      fmt::format("a constant lever arm of {:.2f} m explains {:.0f} % of the squared errors: the estimate's poses may be "
-                  "of another point of the body; try --body-from-camera \"{}\" (position of the camera in the body, "
-                  "m; what the turns do not determine is 0)",
-                  l->norm(), percent(now.squares, then->squares), numbers(total))};
+      fmt::format(
+          "a constant lever arm of {:.2f} m explains {:.0f} % of the squared errors: the estimate's poses "
+          "may be "
+          "of another point of the body; try --body-from-camera \"{}\" (position of the camera in the body, "
+          "m; what the turns do not determine is 0)",
+          l->norm(), percent(now.squares, then->squares), numbers(total))};
 }
 
 // ---- yaw
@@ -105,11 +109,14 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
     PoseSeries turned = estimate;
     align(turned, reference, Alignment::yaw, 0, axis);
     const Agreement then = agreement(reference, turned);
-    if (angle_deg < kLeast_deg || then.squares > least || then.angle_deg > (1 - kMost) * now.angle_deg) continue;
+    if (angle_deg < kLeast_deg || then.squares > least || then.angle_deg > (1 - kMost) * now.angle_deg)
+      continue;
     least = then.squares;
-    best = {"yaw", fmt::format("a constant turn of {:.1f} deg about the {} axis explains {:.0f} % of the squared errors: "
-                               "the worlds may differ in heading; try --align yaw --up {}",
-                               angle_deg, name.back(), percent(now.squares, then.squares), name)};
+    best = {"yaw",
+            fmt::format(
+                "a constant turn of {:.1f} deg about the {} axis explains {:.0f} % of the squared errors: "
+                "the worlds may differ in heading; try --align yaw --up {}",
+                angle_deg, name.back(), percent(now.squares, then.squares), name)};
   }
   return best;
 }
@@ -120,8 +127,8 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
 void reorder_quaternions(PoseSeries& series, bool w_is_first) {
   for (Eigen::Matrix3d& R : series.rotations) {
     const Eigen::Quaterniond q(R);
-    R = (w_is_first ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())    // read as x y z w, is w x y z
-                    : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()))   // read as w x y z, is x y z w
+    R = (w_is_first ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())   // read as x y z w, is w x y z
+                    : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()))  // read as w x y z, is x y z w
             .toRotationMatrix();
   }
 }
@@ -132,13 +139,15 @@ struct Candidate {
   bool of_reference = false;
 };
 
-std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries& estimate, const PoseFrame& frame) {
+std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries& estimate,
+                                   const PoseFrame& frame) {
   std::vector<Candidate> out;
   for (const std::string& name : axes_names()) {
     if (name == "opencv") continue;
-    Candidate of_estimate{"axes", "the estimate seems to be in the axes " + name + ": try --axes " + name, reference,
-                          estimate};
-    Candidate of_reference{"axes", "the reference seems to be in the axes " + name + ": try --ref-axes " + name,
+    Candidate of_estimate{"axes", "the estimate seems to be in the axes " + name + ": try --axes " + name,
+                          reference, estimate};
+    Candidate of_reference{"axes",
+                           "the reference seems to be in the axes " + name + ": try --ref-axes " + name,
                            reference, estimate, true};
     to_camera(of_estimate.estimate, {name, {}});
     to_camera(of_reference.reference, {name, {}});
@@ -147,7 +156,8 @@ std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries
   }
   for (const bool w_first : {true, false}) {
     const std::string text = fmt::format(
-        "'s quaternions seem to have w {}: check the order of its columns; a header with a name each decides it "
+        "'s quaternions seem to have w {}: check the order of its columns; a header with a name each decides "
+        "it "
         "(--format table), or --format",
         w_first ? "first" : "last");
     Candidate of_estimate{"columns", "the estimate" + text, reference, estimate};
@@ -176,10 +186,12 @@ std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const P
     const bool positions = c.code == "axes" && then->squares < kTenth * now.squares;
     if (!rotations && !positions) continue;
     least = then->angle_deg;
-    best = {c.code, fmt::format("{} (mean rotation error {:.1f} deg, {:.1f} then; position RMSE {:.3g} m, {:.3g} then)", c.text,
-                                now.angle_deg, then->angle_deg,
-                                std::sqrt(now.squares / static_cast<double>(reference.size())),
-                                std::sqrt(then->squares / static_cast<double>(reference.size())))};
+    best = {
+        c.code,
+        fmt::format("{} (mean rotation error {:.1f} deg, {:.1f} then; position RMSE {:.3g} m, {:.3g} then)",
+                    c.text, now.angle_deg, then->angle_deg,
+                    std::sqrt(now.squares / static_cast<double>(reference.size())),
+                    std::sqrt(then->squares / static_cast<double>(reference.size())))};
   }
   return best;
 }
@@ -232,8 +244,10 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   return l;
 }
 
-std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_reference, const PoseSeries& all_estimate,
-                                                        const AlignmentChoice& choice, const PoseFrame& frame) {
+std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_reference,
+                                                        const PoseSeries& all_estimate,
+                                                        const AlignmentChoice& choice,
+                                                        const PoseFrame& frame) {
   if (all_estimate.size() < kFewest) return {};
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   AlignmentChoice all = choice;

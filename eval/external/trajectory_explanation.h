@@ -1,17 +1,21 @@
 #pragma once
 
-// What one constant would explain most of an error: a lever arm, a turn of the world about its vertical, axes of
-// another convention, quaternions read in another order. Each candidate is applied, the paths are aligned
+// What one constant would explain most of an error: a lever arm, a turn of the world about its vertical, axes
+// of another convention, quaternions read in another order. Each candidate is applied, the paths are aligned
 // again as asked for, and what is left decides:
 //
 //   code       warned when                                                                         remedy
-//   lever_arm  a constant vector in the body, found from relative motions, explains more than half  --body-from-camera
+//   lever_arm  a constant vector in the body, found from relative motions, explains more than half
+//   --body-from-camera
 //              of the squared position errors; 5 cm .. 100 m
-//   yaw        with --align none or scale: one turn explains more than half of the squared errors   --align yaw
+//   yaw        with --align none or scale: one turn explains more than half of the squared errors   --align
+//   yaw
 //              that a shift leaves, and halves the mean rotation error; beyond 3 deg
-//   axes       axes of lib/geometry/axes.h take 90 % of the squared position errors away, or the     --axes, --ref-axes
+//   axes       axes of lib/geometry/axes.h take 90 % of the squared position errors away, or the     --axes,
+//   --ref-axes
 //              mean rotation error from above 30 deg to less than a quarter
-//   columns    the quaternions of one side read with w at the other end do the latter              a header, --format
+//   columns    the quaternions of one side read with w at the other end do the latter              a header,
+//   --format
 //
 // "yaw" alone is no drift: a path that turns away slowly keeps its rotation errors. A constant time offset is
 // told by "lag" (trajectory_warnings.h).
@@ -43,7 +47,9 @@ struct AlignmentChoice {
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
 
 /// Both matched and not yet aligned; `frame`: what has already been applied to the estimate.
-std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference, const PoseSeries& estimate,
-                                                        const AlignmentChoice& choice, const PoseFrame& frame);
+std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference,
+                                                        const PoseSeries& estimate,
+                                                        const AlignmentChoice& choice,
+                                                        const PoseFrame& frame);
 
 }  // namespace sextant

@@ -32,7 +32,8 @@ PoseSeries flight(int n) {
     s.add(R, p);
     s.stamps_s.push_back(100 + 0.1 * i);
     p += R * Eigen::Vector3d(0, 0, 0.5 + 0.2 * std::sin(0.05 * i));
-    R = R * so3_exp({0.02 * std::cos(0.11 * i), 0.05 * std::sin(0.031 * i), 0.02 * std::sin(0.07 * i)}).toRotationMatrix();
+    R = R * so3_exp({0.02 * std::cos(0.11 * i), 0.05 * std::sin(0.031 * i), 0.02 * std::sin(0.07 * i)})
+                .toRotationMatrix();
   }
   return s;
 }
@@ -113,9 +114,11 @@ TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
   PoseSeries car;
   for (int i = 0; i < 300; ++i) {
     const double yaw = 1.5 * std::sin(0.02 * i);
-    car.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(), {0.3 * std::cos(0.02 * i) * i, 0, 0.7 * i});
+    car.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+            {0.3 * std::cos(0.02 * i) * i, 0, 0.7 * i});
   }
-  EXPECT_THAT(*estimate_lever_arm(car, body_of(car, {0.4, 2, 0.9})), EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
+  EXPECT_THAT(*estimate_lever_arm(car, body_of(car, {0.4, 2, 0.9})),
+              EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
 }
 
 TEST(Explanation, ATurnOfTheWorldIsToldButNoDrift) {
@@ -164,9 +167,11 @@ class PlantedInRealTrajectories : public testing::TestWithParam<const char*> {
   void SetUp() override {
     const char* root = std::getenv("SEXTANT_DATA");
     if (root == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set: no recorded trajectories to plant in";
-    real.reference = source_reference(std::string("kitti:kitti_tracking#") + GetParam(), root, Json::object());
+    real.reference =
+        source_reference(std::string("kitti:kitti_tracking#") + GetParam(), root, Json::object());
     real.reference.warnings.clear();
-    const std::string path = std::string(root) + "/kitti_tracking_peers/orbslam3_camera/" + GetParam() + ".txt";
+    const std::string path =
+        std::string(root) + "/kitti_tracking_peers/orbslam3_camera/" + GetParam() + ".txt";
     TrajectoryFile file = read_trajectory(path, "kitti");
     const EgoResult matched = evaluate_ego(real.reference, file, path, {});
     EXPECT_THAT(matched.warnings, IsEmpty());
@@ -218,7 +223,8 @@ TEST_P(PlantedInRealTrajectories, Yaw) {
 TEST_P(PlantedInRealTrajectories, TimeOffset) {
   EgoOptions options{.interpolate_max_gap_s = 0.3, .estimate_offset = true};
   const OffsetEstimate own = *evaluate(real.estimate, options).offset;
-  RecordProperty("own_offset_ms", fmt::format("{:.1f} [{:.1f}, {:.1f}]", 1e3 * own.offset_s, 1e3 * own.low_s, 1e3 * own.high_s));
+  RecordProperty("own_offset_ms", fmt::format("{:.1f} [{:.1f}, {:.1f}]", 1e3 * own.offset_s, 1e3 * own.low_s,
+                                              1e3 * own.high_s));
   EXPECT_LT(std::abs(own.offset_s), 0.02);
   for (const double late_s : {0.25, 0.04, -0.13}) {
     PoseSeries planted = real.estimate;
@@ -252,8 +258,9 @@ TEST_P(PlantedInRealTrajectories, ColumnOrder) {
   for (size_t i = 0; i < real.estimate.size(); ++i) {
     const Eigen::Quaterniond q = real.estimate.pose(i).rotation();
     const Eigen::Vector3d& p = real.estimate.positions_m[i];
-    bare += fmt::format("{:.0f},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n",
-                        1e9 * (real.estimate.stamps_s[i] + 1.4e9), p[0], p[1], p[2], q.x(), q.y(), q.z(), q.w());
+    bare +=
+        fmt::format("{:.0f},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n",
+                    1e9 * (real.estimate.stamps_s[i] + 1.4e9), p[0], p[1], p[2], q.x(), q.y(), q.z(), q.w());
   }
   EgoOptions options{.relation = PoseRelation::angle_deg};
   options.association.offset_s = -1.4e9;

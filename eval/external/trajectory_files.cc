@@ -39,7 +39,8 @@ class TextReader {
     size_t n = 0;
     while (file_.next()) {
       const size_t count = file_.values().size();
-      if (n == 0 && !accepts(count, file_.separator())) file_.fail_here("expected {}, got {} values", expected, count);
+      if (n == 0 && !accepts(count, file_.separator()))
+        file_.fail_here("expected {}, got {} values", expected, count);
       if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), kMostPoses));
       if (result_.poses.size() == kMostPoses)
         file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", kMostPoses);
@@ -80,7 +81,8 @@ constexpr StampedFormat kTable = {"table", "a header that names time, x y z, qx 
 constexpr double kOnlyNanoseconds = 1e17;
 
 std::optional<PoseColumns> named_columns(const NumberFile& file) {
-  return columns_of(file.column_names(), file.values().size(), fmt::format("{}:{}", file.path(), file.line()));
+  return columns_of(file.column_names(), file.values().size(),
+                    fmt::format("{}:{}", file.path(), file.line()));
 }
 
 /// Of a first record.
@@ -93,23 +95,26 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   }
   PoseColumns columns = *named;
   if (format.w_first && !columns.in_order(*format.w_first)) {
-    file.fail_here("the header names other columns than {}, {}: give the format as table, or delete a header that is "
-                   "wrong",
-                   format.name, format.expected);
+    file.fail_here(
+        "the header names other columns than {}, {}: give the format as table, or delete a header that is "
+        "wrong",
+        format.name, format.expected);
   }
   if (columns.seconds_per_unit == 0) columns.seconds_per_unit = format.seconds_per_unit;
   if (columns.seconds_per_unit == 0 && std::abs(file.values()[columns.time]) >= kOnlyNanoseconds)
     columns.seconds_per_unit = 1e-9;
   if (columns.seconds_per_unit == 0) {
-    file.fail_here("the header does not give the unit of time: write it behind the name, as 'timestamp [s]' or [ns]{}",
-                   columns.in_order(false)  ? ", or give --format tum (s) or tum_ns"
-                   : columns.in_order(true) ? ", or give --format euroc (ns)"
-                                            : "");
+    file.fail_here(
+        "the header does not give the unit of time: write it behind the name, as 'timestamp [s]' or [ns]{}",
+        columns.in_order(false)  ? ", or give --format tum (s) or tum_ns"
+        : columns.in_order(true) ? ", or give --format euroc (ns)"
+                                 : "");
   }
   if (format.seconds_per_unit > 0 && columns.seconds_per_unit != format.seconds_per_unit) {
-    file.fail_here("the header gives another unit of time than {}, {}: give the format as table, or delete a header "
-                   "that is wrong",
-                   format.name, format.expected);
+    file.fail_here(
+        "the header gives another unit of time than {}, {}: give the format as table, or delete a header "
+        "that is wrong",
+        format.name, format.expected);
   }
   return columns;
 }
@@ -131,7 +136,8 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
   size_t n_records = 0;
   return TextReader(path, NumberFile::kEither)
       .read(
-          format.expected, [&](size_t n, char separator) { return separator == ',' || !format.w_first ? n >= 8 : n == 8; },
+          format.expected,
+          [&](size_t n, char separator) { return separator == ',' || !format.w_first ? n >= 8 : n == 8; },
           [&](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             if (n_records++ == 0) columns = columns_in(file, format);
             const auto v = file.values();
@@ -251,7 +257,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
   }
   if (commas && n >= 8)
     return {{"euroc", "tum"},
-            "its columns have no header with a name each, so it may be euroc (t in ns, quaternion w first) or tum (t in s, "
+            "its columns have no header with a name each, so it may be euroc (t in ns, quaternion w first) "
+            "or tum (t in s, "
             "quaternion w last)"};
   if (!commas && n == 8) return {{std::abs(file.values()[0]) >= kOnlyNanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
@@ -308,7 +315,8 @@ TrajectoryFile read_trajectory(const std::string& path, const std::string& forma
   }
 }
 
-TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format, const std::string& topic) {
+TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format,
+                                 const std::string& topic) {
   ByteSource source(bytes, "bytes");
   if (format == "bag") return read_bag(source, topic);
   if (format == "mcap") return read_mcap(source, topic);

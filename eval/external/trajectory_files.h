@@ -56,9 +56,11 @@ std::span<const TrajectoryFormat> trajectory_formats();
 TrajectoryFile read_trajectory(const std::string& path, const std::string& format = "auto");
 
 /// The same of bytes in memory; `path` stands for them in messages. What fuzzers call.
-TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format, const std::string& topic = "");
+TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format,
+                                 const std::string& topic = "");
 
-/// The formats that the first record and the names of the columns fit; empty where none does, with the reason.
+/// The formats that the first record and the names of the columns fit; empty where none does, with the
+/// reason.
 struct FittingFormats {
   std::vector<std::string> names;
   std::string problem;  ///< why not exactly one

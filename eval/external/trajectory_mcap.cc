@@ -11,7 +11,13 @@ namespace {
 
 constexpr std::string_view kMagic = "\x89MCAP0\r\n";
 
-enum Op : uint8_t { op_schema = 0x03, op_channel = 0x04, op_message = 0x05, op_chunk = 0x06, op_data_end = 0x0f };
+enum Op : uint8_t {
+  op_schema = 0x03,
+  op_channel = 0x04,
+  op_message = 0x05,
+  op_chunk = 0x06,
+  op_data_end = 0x0f
+};
 
 class McapReader {
  public:
@@ -21,14 +27,17 @@ class McapReader {
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
     constexpr uint64_t kHead = 1 + 8;
     while (at < bytes.size()) {
-      const std::string where = fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
+      const std::string where =
+          fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
       ByteCursor head(bytes.view(at, kHead), where);
       const auto op = head.number<uint8_t>();
       const auto n = head.number<uint64_t>();
       at += kHead;
       if (n > bytes.size() - at) {
-        fail("{}: has {} bytes where {} are left: the file is cut off or damaged; `mcap recover` may repair it", where, n,
-             bytes.size() - at);
+        fail(
+            "{}: has {} bytes where {} are left: the file is cut off or damaged; `mcap recover` may repair "
+            "it",
+            where, n, bytes.size() - at);
       }
       if (op == op_data_end && !in_chunk) return true;
       if (op == op_schema || op == op_channel || op == op_message || op == op_chunk)
@@ -78,7 +87,8 @@ class McapReader {
     const std::string_view packed = cursor.take(cursor.number<uint64_t>());
     std::string records;
     if (compression.empty()) {
-      if (packed.size() != size) fail("{}: a chunk of {} bytes that says {}: damaged", where, packed.size(), size);
+      if (packed.size() != size)
+        fail("{}: a chunk of {} bytes that says {}: damaged", where, packed.size(), size);
       records = packed;
     } else {
       records = decompress(compression, packed, size, where);

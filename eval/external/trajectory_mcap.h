@@ -1,8 +1,8 @@
 #pragma once
 
-// Poses of a topic in an MCAP file (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC where
-// they have one. The records are read one after the other, so an index is not needed; a file without its end of
-// data is an Error. Memory: one chunk (256 MB at most, compressed and not) and 104 bytes a pose.
+// Poses of a topic in an MCAP file (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC
+// where they have one. The records are read one after the other, so an index is not needed; a file without
+// its end of data is an Error. Memory: one chunk (256 MB at most, compressed and not) and 104 bytes a pose.
 
 #include <string>
 

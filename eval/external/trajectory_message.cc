@@ -135,7 +135,8 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
   if (number == 1) t.frame_ids = frame_ids;
   if (frame_ids != t.frame_ids) {
     fail(
-        "{}: its frame ids are '{}', those of the first message '{}': the topic holds poses of several bodies; record "
+        "{}: its frame ids are '{}', those of the first message '{}': the topic holds poses of several "
+        "bodies; record "
         "one alone",
         where, frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
   }
@@ -181,7 +182,8 @@ TrajectoryFile TopicPoses::finish() {
   if (found == topics_.end()) fail("{}: has no topic {}; it has: {}", file_, topic, list(false));
   Topic& t = found->second;
   if (!t.readable)
-    fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding, kExpected);
+    fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding,
+         kExpected);
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);

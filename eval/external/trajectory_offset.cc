@@ -113,7 +113,8 @@ Rates rates_of(const PoseSeries& series) {
 
 using Signals = std::array<std::vector<double>, 2>;
 
-/// Smoothed by a Gaussian of deviation `width`, cut at five, at begin + i width + shift. NaN where no step is near.
+/// Smoothed by a Gaussian of deviation `width`, cut at five, at begin + i width + shift. NaN where no step is
+/// near.
 Signals smoothed(const Rates& rates, double begin, double width, size_t n, double shift) {
   constexpr double kReach = 5;
   Signals out;
@@ -160,7 +161,8 @@ class OffsetSearch {
     for (size_t c = 0; c < 2; ++c) {
       std::vector<double> a, b;
       for (size_t i = 0; i < n_; ++i) {
-        if ((i >= left_out && i < until) || !std::isfinite(r[c][i]) || !std::isfinite(signal_[c][i])) continue;
+        if ((i >= left_out && i < until) || !std::isfinite(r[c][i]) || !std::isfinite(signal_[c][i]))
+          continue;
         a.push_back(r[c][i]);
         b.push_back(signal_[c][i]);
       }
@@ -278,7 +280,8 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
                              initial_s, kFewest));
   const double coarse = search.coarse_best();
   if (std::abs(coarse - initial_s) > search.reach() - 0.75 * search.width())
-    undetermined(fmt::format("the best within {:.3g} s of {} s is at the end of that range", search.reach(), initial_s));
+    undetermined(fmt::format("the best within {:.3g} s of {} s is at the end of that range", search.reach(),
+                             initial_s));
   OffsetEstimate out;
   out.n = search.n();
   out.offset_s = search.refined(coarse);
@@ -286,12 +289,13 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   out.speed_correlation = speed;
   out.rotation_correlation = rotation;
   if (!(std::max(speed, rotation) >= kLeastCorrelation)) {
-    undetermined(fmt::format("speeds correlate at {:.2f}, rotation rates at {:.2f} at best, {} needed", speed, rotation,
-                             kLeastCorrelation));
+    undetermined(fmt::format("speeds correlate at {:.2f}, rotation rates at {:.2f} at best, {} needed", speed,
+                             rotation, kLeastCorrelation));
   }
   double sum = 0, squares = 0;
   for (size_t k = 0; k < kStretches; ++k) {
-    const double d = search.refined(out.offset_s, k * out.n / kStretches, (k + 1) * out.n / kStretches) - out.offset_s;
+    const double d =
+        search.refined(out.offset_s, k * out.n / kStretches, (k + 1) * out.n / kStretches) - out.offset_s;
     sum += d;
     squares += d * d;
   }

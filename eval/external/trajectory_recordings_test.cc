@@ -34,13 +34,17 @@ struct Sample {
 };
 const Sample kSamples[] = {{1000, 500'000'000, {1, 2, 3, 0, 0, 0, 1}}, {1001, 0, {2, 2, 3, 0, 0, 0.6, 0.8}}};
 
-std::string doubles(const double* v, size_t n) { return {reinterpret_cast<const char*>(v), n * sizeof(double)}; }
+std::string doubles(const double* v, size_t n) {
+  return {reinterpret_cast<const char*>(v), n * sizeof(double)};
+}
 
 std::string ros1_message(const std::string& type, const Sample& s, const std::string& frame = "map") {
   std::string out = bytes(uint32_t{7}) + bytes(s.sec) + bytes(s.nsec) + text32(frame);
   if (type.ends_with("Odometry") || type.ends_with("TransformStamped")) out += text32("base");
   out += doubles(s.v, 7);
-  const std::vector<double> more(type.ends_with("Odometry") ? 78 : type.ends_with("CovarianceStamped") ? 36 : 0);
+  const std::vector<double> more(type.ends_with("Odometry")            ? 78
+                                 : type.ends_with("CovarianceStamped") ? 36
+                                                                       : 0);
   return out + doubles(more.data(), more.size());
 }
 
@@ -59,14 +63,17 @@ class CdrWriter {
     put(static_cast<uint32_t>(text.size() + 1));
     out_ += text + '\0';
   }
-  std::string finish() const { return std::string("\0", 1) + (big_ ? '\0' : '\1') + std::string(2, '\0') + out_; }
+  std::string finish() const {
+    return std::string("\0", 1) + (big_ ? '\0' : '\1') + std::string(2, '\0') + out_;
+  }
 
  private:
   bool big_;
   std::string out_;
 };
 
-std::string cdr_message(const std::string& type, const Sample& s, bool big = false, const std::string& frame = "map") {
+std::string cdr_message(const std::string& type, const Sample& s, bool big = false,
+                        const std::string& frame = "map") {
   CdrWriter out(big);
   out.put(static_cast<int32_t>(s.sec));
   out.put(s.nsec);
@@ -86,7 +93,8 @@ std::string compressed(const std::string& kind, const std::string& in) {
     out.resize(ZSTD_compress(out.data(), out.size(), in.data(), in.size(), 1));
   } else if (kind == "bz2") {
     auto n = static_cast<unsigned>(out.size());
-    EXPECT_EQ(BZ2_bzBuffToBuffCompress(out.data(), &n, const_cast<char*>(in.data()), static_cast<unsigned>(in.size()), 1, 0, 0),
+    EXPECT_EQ(BZ2_bzBuffToBuffCompress(out.data(), &n, const_cast<char*>(in.data()),
+                                       static_cast<unsigned>(in.size()), 1, 0, 0),
               BZ_OK);
     out.resize(n);
   } else {
@@ -95,8 +103,12 @@ std::string compressed(const std::string& kind, const std::string& in) {
   return out;
 }
 
-std::string bag_field(const std::string& name, const std::string& value) { return text32(name + "=" + value); }
-std::string bag_record(const std::string& header, const std::string& data) { return text32(header) + text32(data); }
+std::string bag_field(const std::string& name, const std::string& value) {
+  return text32(name + "=" + value);
+}
+std::string bag_record(const std::string& header, const std::string& data) {
+  return text32(header) + text32(data);
+}
 std::string op(char code) { return bag_field("op", std::string(1, code)); }
 
 struct Channel {
@@ -111,12 +123,14 @@ std::string bag_of(const std::vector<Channel>& channels, const std::string& comp
     chunk += bag_record(op('\x07') + bag_field("conn", bytes(id)) + bag_field("topic", c.topic),
                         bag_field("topic", c.topic) + bag_field("type", c.type) + bag_field("md5sum", "*"));
     for (const std::string& m : c.messages)
-      chunk += bag_record(op('\x02') + bag_field("conn", bytes(id)) + bag_field("time", bytes(uint64_t{5})), m);
+      chunk +=
+          bag_record(op('\x02') + bag_field("conn", bytes(id)) + bag_field("time", bytes(uint64_t{5})), m);
   }
   const std::string header = op('\x05') + bag_field("compression", compression) +
                              bag_field("size", bytes(static_cast<uint32_t>(chunk.size())));
   return "#ROSBAG V2.0\n" +
-         bag_record(op('\x03') + bag_field("index_pos", bytes(uint64_t{0})) + bag_field("conn_count", bytes(uint32_t{1})),
+         bag_record(op('\x03') + bag_field("index_pos", bytes(uint64_t{0})) +
+                        bag_field("conn_count", bytes(uint32_t{1})),
                     std::string(100, ' ')) +
          bag_record(header, compressed(compression, chunk)) +
          bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0'));
@@ -132,18 +146,22 @@ std::string mcap_of(const std::vector<Channel>& channels, const std::string& com
   for (uint16_t id = 1; id <= channels.size(); ++id) {
     const Channel& c = channels[id - 1];
     chunk += mcap_record('\x03', bytes(id) + text32(c.type) + text32("ros2msg") + text32("the definition"));
-    chunk += mcap_record('\x04', bytes(id) + bytes(id) + text32(c.topic) + text32(encoding) + bytes(uint32_t{0}));
+    chunk +=
+        mcap_record('\x04', bytes(id) + bytes(id) + text32(c.topic) + text32(encoding) + bytes(uint32_t{0}));
     for (const std::string& m : c.messages)
-      chunk += mcap_record('\x05', bytes(id) + bytes(uint32_t{1}) + bytes(uint64_t{5}) + bytes(uint64_t{5}) + m);
+      chunk +=
+          mcap_record('\x05', bytes(id) + bytes(uint32_t{1}) + bytes(uint64_t{5}) + bytes(uint64_t{5}) + m);
   }
   const std::string magic = "\x89MCAP0\r\n", header = mcap_record('\x01', text32("ros2") + text32("test"));
-  const std::string end = mcap_record('\x0f', bytes(uint32_t{0})) + mcap_record('\x02', std::string(20, '\0')) + magic;
+  const std::string end =
+      mcap_record('\x0f', bytes(uint32_t{0})) + mcap_record('\x02', std::string(20, '\0')) + magic;
   if (!whole_chunk) return magic + header + chunk + end;
   const std::string packed = compressed(compression, chunk);
   return magic + header +
-         mcap_record('\x06', bytes(uint64_t{0}) + bytes(uint64_t{9}) + bytes(static_cast<uint64_t>(chunk.size())) +
-                                 bytes(libdeflate_crc32(0, chunk.data(), chunk.size())) + text32(compression) +
-                                 bytes(static_cast<uint64_t>(packed.size())) + packed) +
+         mcap_record('\x06', bytes(uint64_t{0}) + bytes(uint64_t{9}) +
+                                 bytes(static_cast<uint64_t>(chunk.size())) +
+                                 bytes(libdeflate_crc32(0, chunk.data(), chunk.size())) +
+                                 text32(compression) + bytes(static_cast<uint64_t>(packed.size())) + packed) +
          end;
 }
 
@@ -180,11 +198,14 @@ TEST(Mcap, EveryTypeByteOrderAndCompression) {
     for (const char* compression : {"", "lz4", "zstd"}) {
       SCOPED_TRACE(std::string(type) + " " + compression);
       for (const bool big : {false, true})
-        expect_samples(decode_trajectory(mcap_of({kImages, cdr_channel("/pose", type, big)}, compression), "mcap"));
+        expect_samples(
+            decode_trajectory(mcap_of({kImages, cdr_channel("/pose", type, big)}, compression), "mcap"));
     }
   }
-  expect_samples(decode_trajectory(mcap_of({ros1_channel("/pose", "nav_msgs/Odometry")}, "zstd", "ros1"), "mcap"));
-  expect_samples(decode_trajectory(mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "", "cdr", false), "mcap"));
+  expect_samples(
+      decode_trajectory(mcap_of({ros1_channel("/pose", "nav_msgs/Odometry")}, "zstd", "ros1"), "mcap"));
+  expect_samples(
+      decode_trajectory(mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "", "cdr", false), "mcap"));
 }
 
 TEST(Recordings, AreFoundByTheirFirstBytesAndTakeATopic) {
@@ -194,11 +215,13 @@ TEST(Recordings, AreFoundByTheirFirstBytesAndTakeATopic) {
   const std::string path = folder.write("run.bag", bag_of(two));
   EXPECT_EQ(read_trajectory(path + ":/a").format, "bag");
   expect_samples(read_trajectory(path + ":/b"));
-  EXPECT_EQ(read_trajectory(folder.write("x", mcap_of({cdr_channel("/a", "nav_msgs/msg/Odometry")}))).format, "mcap");
+  EXPECT_EQ(read_trajectory(folder.write("x", mcap_of({cdr_channel("/a", "nav_msgs/msg/Odometry")}))).format,
+            "mcap");
   EXPECT_THAT(error_of([&] { read_trajectory(path); }),
               AllOf(HasSubstr("2 topics with poses"), HasSubstr("/a (nav_msgs/Odometry, 2 poses), /b (")));
   EXPECT_THAT(error_of([&] { read_trajectory(path + ":/c"); }), HasSubstr("has no topic /c; it has: /a"));
-  EXPECT_THAT(error_of([&] { read_trajectory(path + ":/camera"); }), HasSubstr("is of type sensor_msgs/Image"));
+  EXPECT_THAT(error_of([&] { read_trajectory(path + ":/camera"); }),
+              HasSubstr("is of type sensor_msgs/Image"));
   const std::string text = folder.write("a.tum", "1 1 2 3 0 0 0 1\n");
   EXPECT_THAT(error_of([&] { read_trajectory(text + ":/a"); }), HasSubstr("only recordings"));
 }
@@ -214,8 +237,10 @@ std::string mcap_error(const std::string& b) {
 
 TEST(Recordings, PosesOfSeveralBodiesOnOneTopic) {
   const std::string type = "geometry_msgs/PoseStamped";
-  EXPECT_THAT(bag_error(bag_of({{"/p", type, {ros1_message(type, kSamples[0]), ros1_message(type, kSamples[1], "odom")}}})),
-              HasSubstr("poses of several bodies"));
+  EXPECT_THAT(
+      bag_error(
+          bag_of({{"/p", type, {ros1_message(type, kSamples[0]), ros1_message(type, kSamples[1], "odom")}}})),
+      HasSubstr("poses of several bodies"));
 }
 
 TEST(Recordings, PosesThatAreNone) {
@@ -231,14 +256,17 @@ TEST(Recordings, PosesThatAreNone) {
               HasSubstr("are not stamped"));
   EXPECT_THAT(bag_error(bag_of({{"/p", type, {}}})), HasSubstr("no topic with poses"));
   EXPECT_THAT(bag_error(bag_of({{"/p", type, {}}}), "/p"), HasSubstr("holds no message"));
-  EXPECT_THAT(bag_error(bag_of({{"/p", type, {ros1_message(type, kSamples[0]) + "x"}}})), HasSubstr("1 bytes after the pose"));
+  EXPECT_THAT(bag_error(bag_of({{"/p", type, {ros1_message(type, kSamples[0]) + "x"}}})),
+              HasSubstr("1 bytes after the pose"));
 }
 
 TEST(Recordings, CutOffAnywhereIsAnError) {
   const std::string bag = bag_of({kImages, ros1_channel("/pose", "nav_msgs/Odometry")}, "lz4");
   const std::string chunked = mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "zstd");
   const std::string plain = mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "", "cdr", false);
-  const size_t index = bag.size() - bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0')).size();
+  const size_t index =
+      bag.size() -
+      bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0')).size();
   for (size_t n = 0; n < bag.size(); ++n) {
     if (n == index) continue;  // a whole chunk, without its index
     EXPECT_NE(bag_error(bag.substr(0, n)), "") << n;
@@ -262,7 +290,8 @@ TEST(Recordings, LengthsThatLieTakeNoMemory) {
   EXPECT_THAT(bag_error(chunk(bytes(uint32_t{200'000'000}))), HasSubstr("holds 5 of its 200000000 bytes"));
   EXPECT_THAT(bag_error(chunk(bytes(uint32_t{3}))), HasSubstr("more than its 3 bytes"));
   EXPECT_THAT(bag_error(chunk("12")), HasSubstr("field 'size' has 2 bytes"));
-  EXPECT_THAT(mcap_error("\x89MCAP0\r\n" + std::string(1, '\x05') + bytes(~uint64_t{0})), HasSubstr("18446744073709551615 bytes"));
+  EXPECT_THAT(mcap_error("\x89MCAP0\r\n" + std::string(1, '\x05') + bytes(~uint64_t{0})),
+              HasSubstr("18446744073709551615 bytes"));
 }
 
 TEST(Recordings, UnknownCompressionAndDamagedChunks) {

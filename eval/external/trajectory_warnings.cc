@@ -65,7 +65,8 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   for (const auto& [step, side] : {std::pair(step_a, &reference_side), std::pair(step_b, &estimate_side)}) {
     constexpr double kShortest_s = 1e-5, kLongest_s = 1000;
     if (step >= kShortest_s && step <= kLongest_s) continue;
-    warnings.push_back({"clock", fmt::format("the time steps of {} are {:.3g} s: are its stamps seconds?", side->name, step)});
+    warnings.push_back({"clock", fmt::format("the time steps of {} are {:.3g} s: are its stamps seconds?",
+                                             side->name, step)});
   }
   const double ratio = step_a / step_b;
   const bool longer = b.back() - b.front() > 1.02 * (a.back() - a.front());

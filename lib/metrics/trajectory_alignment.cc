@@ -40,11 +40,12 @@ UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& re
 Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference, int first_n,
                          const Eigen::Vector3d& up) {
   const size_t n = count_to_align(estimate, first_n);
-  const auto result = rotation_about(up, std::span(estimate.positions_m).first(n),
-                                     std::span(reference.positions_m).first(n));
+  const auto result =
+      rotation_about(up, std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
   if (!result) {
     fail(
-        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the angle "
+        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
+        "angle "
         "open; use --align origin or --align none",
         n);
   }

@@ -7,10 +7,12 @@
 //   se3      p <- R p + t of Umeyama's similarity with s = 1
 //   sim3     positions <- s positions, then R, t, of the similarity with scale
 //   scale    positions <- s positions alone, s as in sim3
-//   yaw      p <- R p + t nearest in the sense of least squares with R a rotation about `up` alone: for systems
+//   yaw      p <- R p + t nearest in the sense of least squares with R a rotation about `up` alone: for
+//   systems
 //            that know gravity, whose roll and pitch are part of what they claim
 //
-// se3, sim3, scale and yaw look at the positions of the first `first_n` poses (0: all). As evo defines them (yaw: ours).
+// se3, sim3, scale and yaw look at the positions of the first `first_n` poses (0: all). As evo defines them
+// (yaw: ours).
 
 #include <string_view>
 
@@ -29,8 +31,8 @@ struct AlignmentResult {
   double flatness = 1;      ///< UmeyamaResult::flatness, where Umeyama was used
 };
 
-/// Both of one length, >= 1. `up`: unit vector of both worlds, for yaw alone. Throws Error where the positions
-/// determine no rotation.
+/// Both of one length, >= 1. `up`: unit vector of both worlds, for yaw alone. Throws Error where the
+/// positions determine no rotation.
 AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n = 0,
                       const Eigen::Vector3d& up = Eigen::Vector3d::Zero());
 
