@@ -17,14 +17,12 @@ constexpr double kMost = 0.5;  // "most of the error": of the sum of squares
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// Every n-th pose, at most 1000: enough for one constant.
-PoseSeries thinned(PoseSeries series) {
+PoseSeries thinned(const PoseSeries& series) {
   constexpr size_t kEnough = 1000;
   const size_t every = (series.size() + kEnough - 1) / kEnough;
-  if (every <= 1) return series;
-  std::vector<int> kept;
-  for (size_t i = 0; i < series.size(); i += every) kept.push_back(static_cast<int>(i));
-  series.keep(kept);
-  return series;
+  PoseSeries out;
+  for (size_t i = 0; i < series.size(); i += every) out.add(series.rotations[i], series.positions_m[i]);
+  return out;
 }
 
 /// How well two paths agree.
