@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
+#include "sextant/base/json.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -53,14 +53,7 @@ void ExternalConfig::check() const {
 }
 
 ExternalConfig read_external_config(const std::string& path, const Json& overrides) {
-  const std::string text = read_file(path);
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    const auto end = text.begin() + static_cast<ptrdiff_t>(std::min(error.byte, text.size()));
-    fail("{}:{}: not valid JSON here", path, 1 + std::count(text.begin(), end, '\n'));
-  }
+  Json json = read_json(path);
   if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
   ExternalConfig config;
   try {
