@@ -50,7 +50,7 @@ void run_and_write(const RunFlags& flags) {
   if (flags.json) {
     Json json = summary_json(result.records, preset);
     json["out"] = flags.out;
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
     return;
   }
   for (const SourceRun& source : result.sources) {
