@@ -8,6 +8,8 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <string_view>
+#include <system_error>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -58,6 +60,26 @@ void refuse_empty_names(CLI::App& command) {
   }
   for (CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
     refuse_empty_names(*sub);
+}
+
+int report_no_thread() {
+  return report("cannot start a thread: give fewer --jobs, or allow more threads and processes (`ulimit -u`)",
+                exit_bad_input);
+}
+
+std::terminate_handler previous_terminate = nullptr;
+
+/// TBB, below the ray caster, throws where nobody can catch when it cannot start a thread.
+[[noreturn]] void end_without_thread() {
+  try {
+    if (std::current_exception()) throw;
+  } catch (const std::exception& error) {
+    if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
+      std::_Exit(report_no_thread());
+  } catch (...) {  // told by the handler before this one
+  }
+  previous_terminate();
+  std::abort();
 }
 
 /// The innermost command that was given.
@@ -139,8 +161,11 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
     return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
                               error.path1().string(), error.code().message()),
                   exit_bad_input);
-  } catch (const std::exception& error) {
+  } catch (const std::system_error& error) {
     if (std::ferror(stdout) != 0) return exit_bad_input;  // fmt::print() throws; after_output() says why
+    if (error.code() == std::errc::resource_unavailable_try_again) return report_no_thread();
+    return report(fmt::format("internal: {}", error.what()), exit_internal);
+  } catch (const std::exception& error) {
     return report(fmt::format("internal: {}", error.what()), exit_internal);
   }
 }
@@ -149,6 +174,7 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
 
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   install_interrupt_handler();
+  previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));
 }
 

@@ -12,7 +12,17 @@
 namespace sextant {
 
 /// What a part was run for; tables look for their records by it.
-enum class PartRole { sets, sets_code, noise, classification, real, recorded, timing, showcase };
+enum class PartRole {
+  sets,         ///< the paper's three sets, our estimators
+  sets_paper,   ///< the same by the paper's procedures (eval/procedures)
+  attribution,  ///< the same, one decision at a time from the published code's procedure to ours
+  noise,
+  classification,
+  real,
+  recorded,
+  timing,
+  showcase,
+};
 
 struct EvidencePart {
   std::string name;  ///< its folder below parts/

@@ -36,5 +36,6 @@ Table ego_motion_table(const Evidence& evidence);      // IV
 Table velocity_table(const Evidence& evidence);        // V
 Table limit_table(const Evidence& evidence);           // VI
 Table run_time_table(const Evidence& evidence);        // VII
+Table attribution_table(const Evidence& evidence);     // VIII
 
 }  // namespace sextant

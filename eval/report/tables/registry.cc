@@ -42,6 +42,7 @@ std::span<const PaperTable> paper_tables() {
        {"data"}},
       {"table_6_limit", "VI", "", "", limit_table},
       {"table_7_run_time", "VII", "", "", run_time_table},
+      {"table_8_attribution", "VIII", "", "", attribution_table, {"set", "data", "body", "path"}},
   };
   return tables;
 }
