@@ -97,7 +97,7 @@ EgoReference reference_of(const EgoFlags& flags, const ReferenceLoader& load) {
 void print(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options,
            const EgoFlags& flags) {
   if (flags.json) {
-    fmt::print("{}\n", ego_json(runs, reference, options).dump(2));
+    fmt::print("{}", json_text(ego_json(runs, reference, options)));
     return;
   }
   if (flags.quiet) return;

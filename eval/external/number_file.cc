@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "sextant/base/files.h"
 #include "sextant/eval/external/trajectory_bytes.h"
 
 namespace sextant {
@@ -68,6 +69,11 @@ NumberFile::~NumberFile() { ::close(file_); }
 
 bool NumberFile::refill() {
   if (at_end_) return false;
+  if (file_bytes_ > data_file.max_bytes) {  // before the first block
+    fail("{}: has {:.1f} GB, expected at most {:.2f} GB for {}", path_,
+         static_cast<double>(file_bytes_) / 1e9, static_cast<double>(data_file.max_bytes) / 1e9,
+         data_file.name);
+  }
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;

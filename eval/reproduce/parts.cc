@@ -37,7 +37,7 @@ std::string replaced(std::string text, const std::string& word, const std::strin
 Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
                 const char* fetch = "") {
   Part part{name, role, PartKind::sweep, "", needs, fetch, plan_text(plan)};
-  part.title = Json::parse(part.plan).at("name").get<std::string>();
+  part.title = json_member<std::string>(parse_json(part.plan, plan), "name", plan);
   return part;
 }
 

@@ -5,7 +5,7 @@ namespace sextant {
 
 std::span<const EmbeddedFile> published_files();
 
-Json published_values() { return Json::parse(published_files().front().text); }
+Json published_values() { return parse_json(published_files().front().text, "published values"); }
 
 std::span<const PaperTable> paper_tables() {
   static const std::string vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
