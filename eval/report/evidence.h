@@ -12,7 +12,10 @@
 namespace sextant {
 
 /// What a part was run for; tables look for their records by it.
-enum class PartRole { sets, sets_code, noise, classification, real, recorded, timing, showcase };
+/// `systems`: published systems and ours in one run; `systems_noise`: systems for the figures of `noise`.
+enum class PartRole {
+  sets, sets_code, noise, classification, real, recorded, timing, showcase, systems, systems_noise
+};
 
 struct EvidencePart {
   std::string name;  ///< its folder below parts/

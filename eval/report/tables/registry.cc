@@ -5,7 +5,10 @@ namespace sextant {
 
 std::span<const EmbeddedFile> published_files();
 
+std::span<const EmbeddedFile> system_description_files();
+
 Json published_values() { return Json::parse(published_files().front().text); }
+Json system_descriptions() { return Json::parse(system_description_files().front().text); }
 
 std::span<const PaperTable> paper_tables() {
   static const std::string vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
@@ -42,6 +45,7 @@ std::span<const PaperTable> paper_tables() {
        {"data"}},
       {"table_6_limit", "VI", "", "", limit_table},
       {"table_7_run_time", "VII", "", "", run_time_table},
+      {"table_8_systems", "VIII", "", "", systems_table, {"data"}},
   };
   return tables;
 }
