@@ -9,6 +9,7 @@ namespace {
 constexpr auto command_table = std::to_array<AddCommand>({
     add_data_command,
     add_run_command,
+    add_rescore_command,
     add_sweep_command,
     add_merge_command,
     add_report_command,

@@ -22,6 +22,9 @@ class App;
 
 namespace sextant {
 
+struct RunConfig;
+struct SweepConfig;
+
 /// Exit codes of every command.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
 
@@ -32,6 +35,7 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
 int program(int argc, const char* const* argv);
 
 void add_run_command(CLI::App& app);
+void add_rescore_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_report_command(CLI::App& app);
@@ -67,6 +71,18 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
 
 /// The first few on stderr, as warnings, and how many more there are.
 void warn_of_problems(std::span<const std::string> problems);
+
+/// What becomes of the results of a run.
+struct RunOutput {
+  std::string preset = "paper";
+  std::string out;
+  bool force = false, quiet = false, json = false;
+};
+void add_run_output_flags(CLI::App& command, RunOutput& output);
+/// Runs, writes the folder `out`, prints the summary.
+void run_and_write(const RunConfig& config, const RunOutput& output);
+/// Sweeps, prints what was done.
+void sweep_and_print(const SweepConfig& config, bool json);
 
 /// "NAME  description" lines of all estimators, for help texts.
 std::string estimator_list();

@@ -17,7 +17,7 @@ namespace {
 
 struct ObjectFlags : CommonFlags {
   std::vector<std::string> folders;
-  std::string format, preset, truth, tum, out;
+  std::string format, stage = "any", preset, truth, tum, out;
   double rate_hz = 10;
 };
 
@@ -52,7 +52,7 @@ void write_tum(ObjectLog& log, int run_of_system, const ObjectFlags& flags) {
 
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const EstimateArgument& argument, const ObjectFlags& flags) {
-  std::vector<ObjectLog> logs = read_object_logs(argument.path, flags.format);
+  std::vector<ObjectLog> logs = read_object_logs(argument.path, {flags.format, flags.stage});
   for (ObjectLog& log : logs) {
     if (argument.system.empty()) continue;
     log.estimator = logs.size() == 1 ? argument.system : argument.system + "_" + log.estimator;
@@ -123,6 +123,11 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
   command->add_option("DIR", flags->folders, "Folders of logs, each DIR or SYSTEM=DIR: a run of that system")
       ->required();
   command->add_option("--format", flags->format, "dynosam or vdo")->required();
+  command
+      ->add_option("--stage", flags->stage,
+                   "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf*) where a folder holds both")
+      ->type_name("STAGE")
+      ->capture_default_str();
   command->add_option("--preset", flags->preset, "One metric preset; default: all side by side");
   command->add_option("--truth", flags->truth,
                       "SOURCE whose true objects replace the log's; ids are matched by overlap");

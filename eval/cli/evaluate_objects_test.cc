@@ -95,6 +95,34 @@ TEST_F(EvaluateObjects, TruthOfASourceIsMatchedByOverlap) {
   EXPECT_THAT(json["warnings"].dump(), HasSubstr("logged object 5 is true object 1, by overlap"));
 }
 
+TEST_F(EvaluateObjects, TheStageOfAVdoFolderIsChosen) {
+  const auto motions = [&](double off_m) {
+    std::string text;
+    for (int k = 1; k < 6; ++k) {
+      SE3 motion = scene_.T_world_object.at(k - 1).inverse() * scene_.T_world_object.at(k);
+      motion = motion * SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(off_m, 0, 0));
+      text += fmt::format("{} 1", k);
+      for (int i = 0; i < 16; ++i) text += fmt::format(" {}", motion.matrix()(i / 4, i % 4));
+      text += "\n";
+    }
+    return text;
+  };
+  put("obj_mot_stereo_new.txt", motions(0.25));
+  put("obj_mot_stereo_rf_new.txt", motions(0));
+  put("obj_mot_gt.txt", motions(0));
+  const Outcome refused = evaluate("--format vdo");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("choose one: --stage"));
+  const auto Et_m = [&](const std::string& stage) {
+    const Outcome outcome = evaluate("--format vdo --preset vdo_slam --json --stage " + stage);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return Json::parse(outcome.out)["presets"][0]["rows"][0]["Et_m"].get<double>();
+  };
+  EXPECT_NEAR(Et_m("initial"), 0.25, 1e-6);
+  EXPECT_NEAR(Et_m("refined"), 0, 1e-6);
+  EXPECT_EQ(evaluate("--format vdo --stage last").code, 2);
+}
+
 TEST_F(EvaluateObjects, WithoutTruthNothingIsCompared) {
   const Outcome outcome = evaluate("--format dynosam --preset paper --json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;

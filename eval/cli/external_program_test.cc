@@ -5,7 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -79,6 +81,70 @@ TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
   EXPECT_EQ(
       std::ranges::count_if(records, [](const Record& r) { return r.is_ego() && r.status == Status::ok; }),
       6);  // 3 seeds x 2 pairs
+}
+
+/// Exit code of a shell line, and what it printed.
+std::pair<int, std::string> shell(const TempFolder& temp, const std::string& line) {
+  const fs::path out = temp.path() / "said";
+  const int status = std::system(fmt::format("({}) > {} 2>&1", line, out.string()).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out)};
+}
+
+TEST(ExternalProgram, ItsOutputIsScoredAgain) {
+  const TempFolder temp;
+  VdoFixtureOptions options;
+  options.n_frames = 3;
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  write_file(temp.path() / "program.sh",
+             "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 $k; done > $1/camera.txt\n"
+             "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 0; done > $1/still.txt\n");
+  write_file(temp.path() / "program.json", R"({"command": "sh {config}/program.sh {output}"})");
+  const std::string here = temp.path().string();
+  const auto [code, said] =
+      shell(temp, fmt::format("{} run {} --estimator external:{}/program.json --out {}/out", SEXTANT_PROGRAM,
+                              fixture.source(), here, here));
+  ASSERT_EQ(code, 0) << said;
+  const auto [again, table] =
+      shell(temp, fmt::format("{} rescore {}/out --set estimator.camera.file=still.txt --out {}/again",
+                              SEXTANT_PROGRAM, here, here));
+  ASSERT_EQ(again, 0) << table;
+  for (const Record& record : read_records(temp.path() / "again" / "records.jsonl")) {
+    if (record.is_ego()) {
+      EXPECT_EQ(record.values.at("step_m"), 0);
+    }
+  }
+  const auto [onto, refused] =
+      shell(temp, fmt::format("{} rescore {}/out --out {}/out", SEXTANT_PROGRAM, here, here));
+  EXPECT_EQ(onto, 2) << refused;
+  const auto [none, missing] =
+      shell(temp, fmt::format("{} rescore {}/data --out {}/x", SEXTANT_PROGRAM, here, here));
+  EXPECT_EQ(none, 2) << missing;
+}
+
+TEST(ExternalProgram, NoMoreProcessesAllowed) {
+  const TempFolder temp;
+  VdoFixtureOptions options;
+  options.n_frames = 3;
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  write_file(temp.path() / "program.json", R"({"command": "true"})");
+  fs::permissions(temp.path(), fs::perms::all);
+  fs::permissions(temp.path() / "data", fs::perms::all);
+  const std::string here = temp.path().string();
+  const auto limited = [&](const std::string& arguments) {
+    // The limit is none for root.
+    const std::string user = ::geteuid() == 0 ? "setpriv --reuid=65534 --clear-groups " : "";
+    return shell(
+        temp, fmt::format("cd {} && {}prlimit --nproc=1 -- {} {}", here, user, SEXTANT_PROGRAM, arguments));
+  };
+  const std::string outside = fmt::format("run {} --estimator external:program.json", fixture.source());
+  // The second starts threads itself, the third has a library that does.
+  for (const std::string& what :
+       {outside + " --jobs 1", outside + " --jobs 2", std::string("run synthetic:s18@0-1")}) {
+    const auto [code, said] = limited(fmt::format("{} --out {}/out", what, here));
+    EXPECT_EQ(code, 2) << said;
+    EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+    EXPECT_THAT(said, testing::HasSubstr("ulimit -u"));
+  }
 }
 
 }  // namespace

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <string_view>
+#include <system_error>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/gate.h"
@@ -18,6 +21,26 @@ int report(const std::string& message, int code) {
   std::replace(line.begin(), line.end(), '\n', ' ');
   fmt::print(stderr, "sextant: error: {}\n", line);
   return code;
+}
+
+int report_no_thread() {
+  return report("cannot start a thread: give fewer --jobs, or allow more threads and processes (`ulimit -u`)",
+                exit_bad_input);
+}
+
+std::terminate_handler previous_terminate = nullptr;
+
+/// TBB, below the ray caster, throws where nobody can catch when it cannot start a thread.
+[[noreturn]] void end_without_thread() {
+  try {
+    if (std::current_exception()) throw;
+  } catch (const std::exception& error) {
+    if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
+      std::_Exit(report_no_thread());
+  } catch (...) {  // told by the handler before this one
+  }
+  previous_terminate();
+  std::abort();
 }
 
 /// The innermost command that was given.
@@ -71,6 +94,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   install_interrupt_handler();
+  previous_terminate = std::set_terminate(end_without_thread);
   CLI::App app(
       "Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
       "moving object.",
@@ -100,6 +124,9 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
     return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
                               error.path1().string(), error.code().message()),
                   exit_bad_input);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) return report_no_thread();
+    return report(fmt::format("internal: {}", error.what()), exit_internal);
   } catch (const std::exception& error) {
     return report(fmt::format("internal: {}", error.what()), exit_internal);
   }

@@ -2,9 +2,11 @@
 
 #include <memory>
 
+#include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/summary.h"
 
@@ -14,55 +16,88 @@ namespace {
 struct RunFlags : CommonFlags {
   std::vector<std::string> sources;
   std::string estimator = RunConfig{}.estimator;
-  std::string preset = "paper";
+  std::string procedure;
   std::string noise = "none";
   double level = 0;
   int n_seeds = RunConfig{}.n_seeds;
-  std::string out;
-  bool force = false;
+  RunOutput output;
 };
 
-void run_and_write(const RunFlags& flags) {
-  const MetricPreset& preset = find_preset(flags.preset);
+constexpr const char* of_procedure = "procedure";
+
+/// --procedure: its options below the user's, and its noise where --noise asks for it.
+void follow_procedure(const RunFlags& flags, RunConfig& config) {
+  if (flags.procedure.empty()) {
+    if (flags.noise == of_procedure) fail("--noise procedure: expected --procedure NAME with it");
+    return;
+  }
+  Json options = procedure_options(flags.procedure, flags.estimator);
+  options.merge_patch(config.options);
+  config.options = std::move(options);
+  if (flags.noise != of_procedure) return;
+  const Json noise = find_procedure(flags.procedure).at("noise");
+  config.noise = Noise(noise.at("noise"));
+  config.level = noise.at("level");
+}
+
+void run_as_told(RunFlags& flags) {
+  flags.output.quiet = flags.quiet;
+  flags.output.json = flags.json;
   RunConfig config;
   for (const std::string& source : flags.sources)
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
-  config.noise = Noise::parse(flags.noise);
+  config.noise = flags.noise == of_procedure ? Noise() : Noise::parse(flags.noise);
   config.level = flags.level;
+  follow_procedure(flags, config);
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
-  config.folder = std::filesystem::path(flags.out) / "external";
-  check_output_folder(flags.out, resolved_configuration(config), flags.force);
+  config.folder = std::filesystem::path(flags.output.out) / "external";
+  run_and_write(config, flags.output);
+}
+
+}  // namespace
+
+void add_run_output_flags(CLI::App& command, RunOutput& output) {
+  command.add_option("--preset", output.preset, "Metric preset of the summary of a run")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command.add_option("--out", output.out, "Folder for the results; made if it does not exist")
+      ->required()
+      ->type_name("DIR");
+  command.add_flag("--force", output.force, "Replace the results of another run in --out");
+}
+
+void run_and_write(const RunConfig& config, const RunOutput& output) {
+  const MetricPreset& preset = find_preset(output.preset);
+  check_output_folder(output.out, resolved_configuration(config), output.force);
 
   const RunResult result = run(config);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
-  write_output_folder(flags.out, files);
+  write_output_folder(output.out, files);
 
   for (const SourceRun& source : result.sources) {
-    if (!flags.quiet) warn_of_problems(source.problems);
+    if (!output.quiet) warn_of_problems(source.problems);
   }
-  if (flags.json) {
+  if (output.json) {
     Json json = summary_json(result.records, preset);
-    json["out"] = flags.out;
+    json["out"] = output.out;
     fmt::print("{}\n", json.dump(2));
     return;
   }
   for (const SourceRun& source : result.sources) {
     for (const std::string& warning : source.info.warnings) {
-      if (!flags.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
+      if (!output.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
     }
   }
-  if (!flags.quiet) fmt::print("{}\n", to_text(summary));
-  fmt::print("Results: {}\n", flags.out);
+  if (!output.quiet) fmt::print("{}\n", to_text(summary));
+  fmt::print("Results: {}\n", output.out);
 }
-
-}  // namespace
 
 void add_run_command(CLI::App& app) {
   const auto flags = std::make_shared<RunFlags>();
@@ -75,9 +110,13 @@ void add_run_command(CLI::App& app) {
   command->add_option("--estimator", flags->estimator, "Which estimator, or external:CONFIG.json")
       ->type_name("NAME")
       ->capture_default_str();
+  command
+      ->add_option("--procedure", flags->procedure,
+                   "Follow somebody else's procedure; --options and --set come on top of it")
+      ->type_name("NAME");
   add_option_flags(*command, *flags);
-  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON; see docs/noise.md")
-      ->type_name("JSON")
+  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
+      ->type_name("JSON|procedure")
       ->capture_default_str();
   command->add_option("--level", flags->level, "What records call the level of the noise")
       ->type_name("NUMBER")
@@ -86,26 +125,24 @@ void add_run_command(CLI::App& app) {
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--preset", flags->preset, "Metric preset of the summary")
-      ->type_name("NAME")
-      ->capture_default_str();
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
-  command->add_option("--out", flags->out, "Folder for the results; made if it does not exist")
-      ->required()
-      ->type_name("DIR");
-  command->add_flag("--force", flags->force, "Replace the results of another run in --out");
+  add_run_output_flags(*command, flags->output);
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   std::string presets;
   for (const MetricPreset& preset : metric_presets()) {
     presets += fmt::format("  {:<20} {}\n", preset.name, preset.description);
   }
+  std::string procedures;
+  for (const std::string& name : procedure_names())
+    procedures += fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
   command->footer(
-      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}"
-                  "Example:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out",
-                  estimator_list(), presets));
-  command->callback([flags] { run_and_write(*flags); });
+      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n{}"
+                  "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
+                  "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
+                  estimator_list(), presets, procedures));
+  command->callback([flags] { run_as_told(*flags); });
 }
 
 }  // namespace sextant

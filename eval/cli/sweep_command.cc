@@ -61,25 +61,7 @@ void run_sweep(const SweepFlags& flags) {
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
-  const SweepOutcome outcome = sweep(config);
-  if (!flags.quiet) warn_of_problems(outcome.problems);
-  const uint64_t n_now = outcome.n_cases - outcome.n_before;
-  if (flags.json) {
-    fmt::print("{}\n", Json{{"out", flags.out},
-                            {"cases", outcome.n_cases},
-                            {"cases_before", outcome.n_before},
-                            {"records", outcome.n_records},
-                            {"problems", outcome.problems},
-                            {"wall_time_s", outcome.wall_time_s}}
-                           .dump(2));
-    return;
-  }
-  if (!flags.quiet) {
-    fmt::print("{} cases, {} of them done before; {} records; {:.1f} s ({:.1f} cases/s)\n", outcome.n_cases,
-               outcome.n_before, outcome.n_records, outcome.wall_time_s,
-               outcome.wall_time_s > 0 ? static_cast<double>(n_now) / outcome.wall_time_s : 0.0);
-  }
-  fmt::print("Results: {}\n", flags.out);
+  sweep_and_print(config, flags.json);
 }
 
 struct MergeFlags : CommonFlags {
@@ -95,6 +77,28 @@ void run_merge(const MergeFlags& flags) {
 }
 
 }  // namespace
+
+void sweep_and_print(const SweepConfig& config, bool json) {
+  const SweepOutcome outcome = sweep(config);
+  if (!config.quiet) warn_of_problems(outcome.problems);
+  const uint64_t n_now = outcome.n_cases - outcome.n_before;
+  if (json) {
+    fmt::print("{}\n", Json{{"out", config.out.string()},
+                            {"cases", outcome.n_cases},
+                            {"cases_before", outcome.n_before},
+                            {"records", outcome.n_records},
+                            {"problems", outcome.problems},
+                            {"wall_time_s", outcome.wall_time_s}}
+                           .dump(2));
+    return;
+  }
+  if (!config.quiet) {
+    fmt::print("{} cases, {} of them done before; {} records; {:.1f} s ({:.1f} cases/s)\n", outcome.n_cases,
+               outcome.n_before, outcome.n_records, outcome.wall_time_s,
+               outcome.wall_time_s > 0 ? static_cast<double>(n_now) / outcome.wall_time_s : 0.0);
+  }
+  fmt::print("Results: {}\n", config.out.string());
+}
 
 void add_sweep_command(CLI::App& app) {
   const auto flags = std::make_shared<SweepFlags>();

@@ -42,8 +42,10 @@ class PipelineEstimator final : public CaseEstimator {
  public:
   PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator)
       : name_(std::move(name)), estimator_(std::move(estimator)) {}
-  std::unique_ptr<PairSolver> begin(const CaseContext& context) const override {
-    return std::make_unique<PipelineSolver>(context.pipeline, estimator_);
+  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+    std::vector<NamedSolver> alone;
+    alone.push_back({"", std::make_unique<PipelineSolver>(context.pipeline, estimator_)});
+    return alone;
   }
   Json options() const override { return estimator_->options(); }
   std::string label() const override { return name_; }

@@ -16,6 +16,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/record.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
@@ -27,6 +28,8 @@ struct CaseContext {
   const Noise& noise;
   uint64_t seed = 0;
   std::filesystem::path folder;  ///< for files that the estimator leaves behind; empty: it must leave none
+  /// Programs of others do not run: what they left in `folder` is read again. Nothing is written there.
+  bool rescore = false;
 };
 
 /// Of one case.
@@ -35,15 +38,24 @@ class PairSolver {
   virtual ~PairSolver() = default;
   /// The pairs of the sequence, in order.
   virtual FrameResult process(const FramePair& pair) = 0;
+  /// Adds what the frame has cost beyond its BodyResult::times to the record of the camera.
+  virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
   /// What went wrong, for the user, one line each. Records have a status for it too.
   virtual std::vector<std::string> problems() const { return {}; }
+};
+
+/// One of the results of a case. Records call it by the estimator's label, and ".NAME" where it has a name.
+struct NamedSolver {
+  std::string name;
+  std::unique_ptr<PairSolver> solver;
 };
 
 class CaseEstimator {
  public:
   virtual ~CaseEstimator() = default;
-  /// Safe to call from several threads. The context lives as long as the solver.
-  virtual std::unique_ptr<PairSolver> begin(const CaseContext& context) const = 0;
+  /// One, or several with names of their own. Safe to call from several threads. The context lives as long as
+  /// the solvers.
+  virtual std::vector<NamedSolver> begin(const CaseContext& context) const = 0;
   /// All options with their values, for provenance.
   virtual Json options() const = 0;
   /// What records call it unless told otherwise.

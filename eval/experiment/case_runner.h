@@ -27,6 +27,7 @@ struct CaseSettings {
   double level = 0;  ///< in records
   uint64_t seed = 0;
   std::filesystem::path folder;  ///< CaseContext::folder
+  bool rescore = false;          ///< CaseContext::rescore
 };
 
 /// What a case leaves behind besides its records.
@@ -43,26 +44,33 @@ class CaseRunner {
   CaseRunner(const Sequence& sequence, CaseSettings settings);
 
   struct Outcome {
-    FrameResult result;
-    std::vector<Record> records;  ///< ego first, then objects by id
+    FrameResult result;  ///< of several, the first
+    /// Of each result of the estimator, one after the other: ego first, then objects by id.
+    std::vector<Record> records;
   };
   /// The next pair; in order.
   Outcome process(const ExtractedPair& extracted);
 
-  const CaseMotions& motions() const { return motions_; }
+  /// Of several results, those of the first.
+  const CaseMotions& motions() const { return results_.empty() ? start_ : results_.front().motions; }
   const NoiseVerification& achieved_noise() const { return achieved_; }
   /// Of the estimator, PairSolver::problems().
   std::vector<std::string> problems() const;
 
  private:
-  void extend_motions(const FrameResult& result);
+  struct Result {
+    std::string label;  ///< in records
+    std::unique_ptr<PairSolver> solver;
+    CaseMotions motions;
+  };
+  void begin();
 
   const Sequence& sequence_;
   CaseSettings settings_;
   Noise point_noise_;
-  std::optional<Draws> draws_;          ///< with noise only
-  std::unique_ptr<PairSolver> solver_;  ///< from the first pair on
-  CaseMotions motions_;
+  std::optional<Draws> draws_;   ///< with noise only
+  CaseMotions start_;            ///< before the first pair
+  std::vector<Result> results_;  ///< from the first pair on
   NoiseVerification achieved_;
 };
 

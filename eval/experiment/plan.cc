@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/experiment/procedures.h"
 
 namespace sextant {
 namespace {
@@ -18,16 +19,19 @@ class PlanReader {
       : text_(text), name_(std::move(name)), data_root_(data_root) {}
 
   Plan read() {
-    const Json json = parse();
+    Json json = parse();
     if (!json.is_object()) fail_at(0, "expected an object with \"sources\"");
-    check_keys(json, {"name", "sources", "estimators", "noise", "seeds", "options"});
+    check_keys(json, {"name", "procedure", "sources", "estimators", "noise", "seeds", "options"});
+    if (json.contains("procedure")) {
+      in("procedure", [&] { json = on_procedure(text_of(json["procedure"], "procedure"), json); });
+    }
     Plan plan;
     plan.name = json.contains("name") ? text_of(json["name"], "name") : fs::path(name_).stem().string();
     in("sources", [&] { read_sources(json, plan); });
+    in("options", [&] { read_options_of(json, plan); });
     in("estimators", [&] { read_estimators(json, plan); });
     in("noise", [&] { read_noise(json, plan); });
     in("seeds", [&] { read_seeds(json, plan); });
-    in("options", [&] { read_options_of(json, plan); });
     check_size(plan);
     return plan;
   }
@@ -136,10 +140,15 @@ class PlanReader {
       Json estimator = entry;
       if (entry.is_string()) estimator = {{"name", entry}};
       if (!estimator.is_object()) {
-        fail("expected a name, or {{\"name\", \"options\", \"label\"}}, got {}", entry.dump());
+        fail("expected a name, or {{\"name\", \"options\", \"label\", \"extraction\", \"pipeline\"}}, got {}",
+             entry.dump());
       }
-      check_keys(estimator, {"name", "options", "label"});
+      check_keys(estimator, {"name", "options", "label", "extraction", "pipeline"});
       PlanEstimator out;
+      out.extraction = plan.extraction;
+      out.pipeline = plan.pipeline;
+      read_options(estimator.value("extraction", Json::object()), out.extraction, "extraction");
+      read_options(estimator.value("pipeline", Json::object()), out.pipeline, "pipeline");
       out.name = text_of(estimator.value("name", Json()), "name");
       out.estimator = make_case_estimator(out.name, estimator.value("options", Json::object()),
                                           fs::path(name_).parent_path());
@@ -253,6 +262,10 @@ class PlanReader {
   const std::string& data_root_;
 };
 
+void add_changed(const char* key, const Json& options, const Json& of_plan, Json& entry) {
+  if (options != of_plan) entry[key] = options;
+}
+
 }  // namespace
 
 PlanCase Plan::at(uint64_t number) const {
@@ -276,7 +289,10 @@ Json Plan::json() const {
   }
   out["estimators"] = Json::array();
   for (const PlanEstimator& e : estimators) {
-    out["estimators"].push_back({{"name", e.name}, {"label", e.label}, {"options", e.options}});
+    Json entry = {{"name", e.name}, {"label", e.label}, {"options", e.options}};
+    add_changed("extraction", write_options(e.extraction), write_options(extraction), entry);
+    add_changed("pipeline", write_options(e.pipeline), write_options(pipeline), entry);
+    out["estimators"].push_back(std::move(entry));
   }
   out["noise"] = Json::array();
   for (const PlanLevel& level : levels) {

@@ -4,11 +4,13 @@
 //
 //   { "name": "depth",
 //     "sources": ["synthetic:s18", {"source": "kitti:kitti_tracking#0005", "options": {"flow": "dis"}}],
-//     "estimators": ["motion_only", {"name": "joint_flow", "options": {...}, "label": "joint_flow wide"}],
+//     "estimators": ["motion_only", {"name": "joint_flow", "options": {...}, "label": "joint_flow wide",
+//                                    "extraction": {...}, "pipeline": {...}}],   // on top of "options" below
 //     "noise": {"parameter": "depth.delta_d_px", "levels": [0.05, 0.1], "base": {"flow": {"epe_px": 0.3}}},
 //     "seeds": 20,                                  // 0..19; or a list; or {"first": 5, "count": 10}
 //     "options": {"extraction": {...}, "pipeline": {...}} }
 //
+// "procedure": "paper_release" puts the keys of a named procedure (procedures.h) below the plan's own.
 // "noise" may be left out (no noise), or be a list of such grids and of single settings {"level": 1,
 // "noise": {...}}. `level` is what records and figures call the case: the parameter's value.
 // Cases are numbered seeds fastest, then levels, estimators, sources; the number is what shards and resuming
@@ -27,10 +29,13 @@
 
 namespace sextant {
 
+/// A method: an estimator, and the front end before it.
 struct PlanEstimator {
   std::string name;
   std::string label;  ///< in records; CaseEstimator::label() unless given
   Json options = Json::object();
+  ExtractionOptions extraction;  ///< the plan's, with what the entry changes
+  PipelineOptions pipeline;
   std::shared_ptr<const CaseEstimator> estimator;  ///< made of these
 };
 
@@ -54,7 +59,7 @@ struct Plan {
   std::vector<PlanEstimator> estimators;
   std::vector<PlanLevel> levels;
   std::vector<uint64_t> seeds;
-  ExtractionOptions extraction;
+  ExtractionOptions extraction;  ///< of estimators that say nothing else
   PipelineOptions pipeline;
 
   uint64_t n_cases() const {

@@ -217,6 +217,7 @@ std::vector<Record> read_records(const std::filesystem::path& path) {
 
 Record strip_times(Record record) {
   record.time_ms.clear();
+  record.values.erase("peak_memory_mb");
   return record;
 }
 

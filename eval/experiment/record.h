@@ -60,7 +60,7 @@ std::string write_records(const std::vector<Record>& records);
 std::vector<Record> parse_records(std::string_view text, const std::string& name);
 std::vector<Record> read_records(const std::filesystem::path& path);
 
-/// The record without what differs from run to run on the same input: its times.
+/// The record without what differs from run to run on the same input: its times, and peak_memory_mb.
 Record strip_times(Record record);
 
 }  // namespace sextant

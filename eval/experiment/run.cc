@@ -44,7 +44,8 @@ class SeedRunners {
     for (int seed = 0; seed < config.n_seeds; ++seed) {
       runners_.emplace_back(
           sequence, CaseSettings{estimator->label(), estimator, options.pipeline, config.noise, config.level,
-                                 static_cast<uint64_t>(seed), case_folder(config, sequence.info(), seed)});
+                                 static_cast<uint64_t>(seed), case_folder(config, sequence.info(), seed),
+                                 config.rescore});
     }
   }
 

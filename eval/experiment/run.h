@@ -32,6 +32,7 @@ struct RunConfig {
   int jobs = 1;                          ///< threads
   bool quiet = false;                    ///< no progress line
   std::filesystem::path folder;  ///< for files that an external estimator leaves; empty: it leaves none
+  bool rescore = false;          ///< of such files that are there already; no program is run
   PairObserver on_pair;          ///< may be empty
 };
 

@@ -25,10 +25,24 @@ double seconds_since(Clock::time_point start) {
 /// A source of the plan, ready to run.
 struct OpenSource {
   std::unique_ptr<Sequence> sequence;
-  std::map<std::string, PackCache::Packed> by_masks;  ///< by the options of the noise on its masks
+  /// By what decides which points there are: extraction and the noise on masks.
+  std::map<std::string, PackCache::Packed> packs;
 
-  static std::string key(const Noise& noise) { return noise.only_masks().options().dump(); }
-  const PackCache::Packed& packed(const Noise& noise) const { return by_masks.at(key(noise)); }
+  static std::string key(const PlanEstimator& estimator, const PlanLevel& level) {
+    return write_options(estimator.extraction).dump() + level.noise.only_masks().options().dump();
+  }
+  const PackCache::Packed& packed(const PlanEstimator& estimator, const PlanLevel& level) const {
+    return packs.at(key(estimator, level));
+  }
+  /// Those of all estimators at a level, each once, in order of estimator.
+  std::vector<const PackCache::Packed*> packs_of(const Plan& plan, const PlanLevel& level) const {
+    std::vector<const PackCache::Packed*> out;
+    for (const PlanEstimator& estimator : plan.estimators) {
+      const PackCache::Packed* pack = &packed(estimator, level);
+      if (std::ranges::find(out, pack) == out.end()) out.push_back(pack);
+    }
+    return out;
+  }
 };
 
 struct CaseOutcome {
@@ -44,11 +58,13 @@ class PlanRunner {
       OpenSource source;
       source.sequence = open_source(spec);
       check_runnable(spec, *source.sequence);
-      for (const PlanLevel& level : config.plan.levels) {
-        const std::string key = OpenSource::key(level.noise);
-        if (source.by_masks.contains(key)) continue;
-        source.by_masks[key] = config.cache.load(spec, *source.sequence, config.plan.extraction, level.noise,
-                                                 config.jobs, config.quiet);
+      for (const PlanEstimator& estimator : config.plan.estimators) {
+        for (const PlanLevel& level : config.plan.levels) {
+          const std::string key = OpenSource::key(estimator, level);
+          if (source.packs.contains(key)) continue;
+          source.packs[key] = config.cache.load(spec, *source.sequence, estimator.extraction, level.noise,
+                                                config.jobs, config.quiet);
+        }
       }
       sources_.push_back(std::move(source));
     }
@@ -60,8 +76,9 @@ class PlanRunner {
     const OpenSource& source = sources_[c.source];
     const PlanLevel& level = config_.plan.levels[c.level];
     const PlanEstimator& estimator = config_.plan.estimators[c.estimator];
-    CaseRunner runner(*source.sequence, {estimator.label, estimator.estimator, config_.plan.pipeline,
-                                         level.noise, level.level, c.seed, folder_of(c)});
+    CaseRunner runner(*source.sequence,
+                      {estimator.label, estimator.estimator, estimator.pipeline, level.noise, level.level,
+                       c.seed, folder_of(c), !config_.rescored.empty()});
     CaseOutcome out;
     const auto process = [&](const std::vector<ExtractedPair>& pairs) {
       for (const ExtractedPair& extracted : pairs) {
@@ -70,9 +87,9 @@ class PlanRunner {
       }
     };
     if (config_.use_packs) {
-      process(source.packed(level.noise).pairs);
+      process(source.packed(estimator, level).pairs);
     } else {
-      PairReader reader(*source.sequence, config_.plan.extraction, level.noise, 1);
+      PairReader reader(*source.sequence, estimator.extraction, level.noise, 1);
       for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
     }
     out.problems = runner.problems();
@@ -83,14 +100,15 @@ class PlanRunner {
   Json data_json() const {
     Json json = Json::array();
     for (const OpenSource& source : sources_) {
-      for (const auto& [key, packed] : source.by_masks) json.push_back(packed.file.stem().string());
+      for (const auto& [key, packed] : source.packs) json.push_back(packed.file.stem().string());
     }
     return json;
   }
 
  private:
   fs::path folder_of(const PlanCase& c) const {
-    return config_.out.empty() ? fs::path() : config_.out / "external" / fmt::format("case_{:06}", c.number);
+    const fs::path& folder = config_.rescored.empty() ? config_.out : config_.rescored;
+    return folder.empty() ? fs::path() : folder / "external" / fmt::format("case_{:06}", c.number);
   }
 
   const SweepConfig& config_;
@@ -170,8 +188,9 @@ Json level_noise_json(const SweepConfig& config, const PlanRunner& runner, size_
   for (const uint64_t seed : config.plan.seeds) {
     check_interrupt();
     const Draws draws(seed, info.dataset, info.sequence);
-    for (const ExtractedPair& pair : data.packed(wanted.noise).pairs) {
-      achieved.merge(wanted.noise.without_masks().apply(pair.pair, draws).achieved);
+    for (const PackCache::Packed* pack : data.packs_of(config.plan, wanted)) {
+      for (const ExtractedPair& pair : pack->pairs)
+        achieved.merge(wanted.noise.without_masks().apply(pair.pair, draws).achieved);
     }
   }
   Json entry = {{"source", config.plan.sources[source].text}, {"level", wanted.level}};
@@ -206,7 +225,7 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {
     const OpenSource& source = runner.sources()[s];
     Json inputs = Json::object();
     Json packs = Json::array();
-    for (const auto& [key, packed] : source.by_masks) {
+    for (const auto& [key, packed] : source.packs) {
       packs.push_back(packed.file.stem().string());
       for (const auto& [path, entry] : packed.inputs) {
         inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
@@ -292,7 +311,9 @@ SweepEstimate estimate_sweep(const SweepConfig& config) {
       it->second = seconds_since(start);
     }
     total_s += it->second;
-    estimate.n_pairs += runner.sources()[c.source].packed(config.plan.levels[c.level].noise).pairs.size();
+    const OpenSource& source = runner.sources()[c.source];
+    estimate.n_pairs +=
+        source.packed(config.plan.estimators[c.estimator], config.plan.levels[c.level]).pairs.size();
   }
   estimate.seconds = total_s / config.jobs;
   return estimate;

@@ -31,6 +31,9 @@ struct SweepConfig {
   uint64_t n_shards = 1;
   int jobs = 1;
   bool quiet = false;
+  /// The folder of a finished sweep of the same cases: what external programs left there is read again
+  /// instead of running them. Empty: they run.
+  std::filesystem::path rescored;
   bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
 };
 

@@ -12,6 +12,7 @@
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/journal.h"
+#include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/record.h"
 #include "sextant/eval/experiment/run.h"
 
@@ -268,6 +269,63 @@ TEST_F(SweepTest, BadPlansNameLineAndKey) {
   text = plan_text();
   text.insert(text.size() - 1, ",\n\"options\":{\"pipeline\":{\n\"min_object_aera\":1}}");
   expect_error([&] { parse(text); }, "p.json:6: options: unknown option key 'pipeline.min_object_aera'");
+}
+
+TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
+  const std::string text = "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
+      "estimators":["joint_flow",
+        {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},"pipeline":{"refine_on":"all"}}]})";
+  SweepConfig sweep_config = config("own");
+  sweep_config.plan = parse_plan(text, "plan.json", "");
+  ASSERT_EQ(sweep_config.plan.estimators.size(), 2U);
+  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.min_object_points, 40);
+  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.refine_on, "all");
+  EXPECT_EQ(sweep_config.plan.estimators[0].pipeline.refine_on, PipelineOptions{}.refine_on);
+  const Json written = sweep_config.plan.json();
+  EXPECT_FALSE(written["estimators"][0].contains("extraction"));
+  EXPECT_EQ(written["estimators"][1]["extraction"]["object_step_px"], 6);
+  sweep(sweep_config);
+  std::map<std::string, int> points;
+  for (const Record& r : read_records(file("own") / "records.jsonl")) {
+    if (!r.is_ego()) points[r.estimator] += r.n_points;
+  }
+  EXPECT_GT(points["joint_flow"], 3 * points["coarse"]);
+  EXPECT_THROW(parse_plan("{\"sources\":[\"" + source_ +
+                              R"("],"estimators":[{"name":"joint_flow","pipeline":{"refine":"all"}}]})",
+                          "plan.json", ""),
+               Error);
+}
+
+TEST_F(SweepTest, AProcedureFillsInWhatThePlanDoesNotSay) {
+  const auto plan = [&](const std::string& more) {
+    return parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_release\"" + more + "}",
+                      "plan.json", "");
+  };
+  const Plan as_published = plan("");
+  ASSERT_EQ(as_published.estimators.size(), 2U);
+  EXPECT_EQ(as_published.estimators[0].label, "motion_only, release");
+  EXPECT_EQ(as_published.estimators[0].pipeline.refine_on, "inliers");
+  EXPECT_EQ(as_published.estimators[1].pipeline.refine_objects_on, "inliers");
+  EXPECT_EQ(as_published.pipeline.start.inlier_threshold_px, 0.3);
+  EXPECT_EQ(as_published.levels.front().level, 0.15);
+  const Plan wider = plan(R"(,"options":{"pipeline":{"start":{"inlier_threshold_px":2}}})");
+  EXPECT_EQ(wider.pipeline.start.inlier_threshold_px, 2);
+  EXPECT_EQ(wider.pipeline.start.confidence, 0.98);
+  EXPECT_THROW(parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_relase\"}", "plan.json", ""),
+               Error);
+}
+
+TEST(Procedures, EachIsAPlanAndSaysWhatItFollows) {
+  ASSERT_FALSE(procedure_names().empty());
+  for (const std::string& name : procedure_names()) {
+    EXPECT_GT(find_procedure(name).at("description").get<std::string>().size(), 40U) << name;
+    for (const char* estimator : {"motion_only", "joint_flow"}) {
+      const ResolvedOptions options = resolve_options(procedure_options(name, estimator));
+      make_case_estimator(estimator, options.estimator);
+      EXPECT_EQ(options.pipeline.start.inlier_threshold_px, 0.3) << name;
+    }
+    EXPECT_THROW(procedure_options(name, "joint_flow_depth"), Error);
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "sextant/eval/external/external_config.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -17,42 +18,7 @@ void check_choice(const char* name, const std::string& value, const std::vector<
   }
 }
 
-/// Stand-ins that show whether texts can be filled in.
-const Placeholders& any_placeholders() {
-  static const Placeholders any = [] {
-    Placeholders p;
-    for (const char* name : {"input", "output", "config", "sequence", "first", "last", "n", "calibration",
-                             "fx", "fy", "cx", "cy", "bf", "rate", "width", "height", "seed"})
-      p[name] = "x";
-    return p;
-  }();
-  return any;
-}
-
-}  // namespace
-
-void ExternalObjects::check() const {
-  check_choice("objects.format", format, {"none", "motions", "poses", "dynosam", "vdo"});
-  check_choice("objects.frame", frame, {"world", "camera", "body"});
-  check_choice("objects.ids", ids, {"masks", "overlap"});
-  check_option(std::ranges::count(files, '*') == 1, "objects.files", files, "a name with one * for the id");
-}
-
-void ExternalConfig::check() const {
-  check_option(!command.empty(), "command", "''", "given: the program and its arguments");
-  check_option(time_limit_s > 0, "time_limit_s", time_limit_s, "> 0");
-  check_option(first_frame >= -1, "first_frame", first_frame, "-1 or a frame number");
-  check_choice("keep", keep, {"logs", "output", "all"});
-  check_choice("layout", layout, {"vdo", "kitti", "vkitti1", "vkitti2"});
-  check_option(!words_of(command, any_placeholders()).empty(), "command", command, "a program");
-  fill_in(working_directory, any_placeholders());
-  for (const std::string& setting : words_of(environment, any_placeholders())) {
-    check_option(setting.find('=') != std::string::npos && setting[0] != '=', "environment", setting,
-                 "of the form NAME=VALUE");
-  }
-}
-
-ExternalConfig read_external_config(const std::string& path, const Json& overrides) {
+Json read_object(const std::string& path) {
   const std::string text = read_file(path);
   Json json;
   try {
@@ -62,9 +28,63 @@ ExternalConfig read_external_config(const std::string& path, const Json& overrid
     fail("{}:{}: not valid JSON here", path, 1 + std::count(text.begin(), end, '\n'));
   }
   if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
+  return json;
+}
+
+}  // namespace
+
+const Placeholders& any_placeholders() {
+  static const Placeholders any = [] {
+    Placeholders p;
+    for (const char* name : {"input", "output", "config", "sequence", "first", "last", "n", "calibration",
+                             "settings", "fx", "fy", "cx", "cy", "bf", "rate", "width", "height", "seed"})
+      p[name] = "x";
+    return p;
+  }();
+  return any;
+}
+
+void ExternalObjects::check() const {
+  check_choice("objects.format", format, {"none", "motions", "poses", "dynosam", "vdo"});
+  check_choice("objects.frame", frame, {"world", "camera", "body"});
+  check_choice("objects.ids", ids, {"masks", "overlap"});
+  check_choice("objects.stage", stage, {"any", "initial", "refined"});
+  check_option(std::ranges::count(files, '*') == 1, "objects.files", files, "a name with one * for the id");
+}
+
+void ExternalTimes::check() const { check_choice("times.unit", unit, {"ms", "s"}); }
+
+void ExternalConfig::check() const {
+  check_option(!command.empty(), "command", "''", "given: the program and its arguments");
+  check_option(time_limit_s > 0, "time_limit_s", time_limit_s, "> 0");
+  check_option(first_frame >= -1, "first_frame", first_frame, "-1 or a frame number");
+  check_choice("last_flow", last_flow, {"none", "zero"});
+  check_choice("keep", keep, {"logs", "output", "all"});
+  check_choice("layout", layout, {"vdo", "kitti", "vkitti1", "vkitti2"});
+  Placeholders known = any_placeholders();
+  if (settings.empty()) known.erase("settings");
+  check_option(!words_of(command, known).empty(), "command", command, "a program");
+  fill_in(working_directory, known);
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+  };
+  for (const auto& [result, ignored] : results)
+    check_option(!result.empty() && std::ranges::all_of(result, is_plain), "results", result,
+                 "names of letters, digits, - and _");
+  for (const std::string& setting : words_of(environment, known)) {
+    check_option(setting.find('=') != std::string::npos && setting[0] != '=', "environment", setting,
+                 "of the form NAME=VALUE");
+  }
+}
+
+ExternalConfig read_external_config(const std::string& path, const Json& overrides) {
+  Json json = overrides;
+  if (!json.is_object() || json.erase(recorded_options) == 0) {
+    json = read_object(path);
+    json.merge_patch(overrides);
+  }
   ExternalConfig config;
   try {
-    json.merge_patch(overrides);
     read_options(json, config);
   } catch (const Error& error) {
     fail("{}: {}", path, error.what());
@@ -74,21 +94,25 @@ ExternalConfig read_external_config(const std::string& path, const Json& overrid
 }
 
 std::string fill_in(const std::string& text, const Placeholders& values) {
+  const auto of_name = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
   std::string out;
   size_t at = 0;
-  while (at < text.size()) {
-    const size_t open = text.find('{', at);
-    const size_t close = open == std::string::npos ? open : text.find('}', open);
-    if (close == std::string::npos) break;
-    const std::string name = text.substr(open + 1, close - open - 1);
+  for (size_t open = text.find('{'); open != std::string::npos; open = text.find('{', open + 1)) {
+    const auto* const begin = text.data() + open + 1;
+    const auto* const end = std::find_if_not(begin, text.data() + text.size(), of_name);
+    if (end == begin || end == text.data() + text.size() || *end != '}') continue;
+    const std::string name(begin, end);
     const auto value = values.find(name);
     if (value == values.end()) {
       std::vector<std::string> names;
       for (const auto& [known, ignored] : values) names.push_back(known);
-      fail("'{}': unknown placeholder {{{}}}: {}", text, name, suggest(name, names));
+      const size_t line = text.rfind('\n', open) + 1;  // npos + 1 = 0
+      fail("'{}': unknown placeholder {{{}}}: {}", text.substr(line, text.find('\n', open) - line), name,
+           suggest(name, names));
     }
     out.append(text, at, open - at).append(value->second);
-    at = close + 1;
+    at = open + name.size() + 2;
+    open = at - 1;
   }
   return out.append(text, at, std::string::npos);
 }

@@ -10,11 +10,12 @@
 //   {sequence}     the layout's name of the sequence ("0018", "0018/clone"; vdo: the source's)
 //   {first} {last} frame numbers in the files; {n}: how many frames
 //   {calibration}  OpenCV YAML with Camera.fx, fy, cx, cy, bf, fps, width and height
+//   {settings}     the filled-in copy of the template `settings`
 //   {fx} {fy} {cx} {cy} {bf} {rate} {width} {height}     px, px m, Hz
 //   {seed}         of the case
 //
-// `command` and `environment` are split into words at blanks; '...' and "..." keep blanks together. No shell
-// is involved: placeholders may hold blanks.
+// Braces around anything but small letters are text. `command` and `environment` are split into words at
+// blanks; '...' and "..." keep blanks together. No shell is involved: placeholders may hold blanks.
 
 #include <filesystem>
 #include <map>
@@ -46,6 +47,7 @@ struct ExternalObjects {
   std::string frame = "world";
   int id_offset = 0;
   std::string ids = "masks";
+  std::string stage = "any";
 
   template <typename V>
   void visit(V& v) {
@@ -55,6 +57,33 @@ struct ExternalObjects {
     v("frame", frame, "", "motions: world (H), camera (T_curr_prev) or body (inverse(L) H L)");
     v("id_offset", id_offset, "", "added to the program's ids to get those of the masks");
     v("ids", ids, "", "masks: the program's ids are theirs; overlap: found by agreement with true motions");
+    v("stage", stage, "",
+      "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf_*) where both are there; any: the one that is");
+  }
+  void check() const;
+};
+
+/// What is read of one run of the program.
+struct ExternalResultSet {
+  ExternalCamera camera;
+  ExternalObjects objects;
+
+  template <typename V>
+  void visit(V& v) {
+    v("camera", camera, "", "its trajectory of the camera");
+    v("objects", objects, "", "its motions of objects");
+  }
+};
+
+/// Where it writes how long its frames took.
+struct ExternalTimes {
+  std::string file;
+  std::string unit = "ms";
+
+  template <typename V>
+  void visit(V& v) {
+    v("file", file, "", "in {output}: a line per frame, its time, or frame number and time; empty: none");
+    v("unit", unit, "", "of these times: ms or s");
   }
   void check() const;
 };
@@ -65,12 +94,16 @@ struct ExternalConfig {
   std::string working_directory = "{config}";
   std::string environment;
   double time_limit_s = 600;
+  std::string settings;
   std::string layout = "vdo";
   bool write_truth = false;
+  bool renumber = false;
+  std::string last_flow = "none";
   int first_frame = -1;
   std::string keep = "output";
-  ExternalCamera camera;
-  ExternalObjects objects;
+  ExternalResultSet set;  ///< used without `results`
+  std::map<std::string, ExternalResultSet> results;
+  ExternalTimes times;
 
   template <typename V>
   void visit(V& v) {
@@ -79,23 +112,35 @@ struct ExternalConfig {
     v("working_directory", working_directory, "", "where it runs");
     v("environment", environment, "", "variables added to this program's: A=1 B='two words'");
     v("time_limit_s", time_limit_s, "s", "of one sequence; then it and all it started are killed");
+    v("settings", settings, "",
+      "template of a settings file, relative to CONFIG; its copy {settings} has the placeholders filled in");
     v("layout", layout, "", "of the input: vdo, kitti, vkitti1 or vkitti2");
     v("write_truth", write_truth, "", "true: the input holds the ground truth too, for programs that insist");
+    v("renumber", renumber, "", "true: the first frame of the input is 0, whatever the source calls it");
+    v("last_flow", last_flow, "", "flow file of the last frame, which has no next one: none or zero");
     v("first_frame", first_frame, "",
       "the program's number of the first frame in its results; -1 = as in the files");
     v("keep", keep, "", "of each case: logs; output = and results; all = and input");
-    v("camera", camera, "", "its trajectory of the camera");
-    v("objects", objects, "", "its motions of objects");
+    set.visit(v);
+    v("results", results, "",
+      "several results of one run, by name, instead of camera and objects; records call them NAME.RESULT");
+    v("times", times, "", "its own time per frame");
   }
   void check() const;
 };
+
+/// A key of overrides: true says that they are every option of an earlier run, and that CONFIG is not read.
+inline constexpr const char* recorded_options = "recorded";
 
 /// Reads CONFIG and lays `overrides` (same keys) over it. Throws Error "PATH: ...".
 ExternalConfig read_external_config(const std::string& path, const Json& overrides = Json::object());
 
 using Placeholders = std::map<std::string, std::string>;
 
-/// Replaces every {name}. Throws Error on an unknown one.
+/// Stand-ins for all of them, which show whether a text can be filled in.
+const Placeholders& any_placeholders();
+
+/// Replaces every {name}, small letters and _; other braces are text. Throws Error on an unknown one.
 std::string fill_in(const std::string& text, const Placeholders& values);
 
 /// Words of `text`, placeholders replaced. Throws Error on an open quote.

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/noisy_sequence.h"
 #include "sextant/eval/external/process.h"
@@ -20,42 +23,12 @@ namespace fs = std::filesystem;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The folder of a case: input, output, stdout.txt, stderr.txt, log.txt. What is not to be kept goes in the
-/// end, also with an exception.
-class CaseFolder {
- public:
-  CaseFolder(const fs::path& folder, std::string keep) : keep_(folder.empty() ? "nothing" : std::move(keep)) {
-    if (folder.empty()) {
-      std::string name = (fs::temp_directory_path() / "sextant_case_XXXXXX").string();
-      if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make this folder", name);
-      path_ = name;
-    } else {
-      path_ = fs::absolute(folder).lexically_normal();
-      fs::remove_all(path_);  // of a run that was interrupted
-    }
-    fs::create_directories(output());
-  }
-  ~CaseFolder() {
-    std::error_code ignored;
-    if (keep_ != "all") fs::remove_all(input(), ignored);
-    if (keep_ != "all" && keep_ != "output") fs::remove_all(output(), ignored);
-    if (keep_ == "nothing") fs::remove_all(path_, ignored);
-  }
-  CaseFolder(const CaseFolder&) = delete;
-  CaseFolder& operator=(const CaseFolder&) = delete;
-
-  fs::path input() const { return path_ / "input"; }
-  fs::path output() const { return path_ / "output"; }
-  fs::path file(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-  std::string keep_;
-};
-
 /// Writes the input; returns the layout's name of the sequence.
 std::string write_input(const CaseContext& context, const ExternalConfig& config, const CaseFolder& folder) {
-  const NoisySequence noisy(context.sequence, context.noise, context.seed, config.write_truth);
+  const NoisySequence noisy(context.sequence, context.noise, context.seed,
+                            {.truth = config.write_truth,
+                             .from_zero = config.renumber,
+                             .zero_last_flow = config.last_flow == "zero"});
   LayoutRequest request;
   request.out = folder.input();
   request.quiet = true;
@@ -74,7 +47,8 @@ FrameNumbers frame_numbers(const ExternalConfig& config, const SequenceInfo& inf
   FrameNumbers numbers;
   numbers.first = info.first_frame;
   numbers.last = info.last_frame;
-  numbers.in_files = config.layout == "kitti" ? 0 : info.first_frame;  // kitti_layout.h counts from 0
+  const bool from_zero = config.renumber || config.layout == "kitti";  // kitti_layout.h counts from 0
+  numbers.in_files = from_zero ? 0 : info.first_frame;
   numbers.in_results = config.first_frame >= 0 ? config.first_frame : numbers.in_files;
   numbers.rate_hz = info.rate_hz;
   return numbers;
@@ -105,6 +79,13 @@ Placeholders placeholders(const CaseContext& context, const CaseFolder& folder, 
           {"seed", text(context.seed)}};
 }
 
+/// What a run of the program has cost, for the records of its frames.
+struct Costs {
+  double wall_ms_per_pair = 0, cpu_ms_per_pair = 0;
+  double peak_memory_mb = 0;
+  std::map<int, double> own_ms;  ///< by frame, where the program tells
+};
+
 std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
   const auto declared = pair.noise.find(body);
   return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
@@ -129,12 +110,12 @@ Eigen::Vector3d centroid(const PinholeCamera& camera, const Correspondences& poi
 /// Gives the program's results pair by pair.
 class ExternalSolver final : public PairSolver {
  public:
-  ExternalSolver(ExternalResults results, std::vector<std::string> problems, double ms_per_pair,
-                 double max_depth_m)
+  ExternalSolver(ExternalResults results, std::vector<std::string> problems, Costs costs, double max_depth_m)
       : results_(std::move(results)),
         problems_(std::move(problems)),
-        ms_per_pair_(ms_per_pair),
+        costs_(std::move(costs)),
         max_depth_m_(max_depth_m) {
+    ids_ = results_.unreadable;
     for (const auto& [key, motion] : results_.motions) ids_.insert(key.first);
   }
 
@@ -159,9 +140,17 @@ class ExternalSolver final : public PairSolver {
     return result;
   }
 
+  void add_costs(int frame, Record& ego) const override {
+    ego.time_ms["cpu"] = costs_.cpu_ms_per_pair;
+    ego.values["peak_memory_mb"] = costs_.peak_memory_mb;
+    const auto own = costs_.own_ms.find(frame);
+    if (own != costs_.own_ms.end()) ego.time_ms["program"] = own->second;
+  }
+
   std::vector<std::string> problems() const override { return problems_; }
 
  private:
+  bool is_unreadable(int id) const { return results_.objects_unreadable || results_.unreadable.contains(id); }
   bool is_known(int id) const { return results_.objects_unreadable || ids_.contains(id); }
 
   BodyResult ego(const FramePair& pair) const {
@@ -169,7 +158,7 @@ class ExternalSolver final : public PairSolver {
     body.area_fraction = body.distance_m = body.moving_share = body.speed_mps = nan;
     body.points = pair.background;
     body.noise = declared_noise(pair, 0);
-    body.times.refine_ms = ms_per_pair_;
+    body.times.refine_ms = costs_.wall_ms_per_pair;
     const std::optional<SE3> T_prev_curr = results_.camera.motion(pair.prev, pair.curr);
     body.status = results_.camera_unreadable ? Status::diverged : T_prev_curr ? Status::ok : Status::lost;
     if (T_prev_curr) set_motion(T_prev_curr->inverse(), body);
@@ -186,7 +175,7 @@ class ExternalSolver final : public PairSolver {
     body.noise = declared_noise(pair, body.instance);
     body.distance_m = nan;
     const auto motion = results_.motions.find({body.instance, pair.curr});
-    body.status = results_.objects_unreadable        ? Status::diverged
+    body.status = is_unreadable(body.instance)       ? Status::diverged
                   : motion != results_.motions.end() ? Status::ok
                                                      : Status::lost;
     if (body.points.empty()) {
@@ -213,62 +202,133 @@ class ExternalSolver final : public PairSolver {
 
   ExternalResults results_;
   std::vector<std::string> problems_;
-  double ms_per_pair_;
+  Costs costs_;
   double max_depth_m_;
   std::set<int> ids_;
 };
 
+/// One set of results with what log.txt says of it.
+struct ScoredSet {
+  std::string name;
+  ExternalResults results;
+};
+
 std::string log_text(const ProcessRequest& request, const ProcessOutcome& outcome,
-                     const ExternalResults& results, const FrameNumbers& numbers,
+                     const std::vector<ScoredSet>& sets, int n_frames, const std::vector<std::string>& notes,
                      const std::vector<std::string>& problems) {
   std::string text = "command:";
   for (const std::string& word : request.words) text += fmt::format(" '{}'", word);
-  text += fmt::format("\nin: {}\nend: {}\nwall: {:.3f} s\n", request.working_directory.string(),
-                      outcome.text(), outcome.wall_s);
-  text += fmt::format("camera poses: {} of {} frames\nobject motions: {}\n", results.camera.poses().size(),
-                      numbers.last - numbers.first + 1, results.motions.size());
-  for (const std::string& note : results.notes) text += fmt::format("note: {}\n", note);
+  text += fmt::format("\nin: {}\nend: {}\nwall: {:.3f} s\ncpu: {:.3f} s\npeak memory: {:.1f} MB\n",
+                      request.working_directory.string(), outcome.text(), outcome.wall_s, outcome.cpu_s,
+                      outcome.peak_memory_mb);
+  for (const ScoredSet& set : sets) {
+    if (!set.name.empty()) text += fmt::format("results {}\n", set.name);
+    text += fmt::format("camera poses: {} of {} frames\nobject motions: {}\n",
+                        set.results.camera.poses().size(), n_frames, set.results.motions.size());
+    for (const std::string& note : set.results.notes) text += fmt::format("note: {}\n", note);
+  }
+  for (const std::string& note : notes) text += fmt::format("note: {}\n", note);
   for (const std::string& problem : problems) text += fmt::format("problem: {}\n", problem);
   return text;
 }
 
 class ExternalEstimator final : public CaseEstimator {
  public:
-  ExternalEstimator(ExternalConfig config, fs::path config_folder)
-      : config_(std::move(config)), config_folder_(std::move(config_folder)) {}
+  /// `is_run`: it is to be started, rather than that what it left is scored again.
+  ExternalEstimator(ExternalConfig config, fs::path config_folder, bool is_run)
+      : config_(std::move(config)), config_folder_(std::move(config_folder)) {
+    if (config_.settings.empty() || !is_run) return;
+    template_ = config_folder_ / config_.settings;
+    check_size(template_.string(), fs::exists(template_) ? fs::file_size(template_) : 0,
+               {most_template_bytes});
+    fill_template(any_placeholders());  // here rather than in the first case
+  }
 
-  std::unique_ptr<PairSolver> begin(const CaseContext& context) const override {
-    const SequenceInfo& info = context.sequence.info();
-    const FrameNumbers numbers = frame_numbers(config_, info);
+  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+    const FrameNumbers numbers = frame_numbers(config_, context.sequence.info());
+    if (context.rescore) {
+      const fs::path folder = fs::absolute(context.folder).lexically_normal();
+      return score(context, numbers, folder, read_case(folder), nullptr);
+    }
     const CaseFolder folder(context.folder, config_.keep);
     const std::string sequence = write_input(context, config_, folder);
-    write_file(folder.file("calibration.yaml"), calibration_text(info));
-    const ProcessRequest request =
-        request_for(placeholders(context, folder, config_folder_, numbers, sequence), folder);
-    const ProcessOutcome outcome = run_process(request);
-    ExternalResults results =
-        read_external_results(config_, folder.output(), numbers, context.sequence.truth(), outcome.ok());
-    std::vector<std::string> problems;
-    if (!outcome.ok()) problems.push_back(outcome.text());
-    problems.insert(problems.end(), results.problems.begin(), results.problems.end());
-    const int n_frames = numbers.last - numbers.first + 1;
-    const auto n_poses = static_cast<int>(results.camera.poses().size());
-    if (problems.empty() && n_poses < n_frames)
-      problems.push_back(fmt::format("camera poses of {} of {} frames", n_poses, n_frames));
-    write_file(folder.file("log.txt"), log_text(request, outcome, results, numbers, problems));
-    for (std::string& problem : problems) {
-      problem = fmt::format("{}: {} ({})", config_.name, problem,
-                            context.folder.empty() ? "no logs are kept" : folder.file("log.txt").string());
+    write_file(folder.file("calibration.yaml"), calibration_text(context.sequence.info()));
+    Placeholders values = placeholders(context, folder, config_folder_, numbers, sequence);
+    if (!template_.empty()) {
+      const fs::path settings = folder.file("settings" + template_.extension().string());
+      values["settings"] = settings.string();
+      write_file(settings, fill_template(values));
     }
-    return std::make_unique<ExternalSolver>(std::move(results), std::move(problems),
-                                            1000 * outcome.wall_s / (n_frames - 1),
-                                            context.pipeline.max_object_distance_m);
+    const ProcessRequest request = request_for(values, folder);
+    const ProcessOutcome outcome = run_process(request);
+    write_case(outcome, folder.path());
+    return score(context, numbers, folder.path(), outcome, &request);
   }
 
   Json options() const override { return write_options(config_); }
   std::string label() const override { return config_.name; }
 
  private:
+  static constexpr uint64_t most_template_bytes = 1'000'000;
+
+  std::string fill_template(const Placeholders& values) const {
+    try {
+      return fill_in(read_file(template_), values);
+    } catch (const Error& error) {
+      const std::string path = template_.string(), what = error.what();
+      fail("{}{}", what.starts_with(path) ? "" : path + ": ", what);
+    }
+  }
+
+  std::map<std::string, ExternalResultSet> sets() const {
+    if (config_.results.empty()) return {{"", config_.set}};
+    return config_.results;
+  }
+
+  /// Reads what lies in folder/output; writes folder/log.txt where there was a `request`.
+  std::vector<NamedSolver> score(const CaseContext& context, const FrameNumbers& numbers,
+                                 const fs::path& folder, const ProcessOutcome& outcome,
+                                 const ProcessRequest* request) const {
+    const int n_frames = numbers.last - numbers.first + 1;
+    const ResultFolder output{folder / "output", numbers, outcome.ok()};
+    std::vector<std::vector<std::string>> problems(1);  // of the run, then of each set
+    if (!outcome.ok()) {
+      const std::string last = last_line(folder / "stderr.txt");
+      problems[0].push_back(outcome.text() + (last.empty() ? "" : fmt::format(", stderr ends \"{}\"", last)));
+    }
+    if (outcome.survivors) problems[0].emplace_back("some of its processes could not be killed");
+    FrameTimes times = read_frame_times(config_.times, output);
+    std::ranges::move(times.problems, std::back_inserter(problems[0]));
+    std::vector<ScoredSet> scored;
+    for (const auto& [name, set] : sets()) {
+      scored.push_back({name, read_external_results(set, output, context.sequence.truth())});
+      const ExternalResults& results = scored.back().results;
+      problems.push_back(results.problems);
+      const auto n_poses = static_cast<int>(results.camera.poses().size());
+      if (problems[0].empty() && results.problems.empty() && n_poses < n_frames)
+        problems.back().push_back(fmt::format("camera poses of {} of {} frames", n_poses, n_frames));
+      if (name.empty()) continue;
+      for (std::string& problem : problems.back()) problem = fmt::format("results {}: {}", name, problem);
+    }
+    std::vector<std::string> all;
+    for (const std::vector<std::string>& some : problems) all.insert(all.end(), some.begin(), some.end());
+    if (request != nullptr)
+      write_file(folder / "log.txt", log_text(*request, outcome, scored, n_frames, times.notes, all));
+    for (std::string& problem : all) {
+      problem = fmt::format("{}: {} ({})", config_.name, problem,
+                            context.folder.empty() ? "no logs are kept" : (folder / "log.txt").string());
+    }
+    const Costs costs{1000 * outcome.wall_s / (n_frames - 1), 1000 * outcome.cpu_s / (n_frames - 1),
+                      outcome.peak_memory_mb, std::move(times.ms)};
+    std::vector<NamedSolver> solvers;
+    for (ScoredSet& set : scored) {
+      solvers.push_back(
+          {set.name, std::make_unique<ExternalSolver>(std::move(set.results), std::exchange(all, {}), costs,
+                                                      context.pipeline.max_object_distance_m)});
+    }
+    return solvers;
+  }
+
   ProcessRequest request_for(const Placeholders& values, const CaseFolder& folder) const {
     ProcessRequest request;
     request.words = words_of(config_.command, values);
@@ -282,14 +342,16 @@ class ExternalEstimator final : public CaseEstimator {
 
   ExternalConfig config_;
   fs::path config_folder_;
+  fs::path template_;  ///< of settings; empty: none
 };
 
 }  // namespace
 
 std::shared_ptr<const CaseEstimator> open_external_estimator(const std::string& config,
                                                              const Json& overrides) {
+  const bool is_run = !overrides.is_object() || !overrides.contains(recorded_options);
   return std::make_shared<ExternalEstimator>(read_external_config(config, overrides),
-                                             fs::absolute(config).lexically_normal().parent_path());
+                                             fs::absolute(config).lexically_normal().parent_path(), is_run);
 }
 
 void add_external_estimators() {

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/external/number_file.h"
 #include "sextant/eval/external/trajectory_files.h"
 #include "sextant/metrics/pose_change.h"
 
@@ -19,27 +20,55 @@ struct Match {
   std::string star;  ///< what the * stands for
 };
 
-/// Files of `folder` called `pattern`, which may hold one *; in order of name.
-std::vector<Match> matches(const fs::path& folder, const std::string& pattern) {
-  const fs::path wanted = folder / pattern;
-  const std::string name = wanted.filename().string();
-  const size_t star = name.find('*');
-  std::vector<Match> found;
-  if (star == std::string::npos) {
-    if (fs::is_regular_file(wanted)) found.push_back({wanted, ""});
+/// The files of a result folder that may be read, and by which rules.
+class Files {
+ public:
+  Files(const ResultFolder& folder, std::vector<std::string>& notes)
+      : folder_(folder),
+        root_(fs::canonical(folder.path.parent_path()) / folder.path.filename()),
+        notes_(notes) {}
+
+  std::string path(const std::string& name) const { return (folder_.path / name).string(); }
+
+  /// Those called `pattern`, which may hold one *; in order of name.
+  std::vector<Match> matches(const std::string& pattern) const {
+    const fs::path wanted = folder_.path / pattern;
+    const std::string name = wanted.filename().string();
+    const size_t star = name.find('*');
+    std::vector<Match> found;
+    if (star == std::string::npos) {
+      if (accepts(wanted)) found.push_back({wanted, ""});
+      return found;
+    }
+    const std::string front = name.substr(0, star), back = name.substr(star + 1);
+    if (!fs::is_directory(wanted.parent_path())) return found;
+    for (const auto& entry : fs::directory_iterator(wanted.parent_path())) {
+      const std::string file = entry.path().filename().string();
+      if (file.size() < front.size() + back.size()) continue;
+      if (!file.starts_with(front) || !file.ends_with(back) || !accepts(entry.path())) continue;
+      found.push_back({entry.path(), file.substr(front.size(), file.size() - front.size() - back.size())});
+    }
+    std::ranges::sort(found, {}, &Match::path);
     return found;
   }
-  const std::string front = name.substr(0, star), back = name.substr(star + 1);
-  if (!fs::is_directory(wanted.parent_path())) return found;
-  for (const auto& entry : fs::directory_iterator(wanted.parent_path())) {
-    const std::string file = entry.path().filename().string();
-    if (!entry.is_regular_file() || file.size() < front.size() + back.size()) continue;
-    if (!file.starts_with(front) || !file.ends_with(back)) continue;
-    found.push_back({entry.path(), file.substr(front.size(), file.size() - front.size() - back.size())});
+
+  /// Whether it is a file of this folder; a link to one elsewhere is noted.
+  bool accepts(const fs::path& path) const {
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) return false;
+    const fs::path real = fs::canonical(path, error);
+    if (!error && std::ranges::mismatch(root_, real).in1 == root_.end()) return true;
+    notes_.push_back(fmt::format("{}: leads to a file outside {{output}}: ignored", path.string()));
+    return false;
   }
-  std::ranges::sort(found, {}, &Match::path);
-  return found;
-}
+
+  ReadRules rules(uint64_t most_bytes) const { return {most_bytes, !folder_.finished}; }
+
+ private:
+  const ResultFolder& folder_;
+  fs::path root_;
+  std::vector<std::string>& notes_;
+};
 
 /// One poses or motions of a file, by frame of the sequence.
 std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numbers, const std::string& path,
@@ -60,34 +89,47 @@ std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numb
   return poses;
 }
 
+constexpr int64_t largest_id = 1'000'000'000;  // two of them fit into an int
+
+/// The number that `text` is, as far as an id may be that large; empty when it is no number.
+std::optional<int64_t> id_in(const std::string& text) {
+  const size_t sign = text.starts_with('-') ? 1 : 0;
+  const bool is_number =
+      text.size() > sign && text.find_first_not_of("0123456789", sign) == std::string::npos;
+  if (!is_number) return std::nullopt;
+  int64_t id = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+  if (error != std::errc()) id = sign == 1 ? -2 * largest_id : 2 * largest_id;
+  return std::clamp(id, -2 * largest_id, 2 * largest_id);
+}
+
 class Reader {
  public:
-  Reader(const ExternalConfig& config, const fs::path& output, const FrameNumbers& numbers,
-         const SequenceTruth& truth, bool finished, ExternalResults& out)
-      : config_(config), output_(output), numbers_(numbers), truth_(truth), finished_(finished), out_(out) {}
+  Reader(const ExternalResultSet& set, const ResultFolder& folder, const SequenceTruth& truth,
+         ExternalResults& out)
+      : set_(set), folder_(folder), truth_(truth), out_(out), files_(folder, out.notes) {}
 
   void read_camera() {
-    const std::vector<Match> files = matches(output_, config_.camera.file);
-    if (files.empty()) {
-      out_.problems.push_back(
-          fmt::format("{}: the program has not written this file", (output_ / config_.camera.file).string()));
+    const std::string& name = set_.camera.file;
+    const std::vector<Match> found = files_.matches(name);
+    if (found.empty()) {
+      out_.problems.push_back(fmt::format("{}: the program has not written this file", files_.path(name)));
       return;
     }
-    if (files.size() > 1) {
-      fail("{}: {} files match, such as {} and {}: expected one", (output_ / config_.camera.file).string(),
-           files.size(), files.front().path.filename().string(), files.back().path.filename().string());
+    if (found.size() > 1) {
+      fail("{}: {} files match, such as {} and {}: expected one", files_.path(name), found.size(),
+           found.front().path.filename().string(), found.back().path.filename().string());
     }
-    cut_unfinished_line(files.front().path);
-    const std::string path = files.front().path.string();
-    for (const auto& [frame, pose] :
-         by_frame(read_trajectory(path, config_.camera.format), numbers_, path, out_))
-      out_.camera.set(frame, config_.camera.inverse ? pose.inverse() : pose);
+    const std::string path = found.front().path.string();
+    const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(most_pose_file_bytes));
+    for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
+      out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
   }
 
   void read_objects() {
-    const ExternalObjects& objects = config_.objects;
+    const ExternalObjects& objects = set_.objects;
     if (objects.format == "motions" || objects.format == "poses") {
-      for (const Match& file : matches(output_, objects.files)) read_object(file);
+      for (const Match& file : files_.matches(objects.files)) read_object(file);
     } else if (objects.format != "none") {
       read_logs();
     }
@@ -95,30 +137,44 @@ class Reader {
   }
 
  private:
-  void cut_unfinished_line(const fs::path& path) const {
-    if (finished_) return;
-    const std::string text = read_file(path);
-    if (text.empty() || text.back() == '\n') return;
-    fs::resize_file(path, text.rfind('\n') + 1);  // npos + 1 = 0
-    out_.notes.push_back(fmt::format("{}: its last line is not finished: left out", path.string()));
+  /// The id of the masks, or, with ids matched by overlap, one of the log. A problem when there is no such.
+  std::optional<int> mask_id(int64_t id, const std::string& where) {
+    const int64_t least = set_.objects.ids == "overlap" ? 0 : 1;
+    const int64_t own = id + set_.objects.id_offset;
+    if (own >= least && own <= largest_id) return static_cast<int>(own);
+    if (refused_.insert(id).second) {
+      out_.problems.push_back(fmt::format("{}: object {} with id_offset {}: expected {} to {}: left out",
+                                          where, id, set_.objects.id_offset, least, largest_id));
+    }
+    return std::nullopt;
   }
 
   void read_object(const Match& file) {
     const std::string path = file.path.string();
-    int id = 0;
-    const char* end = file.star.data() + file.star.size();
-    if (const auto [stop, error] = std::from_chars(file.star.data(), end, id);
-        error != std::errc() || stop != end) {
-      fail("{}: expected a number in place of the * of '{}', got '{}'", path, config_.objects.files,
-           file.star);
+    const std::optional<int64_t> number = id_in(file.star);
+    if (!number) {
+      out_.notes.push_back(fmt::format("{}: '{}' in place of the * of '{}' is no number: passed over", path,
+                                       file.star, set_.objects.files));
+      return;
     }
-    cut_unfinished_line(file.path);
-    const TrajectoryFile read = read_trajectory(path);
-    const std::map<int, SE3> poses = by_frame(read, numbers_, path, out_);
-    if (config_.objects.format == "motions") {
+    const std::optional<int> id = mask_id(*number, path);
+    if (!id) return;
+    try {
+      read_object(path, *id);
+    } catch (const Error& error) {
+      out_.unreadable.insert(*id);
+      std::erase_if(out_.motions, [&](const auto& motion) { return motion.first.first == *id; });
+      out_.problems.emplace_back(error.what());
+    }
+  }
+
+  void read_object(const std::string& path, int id) {
+    const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(most_pose_file_bytes));
+    const std::map<int, SE3> poses = by_frame(read, folder_.numbers, path, out_);
+    if (set_.objects.format == "motions") {
       if (read.poses.frames.empty() && read.poses.stamps_s.empty())
         fail("{}: expected a frame number or time stamp in each line of a file of motions", path);
-      for (const auto& [frame, motion] : poses) add(id, frame, motion, config_.objects.frame);
+      for (const auto& [frame, motion] : poses) add(id, frame, motion, set_.objects.frame);
       return;
     }
     for (const auto& [frame, pose] : poses) {
@@ -128,36 +184,49 @@ class Reader {
   }
 
   void read_logs() {
-    for (const auto& entry : fs::directory_iterator(output_)) {
-      if (entry.is_regular_file()) cut_unfinished_line(entry.path());
-    }
-    const std::vector<ObjectLog> logs = read_object_logs(output_.string(), config_.objects.format);
-    if (logs.size() > 1)
-      fail("{}: holds logs of {} modules: expected those of one", output_.string(), logs.size());
+    const std::string folder = folder_.path.string();
+    const std::vector<ObjectLog> logs =
+        read_object_logs(folder, {.format = set_.objects.format,
+                                  .stage = set_.objects.stage,
+                                  .rules = files_.rules(most_log_file_bytes),
+                                  .accept = [&](const fs::path& path) { return files_.accepts(path); }});
+    if (logs.size() > 1) fail("{}: holds logs of {} modules: expected those of one", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
     for (const auto& [key, motion] : logs.front().motions) {
-      add(key.first, numbers_.of_number(key.second), motion.estimate,
+      const std::optional<int> id = mask_id(key.first, folder);
+      if (!id) continue;
+      add(*id, folder_.numbers.of_number(key.second), motion.estimate,
           logs.front().frame == MotionFrame::world ? "world" : "body");
     }
   }
 
   /// A motion to current camera coordinates; one that needs a pose which is not known is left out.
   void add(int id, int frame, const SE3& motion, const std::string& coordinates) {
+    if (coordinates == "body" && set_.objects.ids == "overlap") {  // whose body it is, is not known yet
+      in_body_.motions[{id, frame}].estimate = motion;
+      return;
+    }
     std::optional<SE3> X;
     if (coordinates == "camera") X = motion;
     const std::optional<SE3> before = out_.camera.pose(frame - 1), after = out_.camera.pose(frame);
     if (coordinates == "world" && before && after) X = after->inverse() * motion * *before;
-    const ObjectTruth* object = truth_.find(frame - 1, id + config_.objects.id_offset);
-    if (coordinates == "body" && before && after && object != nullptr) {
-      const SE3& L = object->T_camera_object;
-      X = after->inverse() * *before * L * motion * L.inverse();
-    }
-    if (X) out_.motions.emplace(ObjectFrame(id + config_.objects.id_offset, frame), *X);
+    if (coordinates == "body") X = from_body(id, frame, motion);
+    if (X) out_.motions.emplace(ObjectFrame(id, frame), *X);
   }
 
-  /// The program's ids to those of the masks. Motions are compared in the true world.
+  std::optional<SE3> from_body(int id, int frame, const SE3& motion) const {
+    const std::optional<SE3> before = out_.camera.pose(frame - 1), after = out_.camera.pose(frame);
+    const ObjectTruth* object = truth_.find(frame - 1, id);
+    if (!before || !after || object == nullptr) return std::nullopt;
+    const SE3& L = object->T_camera_object;
+    return after->inverse() * *before * L * motion * L.inverse();
+  }
+
+  /// The program's ids to those of the masks. Motions are compared in the true world, or in the body.
   void match_ids() {
-    ObjectLog log;
+    ObjectLog log = std::move(in_body_);
+    const bool in_body = !log.motions.empty();
+    log.frame = in_body ? MotionFrame::body : MotionFrame::world;
     for (const auto& [key, X] : out_.motions) {
       const auto before = truth_.camera.pose(key.second - 1), after = truth_.camera.pose(key.second);
       if (before && after) log.motions[key].estimate = world_motion(*before, *after, X);
@@ -166,17 +235,23 @@ class Reader {
     out_.notes.insert(out_.notes.end(), log.warnings.begin(), log.warnings.end());
     out_.motions.clear();
     for (const auto& [key, motion] : log.motions) {
-      const auto before = truth_.camera.pose(key.second - 1), after = truth_.camera.pose(key.second);
-      if (motion.truth) out_.motions[key] = after->inverse() * motion.estimate * *before;
+      if (!motion.truth) continue;
+      if (in_body) {
+        if (const auto X = from_body(key.first, key.second, motion.estimate)) out_.motions[key] = *X;
+      } else {
+        const auto before = truth_.camera.pose(key.second - 1), after = truth_.camera.pose(key.second);
+        out_.motions[key] = after->inverse() * motion.estimate * *before;
+      }
     }
   }
 
-  const ExternalConfig& config_;
-  const fs::path& output_;
-  const FrameNumbers& numbers_;
+  const ExternalResultSet& set_;
+  const ResultFolder& folder_;
   const SequenceTruth& truth_;
-  bool finished_;
   ExternalResults& out_;
+  Files files_;
+  std::set<int64_t> refused_;
+  ObjectLog in_body_;  ///< motions in the body frame of ids that are yet to be matched
 };
 
 }  // namespace
@@ -209,11 +284,10 @@ int FrameNumbers::of_row(size_t row) const {
   return first + static_cast<int>(row);
 }
 
-ExternalResults read_external_results(const ExternalConfig& config, const fs::path& output,
-                                      const FrameNumbers& numbers, const SequenceTruth& truth,
-                                      bool finished) {
+ExternalResults read_external_results(const ExternalResultSet& set, const ResultFolder& folder,
+                                      const SequenceTruth& truth) {
   ExternalResults out;
-  Reader reader(config, output, numbers, truth, finished, out);
+  Reader reader(set, folder, truth, out);
   try {
     reader.read_camera();
   } catch (const Error& error) {
@@ -225,6 +299,42 @@ ExternalResults read_external_results(const ExternalConfig& config, const fs::pa
   } catch (const Error& error) {
     out.objects_unreadable = true;
     out.motions.clear();
+    out.problems.emplace_back(error.what());
+  }
+  return out;
+}
+
+FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& folder) {
+  FrameTimes out;
+  if (times.file.empty()) return out;
+  const Files files(folder, out.notes);
+  const std::vector<Match> found = files.matches(times.file);
+  if (found.size() != 1) {
+    out.problems.push_back(fmt::format(
+        "{}: {}", files.path(times.file),
+        found.empty() ? "the program has not written this file" : "several files match: expected one"));
+    return out;
+  }
+  const double ms_per_unit = times.unit == "s" ? 1000 : 1;
+  try {
+    NumberFile file(found.front().path.string(), ' ', files.rules(most_pose_file_bytes));
+    for (size_t row = 0; file.next(); ++row) {
+      const auto values = file.values();
+      const bool numbered = values.size() == 2;
+      if ((values.size() != 1 && !numbered) || values.back() < 0)
+        file.fail_here("expected the time of a frame, or its number and time, in {}", times.unit);
+      if (numbered && (values[0] != std::trunc(values[0]) || std::abs(values[0]) > 1e9))
+        file.fail_here("expected a frame number, got {}", values[0]);
+      try {
+        const int frame =
+            numbered ? folder.numbers.of_number(static_cast<int>(values[0])) : folder.numbers.of_row(row);
+        out.ms.emplace(frame, ms_per_unit * values.back());
+      } catch (const Error& error) {
+        file.fail_here("{}", error.what());
+      }
+    }
+  } catch (const Error& error) {
+    out.ms.clear();
     out.problems.emplace_back(error.what());
   }
   return out;

@@ -4,6 +4,8 @@
 // problem to be told, not an exception: the program failed, the sweep goes on.
 
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,19 +29,37 @@ struct FrameNumbers {
   int of_row(size_t row) const;
 };
 
+/// The folder that a program wrote into. It is only read. Links that lead out of it are ignored.
+struct ResultFolder {
+  std::filesystem::path path;
+  FrameNumbers numbers;
+  bool finished =
+      true;  ///< the program ended well; else a last line without its end is left out of every file
+};
+
+/// How much is read of a file: of poses or motions of one body and of times; of logs of all objects.
+inline constexpr uint64_t most_pose_file_bytes = 100'000'000, most_log_file_bytes = 1'000'000'000;
+
 struct ExternalResults {
   Trajectory camera;  ///< T_world_camera, the world being the program's own
   /// T_curr_prev of the object (id of the masks, current frame): its points, previous to current camera.
   std::map<ObjectFrame, SE3> motions;
   bool camera_unreadable = false;
-  bool objects_unreadable = false;
+  bool objects_unreadable = false;    ///< all of them
+  std::set<int> unreadable;           ///< objects whose own file could not be read
   std::vector<std::string> problems;  ///< "FILE:LINE: ...", and files that are not there
-  std::vector<std::string> notes;     ///< what was repaired
+  std::vector<std::string> notes;     ///< what was repaired or passed over
 };
 
-/// `finished`: the program ended well; else a last line without its end is cut off in every file. `truth` is
-/// used for motions in the body frame and to match ids (ExternalObjects::ids).
-ExternalResults read_external_results(const ExternalConfig& config, const std::filesystem::path& output,
-                                      const FrameNumbers& numbers, const SequenceTruth& truth, bool finished);
+/// `truth` is used for motions in the body frame and to match ids (ExternalObjects::ids).
+ExternalResults read_external_results(const ExternalResultSet& set, const ResultFolder& folder,
+                                      const SequenceTruth& truth);
+
+/// The program's own time per frame of the sequence, ms.
+struct FrameTimes {
+  std::map<int, double> ms;
+  std::vector<std::string> problems, notes;
+};
+FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& folder);
 
 }  // namespace sextant

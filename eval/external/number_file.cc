@@ -37,7 +37,15 @@ std::string shown(std::string_view field) {
 
 }  // namespace
 
-NumberFile::NumberFile(std::string path, char separator) : path_(std::move(path)), separator_(separator) {
+void check_size(const std::string& path, uint64_t bytes, const ReadRules& rules) {
+  if (bytes > rules.most_bytes) {
+    fail("{}: has {} MB: a file of this kind may have {} MB at most", path, bytes / 1'000'000,
+         rules.most_bytes / 1'000'000);
+  }
+}
+
+NumberFile::NumberFile(std::string path, char separator, const ReadRules& rules)
+    : path_(std::move(path)), separator_(separator), rules_(rules) {
   file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
   struct stat status {};
@@ -46,6 +54,12 @@ NumberFile::NumberFile(std::string path, char separator) : path_(std::move(path)
     fail("{}: expected a file, got {}", path_, S_ISDIR(status.st_mode) ? "a folder" : "something else");
   }
   file_bytes_ = static_cast<size_t>(status.st_size);
+  try {
+    check_size(path_, file_bytes_, rules_);
+  } catch (...) {
+    ::close(file_);
+    throw;
+  }
   buffer_.resize(kBlock);
   if (refill() && std::string_view(buffer_.data(), end_).starts_with("\xef\xbb\xbf")) begin_ = 3;
   const std::string_view start(buffer_.data(), end_);
@@ -76,6 +90,10 @@ bool NumberFile::refill() {
 bool NumberFile::next_line(std::string_view& line) {
   for (;;) {
     const void* found = std::memchr(buffer_.data() + begin_, '\n', end_ - begin_);
+    if (found == nullptr && at_end_ && begin_ < end_ && rules_.whole_lines) {
+      is_cut_ = true;
+      return false;
+    }
     if (found != nullptr || (at_end_ && begin_ < end_)) {
       const size_t stop =
           found ? static_cast<size_t>(static_cast<const char*>(found) - buffer_.data()) : end_;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,11 +22,20 @@
 
 namespace sextant {
 
+/// What a reader takes of a file that may be too large or unfinished.
+struct ReadRules {
+  uint64_t most_bytes = std::numeric_limits<uint64_t>::max();  ///< an Error before anything is read
+  bool whole_lines = false;  ///< a last line without its end, which may hold half a number, is left out
+};
+
+/// Throws Error when the file is larger than the rules allow.
+void check_size(const std::string& path, uint64_t bytes, const ReadRules& rules);
+
 class NumberFile {
  public:
   /// `separator` ' ': runs of blanks and tabs; any other: exactly one between fields, which are trimmed.
   /// Throws Error when the file cannot be read.
-  NumberFile(std::string path, char separator);
+  NumberFile(std::string path, char separator, const ReadRules& rules = {});
   ~NumberFile();
   NumberFile(const NumberFile&) = delete;
   NumberFile& operator=(const NumberFile&) = delete;
@@ -34,7 +44,8 @@ class NumberFile {
   bool next();
 
   std::span<const double> values() const { return values_; }
-  int64_t line() const { return line_; }  ///< 1 for the first of the file
+  int64_t line() const { return line_; }   ///< 1 for the first of the file
+  bool is_cut() const { return is_cut_; }  ///< at the end: the last line was left out
   /// About how many records the file has, judged by the first; at most 2^20, as later ones may be longer.
   size_t expected_records() const { return std::min(file_bytes_ / (line_bytes_ + 1) + 16, size_t{1} << 20); }
   const std::string& path() const { return path_; }
@@ -54,6 +65,8 @@ class NumberFile {
 
   std::string path_;
   char separator_;
+  ReadRules rules_;
+  bool is_cut_ = false;
   int file_ = -1;
   std::vector<char> buffer_;
   size_t begin_ = 0, end_ = 0;  // of what is read and not yet used

@@ -82,6 +82,7 @@ Score score_of(const std::vector<const Record*>& records, const MetricPreset& pr
     take(score.Et, record->errors, preset.object_Et_key);
     take(score.ER, record->errors, preset.object_ER_key);
     take(score.Ev, record->errors, preset.velocity_key);
+    if (!record->errors.contains(preset.velocity_key)) continue;  // speeds of the pairs that E_v is over
     take(score.v, record->values, "v_kmh");
     take(score.v_gt, record->values, preset.velocity_truth_key);
   }

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/external/pose_collector.h"
 #include "sextant/metrics/pose_change.h"
 
@@ -27,13 +28,39 @@ SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
   return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
 }
 
-std::vector<std::string> file_names(const std::string& folder) {
-  std::error_code error;
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder, error)) names.push_back(entry.path().filename());
-  if (error) fail("{}: cannot read this folder: {}", folder, error.message());
-  std::sort(names.begin(), names.end());
-  return names;
+/// A folder of logs, as far as the request takes its files.
+class LogFolder {
+ public:
+  LogFolder(const std::string& path, const ObjectLogRequest& request) : path_(path), request_(request) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path, error)) {
+      if (!request.accept || request.accept(entry.path())) names_.push_back(entry.path().filename());
+    }
+    if (error) fail("{}: cannot read this folder: {}", path, error.message());
+    std::sort(names_.begin(), names_.end());
+  }
+  const std::string& path() const { return path_; }
+  const std::vector<std::string>& names() const { return names_; }
+  bool has(const std::string& name) const { return std::ranges::find(names_, name) != names_.end(); }
+  NumberFile open(const std::string& name, char separator) const {
+    return NumberFile((fs::path(path_) / name).string(), separator, request_.rules);
+  }
+
+ private:
+  std::string path_;
+  const ObjectLogRequest& request_;
+  std::vector<std::string> names_;
+};
+
+/// Calls use(file, repairs) for each record of a file; repairs become warnings.
+template <typename Use>
+void for_each_record(const LogFolder& folder, const std::string& name, char separator, ObjectLog& out,
+                     const Use& use) {
+  RepairLog repairs;
+  NumberFile file = folder.open(name, separator);
+  while (file.next()) use(file, repairs);
+  note_cut(file, repairs);
+  for (std::string& text : repairs.warnings(file.path())) out.warnings.push_back(std::move(text));
 }
 
 void expect(const NumberFile& file, size_t n, const char* what) {
@@ -45,121 +72,145 @@ constexpr const char* kDynosamObject =
 
 /// Calls add(id and frame, estimate, truth unless it is an exact identity) for each line.
 template <typename Add>
-void read_dynosam_objects(const std::string& path, ObjectLog& out, const Add& add) {
-  RepairLog log;
-  for (NumberFile file(path, ','); file.next();) {
+void read_dynosam_objects(const LogFolder& folder, const std::string& name, ObjectLog& out, const Add& add) {
+  for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 16, kDynosamObject);
     const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
-    const SE3 estimate = quaternion_pose(file, 2, log), truth = quaternion_pose(file, 9, log);
-    if (is_identity(truth)) log.note("truth is an exact identity: taken as missing", file.line());
+    const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
+    if (is_identity(truth)) repairs.note("truth is an exact identity: taken as missing", file.line());
     if (!add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth)))
       file.fail_here("object {} is given twice in frame {}", key.first, key.second);
-  }
-  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+  });
 }
 
-void read_dynosam_cameras(const std::string& path, ObjectLog& out) {
-  RepairLog log;
-  for (NumberFile file(path, ','); file.next();) {
+void read_dynosam_cameras(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 15, "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw");
     const int frame = whole(file, 0, "a frame number");
-    out.camera.set(frame, quaternion_pose(file, 1, log));
-    out.true_camera.set(frame, quaternion_pose(file, 8, log));
-  }
-  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+    out.camera.set(frame, quaternion_pose(file, 1, repairs));
+    out.true_camera.set(frame, quaternion_pose(file, 8, repairs));
+  });
 }
 
-std::vector<ObjectLog> read_dynosam(const std::string& folder) {
+std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
   constexpr std::string_view kEnd = "_object_motion_log.csv";
   std::vector<ObjectLog> logs;
-  for (const std::string& name : file_names(folder)) {
+  for (const std::string& name : folder.names()) {
     if (!name.ends_with(kEnd)) continue;
     ObjectLog log;
     log.estimator = name.substr(0, name.size() - kEnd.size());
-    const auto beside = [&](const char* what) {
-      return (fs::path(folder) / (log.estimator + what)).string();
-    };
-    read_dynosam_objects(beside("_object_motion_log.csv"), log,
-                         [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
-                           return log.motions.emplace(key, LoggedMotion{e, std::move(t)}).second;
-                         });
-    if (fs::exists(beside("_object_pose_log.csv"))) {
-      read_dynosam_objects(beside("_object_pose_log.csv"), log,
-                           [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
-                             if (t) log.true_poses.emplace(key, *t);
-                             return log.poses.emplace(key, e).second;
-                           });
+    const std::string poses = log.estimator + "_object_pose_log.csv";
+    const std::string cameras = log.estimator + "_camera_pose_log.csv";
+    read_dynosam_objects(folder, name, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+      return log.motions.emplace(key, LoggedMotion{e, std::move(t)}).second;
+    });
+    if (folder.has(poses)) {
+      read_dynosam_objects(folder, poses, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+        if (t) log.true_poses.emplace(key, *t);
+        return log.poses.emplace(key, e).second;
+      });
     }
     if (log.motions.empty())
-      fail("{}: holds no motion: expected lines {}", beside("_object_motion_log.csv"), kDynosamObject);
-    if (fs::exists(beside("_camera_pose_log.csv"))) read_dynosam_cameras(beside("_camera_pose_log.csv"), log);
+      fail("{}: holds no motion: expected lines {}", (fs::path(folder.path()) / name).string(),
+           kDynosamObject);
+    if (folder.has(cameras)) read_dynosam_cameras(folder, cameras, log);
     logs.push_back(std::move(log));
   }
   if (logs.empty())
-    fail("{}: holds no <module>_object_motion_log.csv: expected a folder of DynOSAM logs", folder);
+    fail("{}: holds no <module>_object_motion_log.csv: expected a folder of DynOSAM logs", folder.path());
   return logs;
 }
 
-std::map<ObjectFrame, SE3> read_vdo_motions(const std::string& path, ObjectLog& out) {
-  RepairLog log;
+std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name,
+                                            ObjectLog& out) {
   std::map<ObjectFrame, SE3> motions;
-  for (NumberFile file(path, ' '); file.next();) {
+  for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 18, "frame, label and 16 values of a 4x4 motion");
     const ObjectFrame key = {whole(file, 1, "a label"), whole(file, 0, "a frame number")};
     PoseSeries one;
-    add_matrix(one, file, 2, log);
+    add_matrix(one, file, 2, repairs);
     if (!motions.emplace(key, one.pose(0)).second)
       file.fail_here("label {} is given twice in frame {}", key.first, key.second);
-  }
-  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+  });
   return motions;
 }
 
-void read_vdo_cameras(const std::string& path, Trajectory& camera, ObjectLog& out) {
-  RepairLog log;
-  for (NumberFile file(path, ' '); file.next();) {
+void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajectory& camera, ObjectLog& out) {
+  for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 17, "a frame number and 16 values of a 4x4 pose");
     PoseSeries one;
-    add_matrix(one, file, 1, log);
+    add_matrix(one, file, 1, repairs);
     camera.set(whole(file, 0, "a frame number"), one.pose(0));
-  }
-  for (std::string& text : log.warnings(path)) out.warnings.push_back(std::move(text));
+  });
 }
 
-std::vector<ObjectLog> read_vdo(const std::string& folder) {
-  std::string motions, truth, refined, initial, true_camera;
-  for (const std::string& name : file_names(folder)) {
+/// The files of one stage of VDO-SLAM; empty names where there is none.
+struct VdoFiles {
+  std::string motions, cameras;
+};
+
+/// Puts `name` into `file`, which one alone may claim.
+void claim(const LogFolder& folder, const char* kind, const std::string& name, std::string& file) {
+  if (!file.empty()) {
+    fail("{}: holds several {}*.txt: keep one run a folder (there are {} and {})", folder.path(), kind, file,
+         name);
+  }
+  file = name;
+}
+
+std::vector<ObjectLog> read_vdo(const LogFolder& folder, const std::string& wanted) {
+  VdoFiles initial, refined, truth;
+  for (const std::string& name : folder.names()) {
     const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
-    const std::string path = (fs::path(folder) / name).string();
+    const auto holds_after = [&](const char* part, const char* next) {
+      return name.find(next, name.find(part)) != std::string::npos;
+    };
     if (!name.ends_with(".txt")) continue;
     if (holds("obj_mot_gt"))
-      truth = path;
-    else if (holds("obj_mot")) {
-      if (!motions.empty()) fail("{}: holds several obj_mot_*.txt: keep one run a folder", folder);
-      motions = path;
-    } else if (holds("cam_pose_gt"))
-      true_camera = path;
+      claim(folder, "obj_mot_gt", name, truth.motions);
+    else if (holds("obj_mot") && holds_after("obj_mot", "_rf"))
+      claim(folder, "obj_mot_*_rf", name, refined.motions);
+    else if (holds("obj_mot"))
+      claim(folder, "obj_mot_", name, initial.motions);
+    else if (holds("cam_pose_gt"))
+      claim(folder, "cam_pose_gt", name, truth.cameras);
     else if (holds("refined_"))
-      refined = path;
+      claim(folder, "refined_", name, refined.cameras);
     else if (holds("initial_"))
-      initial = path;
+      claim(folder, "initial_", name, initial.cameras);
   }
-  if (motions.empty()) fail("{}: holds no obj_mot_*.txt: expected a folder of VDO-SLAM's results", folder);
+  if (wanted == "any" && !initial.motions.empty() && !refined.motions.empty()) {
+    fail(
+        "{}: holds motions of two stages, {} (initial) and {} (refined): choose one: --stage, or "
+        "objects.stage in "
+        "a configuration",
+        folder.path(), initial.motions, refined.motions);
+  }
+  const bool take_refined = wanted == "refined" || (wanted == "any" && initial.motions.empty());
+  VdoFiles files = take_refined ? refined : initial;
+  if (files.motions.empty()) {
+    fail("{}: holds no {}: expected a folder of VDO-SLAM's results", folder.path(),
+         wanted == "refined" ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
+  }
+  // Of one stage's motions alone: the best cameras that are there.
+  if (wanted == "any") files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
   ObjectLog log;
   log.estimator = "vdo";
   log.frame = MotionFrame::body;
-  for (const auto& [key, motion] : read_vdo_motions(motions, log)) log.motions[key].estimate = motion;
-  if (log.motions.empty())
-    fail("{}: holds no motion: expected lines of frame, label and 16 values of a 4x4 motion", motions);
-  if (!truth.empty()) {
-    for (const auto& [key, motion] : read_vdo_motions(truth, log)) {
+  for (const auto& [key, motion] : read_vdo_motions(folder, files.motions, log))
+    log.motions[key].estimate = motion;
+  if (log.motions.empty()) {
+    fail("{}: holds no motion: expected lines of frame, label and 16 values of a 4x4 motion",
+         (fs::path(folder.path()) / files.motions).string());
+  }
+  if (!truth.motions.empty()) {
+    for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log)) {
       const auto known = log.motions.find(key);
       if (known != log.motions.end()) known->second.truth = motion;
     }
   }
-  const std::string& cameras = refined.empty() ? initial : refined;
-  if (!cameras.empty()) read_vdo_cameras(cameras, log.camera, log);
-  if (!true_camera.empty()) read_vdo_cameras(true_camera, log.true_camera, log);
+  if (!files.cameras.empty()) read_vdo_cameras(folder, files.cameras, log.camera, log);
+  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log);
   return {log};
 }
 
@@ -250,10 +301,15 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
 
 }  // namespace
 
-std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format) {
-  if (format == "dynosam") return read_dynosam(folder);
-  if (format == "vdo") return read_vdo(folder);
-  fail("unknown format '{}' of object logs: expected dynosam or vdo", format);
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
+  const std::vector<std::string> stages = {"any", "initial", "refined"};
+  if (std::ranges::find(stages, request.stage) == stages.end())
+    fail("unknown stage '{}': {}", request.stage, suggest(request.stage, stages));
+  if (request.format != "vdo" && request.stage != "any")
+    fail("stage '{}': only results of format vdo have stages", request.stage);
+  if (request.format == "dynosam") return read_dynosam({folder, request});
+  if (request.format == "vdo") return read_vdo({folder, request}, request.stage);
+  fail("unknown format '{}' of object logs: expected dynosam or vdo", request.format);
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {

@@ -6,19 +6,23 @@
 //            <m>_camera_pose_log.csv; lines frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw (camera:
 //            no object_id). Motions from frame k-1 to k in the world. An exact identity as truth is missing
 //            truth
-//   vdo      a folder as VDO-SLAM writes it: <p>obj_mot_<what>.txt and <p>obj_mot_gt.txt, lines frame label
-//   and
-//            16 values; motions in the object's own frame at k-1. Cameras: <p>refined_*.txt, else
-//            <p>initial_*.txt, and <p>cam_pose_gt.txt
+//   vdo      a folder as VDO-SLAM writes it, of two stages of one run: the front end (`initial`),
+//            <p>obj_mot_<what>.txt and <p>initial_<what>.txt, and after its batch optimisation (`refined`),
+//            <p>obj_mot_<what>_rf<what>.txt and <p>refined_<what>.txt. Motions: lines frame label and 16
+//            values, in the object's own frame at k-1; cameras: frame and 16 values. Truth:
+//            <p>obj_mot_gt.txt, <p>cam_pose_gt<what>.txt
 //
 // Limits and repairs as in trajectory_files.h.
 
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "sextant/eval/external/number_file.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"
 
@@ -43,10 +47,21 @@ struct ObjectLog {
   std::vector<std::string> warnings;
 };
 
-/// One per module. Throws Error on folders without logs and on damaged files.
-std::vector<ObjectLog> read_object_logs(const std::string& folder, const std::string& format);
+/// How logs are read.
+struct ObjectLogRequest {
+  std::string format;         ///< dynosam or vdo
+  std::string stage = "any";  ///< vdo: initial, refined, or any: the one whose motions are there
+  ReadRules rules;            ///< of every file
+  /// Which files of the folder count; empty: all.
+  std::function<bool(const std::filesystem::path&)> accept;
+};
 
-/// T_world_object of logs that hold motions alone: each stretch of steps chained from the true pose before it.
+/// One per module. Throws Error on folders without logs, on damaged files, and on vdo folders with motions of
+/// both stages when none is asked for.
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request);
+
+/// T_world_object of logs that hold motions alone: each stretch of steps chained from the true pose before
+/// it.
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log);
 
 /// Replaces the log's truth by that of a data set. The log's world may be another one: it is moved so that

@@ -63,7 +63,7 @@ const MetricPreset& preset(const char* name) { return find_preset(name); }
 TEST(ObjectLogs, DynosamUnderEveryPreset) {
   const ScratchFolder folder;
   write_dynosam(folder, 3);
-  const std::vector<ObjectLog> logs = read_object_logs(folder.path(), "dynosam");
+  const std::vector<ObjectLog> logs = read_object_logs(folder.path(), {"dynosam"});
   ASSERT_EQ(logs.size(), 1);
   EXPECT_EQ(logs[0].estimator, "m");
   const std::vector<Record> records = object_records(logs[0], "dynosam", "s", 1 / kDt);
@@ -95,7 +95,7 @@ TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
   const ScratchFolder folder;
   folder.write("m_object_motion_log.csv",
                fmt::format("1,3,{},0,0,0,0,0,0,1\n2,3,{},{}\n", row(kError), row(kError), row(kError)));
-  const ObjectLog log = read_object_logs(folder.path(), "dynosam").front();
+  const ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
   EXPECT_FALSE(log.motions.at({3, 1}).truth);
   EXPECT_TRUE(log.motions.at({3, 2}).truth);
   EXPECT_THAT(log.warnings, Contains(HasSubstr("exact identity")));
@@ -112,13 +112,67 @@ TEST(ObjectLogs, VdoInTheBodyFrame) {
   folder.write("obj_mot_rgbd_new.txt", estimate);
   folder.write("obj_mot_gt.txt", truth);
   const std::vector<Record> records =
-      object_records(read_object_logs(folder.path(), "vdo").front(), "vdo", "s", 1 / kDt);
+      object_records(read_object_logs(folder.path(), {"vdo"}).front(), "vdo", "s", 1 / kDt);
   ASSERT_EQ(records.size(), 7);
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_FALSE(records[0].errors.contains("Et_m")) << "needs poses that this log does not have";
   const Json rows = rows_to_json(object_table(records, metric_presets()));
   EXPECT_FALSE(rows[0].contains("Et_m"));  // paper
   EXPECT_EQ(rows[0]["coverage_percent"], 100);
+}
+
+TEST(ObjectLogs, VdoFolderOfBothStages) {
+  const ScratchFolder folder;
+  std::string initial, refined, truth, early, late;
+  const SE3 off(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.5, 0, 0));
+  for (int k = 1; k < kFrames; ++k) {
+    initial += fmt::format("{} 3{}\n", k, matrix(body_estimate(k)));
+    refined += fmt::format("{} 3{}\n", k, matrix(body_truth(k)));
+    early += fmt::format("{}{}\n", k, matrix(camera(k) * off));
+    late += fmt::format("{}{}\n", k, matrix(camera(k)));
+  }
+  folder.write("obj_mot_stereo_new.txt", initial);
+  folder.write("obj_mot_stereo_rf_new.txt", refined);
+  folder.write("obj_mot_gt.txt", refined);
+  folder.write("obj_centre.txt", "1 3 0 0 9\n");
+  folder.write("initial_stereo_new.txt", early);
+  folder.write("refined_stereo_new.txt", late);
+  EXPECT_THAT(
+      error_of([&] { read_object_logs(folder.path(), {"vdo"}); }),
+      HasSubstr("obj_mot_stereo_new.txt (initial) and obj_mot_stereo_rf_new.txt (refined): choose one"));
+  const auto read = [&](const char* stage) {
+    return read_object_logs(folder.path(), {"vdo", stage}).front();
+  };
+  EXPECT_NEAR(object_records(read("initial"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
+  EXPECT_NEAR(object_records(read("refined"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0, 1e-9);
+  EXPECT_NEAR((read("initial").camera.pose(2)->translation() - camera(2).translation()).norm(), 0.5, 1e-9);
+  EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
+  EXPECT_THAT(error_of([&] { read("final"); }), HasSubstr("unknown stage 'final'"));
+  EXPECT_THAT(error_of([&] {
+                read_object_logs(folder.path(), {"dynosam", "refined"});
+              }),
+              HasSubstr("only results of format vdo have stages"));
+  folder.write("b_refined_stereo_new.txt", late);
+  EXPECT_THAT(error_of([&] { read("initial"); }),
+              HasSubstr("holds several refined_*.txt: keep one run a folder"));
+  std::filesystem::remove(folder.path() / "b_refined_stereo_new.txt");
+  std::filesystem::remove(folder.path() / "obj_mot_stereo_rf_new.txt");
+  EXPECT_NEAR(object_records(read("any"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
+  EXPECT_THAT(error_of([&] { read("refined"); }), HasSubstr("holds no obj_mot_*_rf*.txt"));
+}
+
+TEST(ObjectLogs, SpeedsAreOverTheStepsOfTheirError) {
+  std::vector<Record> records(2);
+  for (int i = 0; i < 2; ++i) {
+    records[i].estimator = "m";
+    records[i].body = "object:3";
+    records[i].frame = i + 1;
+    records[i].values = {{"v_kmh", 10.0 + i}, {"v_gt_kmh", 20.0 + i}};
+  }
+  records[1].errors["Ev_kmh"] = 10;
+  const Json rows = rows_to_json(object_table(records, {&preset("paper"), 1}));
+  EXPECT_EQ(rows[0]["v_kmh"], 11);
+  EXPECT_EQ(rows[0]["v_gt_kmh"], 21);
 }
 
 TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
@@ -135,7 +189,7 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
         camera(k).inverse() * SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-4, 1, 60 - 2.0 * k));
     truth.objects[k] = {right, other};
   }
-  ObjectLog log = read_object_logs(folder.path(), "dynosam").front();
+  ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
   take_truth(log, truth);
   EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
   int ok = 0, not_detected = 0;
@@ -169,7 +223,7 @@ SequenceTruth two_alike() {
 TEST(ObjectLogs, PositionsTellObjectsApartThatMoveAlike) {
   const ScratchFolder folder;
   write_dynosam(folder, 40);
-  ObjectLog log = read_object_logs(folder.path(), "dynosam").front();
+  ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
   take_truth(log, two_alike());
   EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
 }
@@ -201,7 +255,7 @@ TEST(ObjectLogs, AnUnloggedPoseBeforeAStepFollowsFromItsTruth) {
                                                       row(world_of(body_truth(4), 4))));
   folder.write("m_object_pose_log.csv", fmt::format("4,3,{},{}\n", row(car(4)), row(car(4))));
   const std::vector<Record> records =
-      object_records(read_object_logs(folder.path(), "dynosam").front(), "d", "s", 10);
+      object_records(read_object_logs(folder.path(), {"dynosam"}).front(), "d", "s", 10);
   ASSERT_EQ(records.size(), 1);
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
 }
@@ -226,7 +280,7 @@ TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
 TEST(ObjectLogs, DamageIsTold) {
   const ScratchFolder folder;
   const auto error = [&](const char* format) {
-    return error_of([&] { read_object_logs(folder.path(), format); });
+    return error_of([&] { read_object_logs(folder.path(), {format}); });
   };
   EXPECT_THAT(error("dynosam"), HasSubstr("holds no <module>_object_motion_log.csv"));
   EXPECT_THAT(error("vdo"), HasSubstr("holds no obj_mot_*.txt"));
@@ -235,7 +289,7 @@ TEST(ObjectLogs, DamageIsTold) {
   EXPECT_THAT(error("dynosam"), HasSubstr("m_object_motion_log.csv:2: expected frame_id,object_id"));
   folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(kError), matrix(kError)));
   EXPECT_THAT(error("vdo"), HasSubstr(":2: label 3 is given twice in frame 1"));
-  EXPECT_THAT(error_of([] { read_object_logs("/nowhere", "vdo"); }), HasSubstr("cannot read this folder"));
+  EXPECT_THAT(error_of([] { read_object_logs("/nowhere", {"vdo"}); }), HasSubstr("cannot read this folder"));
 }
 
 }  // namespace

@@ -112,4 +112,8 @@ void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log) {
   }
 }
 
+void note_cut(const NumberFile& file, RepairLog& log) {
+  if (file.is_cut()) log.note("its last line is not finished: left out", 0);
+}
+
 }  // namespace sextant

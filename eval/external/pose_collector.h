@@ -38,4 +38,7 @@ void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, in
 /// Sorts by stamp, or by frame, and drops what comes twice; `truth` (may be null) goes along.
 void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log);
 
+/// Says that the last line of the file was left out, where it was.
+void note_cut(const NumberFile& file, RepairLog& log);
+
 }  // namespace sextant

@@ -1,26 +1,23 @@
 #include "sextant/eval/external/process.h"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstring>
-#include <thread>
+#include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/external/supervisor.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-constexpr std::chrono::milliseconds shortest_wait(1), longest_wait(20), grace(1000);
 
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> out;
@@ -42,80 +39,152 @@ std::vector<std::string> environment_with(const std::vector<std::string>& settin
   return all;
 }
 
-/// A child and its group, which does not outlive this.
-class Child {
+/// A file descriptor that closes itself, and in programs that are started.
+class Descriptor {
  public:
-  explicit Child(const ProcessRequest& request) {
-    std::vector<std::string> words = request.words;
-    std::vector<std::string> environment = environment_with(request.environment);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
-    constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
-    posix_spawn_file_actions_addopen(&files, 1, request.stdout_file.c_str(), flags, 0644);
-    posix_spawn_file_actions_addopen(&files, 2, request.stderr_file.c_str(), flags, 0644);
-    posix_spawn_file_actions_addchdir_np(&files, request.working_directory.c_str());
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes,
-                             POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    sigset_t signals;
-    sigfillset(&signals);
-    posix_spawnattr_setsigdefault(&attributes, &signals);
-    sigemptyset(&signals);
-    posix_spawnattr_setsigmask(&attributes, &signals);
-    const int error = posix_spawnp(&id_, words.at(0).c_str(), &files, &attributes, pointers(words).data(),
-                                   pointers(environment).data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (error != 0) {
-      id_ = -1;
-      fail("cannot start '{}' in {}: {}", request.words.at(0), request.working_directory.string(),
-           std::strerror(error));
-    }
+  Descriptor() = default;
+  /// Takes it over, and moves it off the numbers of the standard streams, which may have been closed.
+  explicit Descriptor(int fd) : fd_(fd) {
+    if (fd < 0 || fd > 2) return;
+    fd_ = ::fcntl(fd, F_DUPFD_CLOEXEC, 3);
+    ::close(fd);
   }
-  ~Child() {
-    if (id_ < 0) return;
-    ::kill(-id_, SIGKILL);
-    siginfo_t ignored;
-    while (::waitid(P_PID, static_cast<id_t>(id_), &ignored, WEXITED) != 0 && errno == EINTR) {
-    }
+  ~Descriptor() { close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
   }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  /// Whether it has ended; it stays a zombie, so that its group's number is not given to others.
-  bool ended(ProcessOutcome& outcome) const {
-    siginfo_t info{};
-    if (::waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == 0)
-      return false;
-    outcome.end = info.si_code == CLD_EXITED ? ProcessOutcome::End::exited : ProcessOutcome::End::signalled;
-    outcome.code = info.si_status;
-    return true;
-  }
-
-  /// Asks the group to end; it has a moment to write what it has.
-  void ask_to_end() const {
-    ::kill(-id_, SIGTERM);
-    ProcessOutcome ignored;
-    for (const auto stop = Clock::now() + grace; Clock::now() < stop && !ended(ignored);)
-      std::this_thread::sleep_for(longest_wait);
+  int get() const { return fd_; }
+  void close() {
+    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
   }
 
  private:
-  pid_t id_ = -1;
+  int fd_ = -1;
 };
 
-uint64_t log_bytes(const ProcessRequest& request) {
-  uint64_t sum = 0;
-  for (const fs::path& file : {request.stdout_file, request.stderr_file}) {
-    std::error_code error;
-    const uint64_t bytes = fs::file_size(file, error);
-    sum += error ? 0 : bytes;
-  }
-  return sum;
+[[noreturn]] void fail_to_start(const ProcessRequest& request, int error) {
+  const bool is_limit = error == EAGAIN || error == ENOMEM;
+  fail("cannot start '{}' in {}: {}{}", request.words.at(0), request.working_directory.string(),
+       std::strerror(error),
+       is_limit ? " (processes and threads: `ulimit -u`, memory: `ulimit -v`; or give fewer --jobs)" : "");
 }
+
+struct Pipe {
+  Descriptor read, write;
+
+  explicit Pipe(const ProcessRequest& request) {
+    int ends[2] = {-1, -1};
+    if (::pipe2(ends, O_CLOEXEC) != 0) fail_to_start(request, errno);
+    read = Descriptor(ends[0]);
+    write = Descriptor(ends[1]);
+  }
+};
+
+Descriptor new_file(const fs::path& path) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (file.get() < 0) fail("{}: cannot create: {}", path.string(), std::strerror(errno));
+  return file;
+}
+
+/// How the program is started: files 0, 1, 2 and the folder, a group of its own, no signal blocked or
+/// ignored.
+class SpawnSettings {
+ public:
+  SpawnSettings(const ProcessRequest& request, int out, int err) {
+    posix_spawn_file_actions_init(&files_);
+    posix_spawn_file_actions_addopen(&files_, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&files_, out, 1);
+    posix_spawn_file_actions_adddup2(&files_, err, 2);
+    posix_spawn_file_actions_addchdir_np(&files_, request.working_directory.c_str());
+    posix_spawnattr_init(&attributes_);
+    posix_spawnattr_setflags(&attributes_,
+                             POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+    posix_spawnattr_setpgroup(&attributes_, 0);
+    sigset_t signals;
+    sigfillset(&signals);
+    posix_spawnattr_setsigdefault(&attributes_, &signals);
+    sigemptyset(&signals);
+    posix_spawnattr_setsigmask(&attributes_, &signals);
+  }
+  ~SpawnSettings() {
+    posix_spawn_file_actions_destroy(&files_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+  SpawnSettings(const SpawnSettings&) = delete;
+  SpawnSettings& operator=(const SpawnSettings&) = delete;
+  const posix_spawn_file_actions_t* files() const { return &files_; }
+  const posix_spawnattr_t* attributes() const { return &attributes_; }
+
+ private:
+  posix_spawn_file_actions_t files_{};
+  posix_spawnattr_t attributes_{};
+};
+
+/// fork() without what libraries have registered to be called by it: the copy uses none of them.
+pid_t fork_alone() {
+#ifdef __SANITIZE_THREAD__
+  return ::fork();  // the sanitizer has to know
+#else
+  return ::_Fork();
+#endif
+}
+
+/// A program and its supervisor, which do not outlive this.
+class Running {
+ public:
+  explicit Running(const ProcessRequest& request) : alive_(request), report_(request) {
+    Pipe out(request), err(request);
+    for (const Pipe* pipe : {&out, &err}) ::fcntl(pipe->read.get(), F_SETFL, O_NONBLOCK);
+    const Descriptor out_log = new_file(request.stdout_file), err_log = new_file(request.stderr_file);
+    std::vector<std::string> words = request.words;
+    std::vector<std::string> environment = environment_with(request.environment);
+    const std::vector<char*> arguments = pointers(words), variables = pointers(environment);
+    const SpawnSettings settings(request, out.write.get(), err.write.get());
+    const Supervised program = {.program = arguments.at(0),
+                                .arguments = arguments.data(),
+                                .environment = variables.data(),
+                                .files = settings.files(),
+                                .attributes = settings.attributes(),
+                                .alive = alive_.read.get(),
+                                .report = report_.write.get(),
+                                .sources = {out.read.get(), err.read.get()},
+                                .streams = {out.write.get(), err.write.get()},
+                                .logs = {out_log.get(), err_log.get()},
+                                .time_limit_s = request.time_limit_s,
+                                .most_log_bytes = most_log_bytes};
+    supervisor_ = fork_alone();
+    if (supervisor_ == 0) supervise(program);
+    if (supervisor_ < 0) fail_to_start(request, errno);
+    alive_.read.close();
+    report_.write.close();
+  }
+  ~Running() {
+    if (supervisor_ < 0) return;
+    alive_.write.close();
+    while (::waitpid(supervisor_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  SupervisorReport report() const {
+    constexpr int look_ms = 50;
+    pollfd wake = {report_.read.get(), POLLIN, 0};
+    while (::poll(&wake, 1, look_ms) <= 0) check_interrupt();
+    SupervisorReport report;
+    if (::read(report_.read.get(), &report, sizeof report) != sizeof report)
+      fail("the process that watches the program was killed: the program's end is not known");
+    return report;
+  }
+
+ private:
+  Pipe alive_, report_;
+  pid_t supervisor_ = -1;
+};
 
 }  // namespace
 
@@ -134,26 +203,9 @@ std::string ProcessOutcome::text() const {
 }
 
 ProcessOutcome run_process(const ProcessRequest& request) {
-  const Clock::time_point start = Clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  const Child child(request);
-  ProcessOutcome outcome;
-  auto wait = shortest_wait;
-  while (!child.ended(outcome)) {
-    check_interrupt();
-    const bool too_late = seconds() > request.time_limit_s;
-    if (too_late || log_bytes(request) > most_log_bytes) {
-      outcome.wall_s = seconds();
-      child.ask_to_end();
-      outcome.end = too_late ? ProcessOutcome::End::timed_out : ProcessOutcome::End::too_much_log;
-      outcome.code = 0;
-      return outcome;
-    }
-    std::this_thread::sleep_for(wait);
-    wait = std::min(2 * wait, longest_wait);
-  }
-  outcome.wall_s = seconds();
-  return outcome;
+  const SupervisorReport report = Running(request).report();
+  if (report.start_error != 0) fail_to_start(request, report.start_error);
+  return report.outcome;
 }
 
 }  // namespace sextant

@@ -1,8 +1,9 @@
 #pragma once
 
-// Runs a program with a time limit. It gets a process group of its own: at the time limit, on Ctrl-C and
-// after its end the whole group is killed, so nothing that it started stays behind (unless it makes itself a
-// group of its own).
+// Runs a program with a time limit, and counts what it cost. Beside it runs a supervisor (supervisor.h), a
+// fork of this process: whatever the program starts belongs to the supervisor, also in sessions of its own.
+// At the time limit, on Ctrl-C, when this process is killed and after the program's end all of it is killed:
+// nothing stays behind.
 
 #include <filesystem>
 #include <string>
@@ -24,16 +25,19 @@ struct ProcessOutcome {
   End end = End::exited;
   int code = 0;  ///< exit code, or signal
   double wall_s = 0;
+  double cpu_s = 0;           ///< user and system time of it and of all it started
+  double peak_memory_mb = 0;  ///< 1e6 bytes: resident size of the largest of these processes
+  bool survivors = false;     ///< some of them could not be killed (of another user)
 
   bool ok() const { return end == End::exited && code == 0; }
   /// "exit code 3", "signal 11 (Segmentation fault)", "killed after the time limit of 5 s", ...
   std::string text() const;
 };
 
-/// What stdout and stderr may hold together.
+/// What stdout and stderr may hold together; the rest is thrown away.
 inline constexpr uint64_t most_log_bytes = 100'000'000;
 
-/// stdin is empty. Throws Error when the program cannot be started, Interrupted on Ctrl-C (the group is
+/// stdin is empty. Throws Error when the program cannot be started, Interrupted on Ctrl-C (all of it is
 /// killed before).
 ProcessOutcome run_process(const ProcessRequest& request);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <new>
 
@@ -24,7 +25,8 @@ constexpr size_t kMostPoses = 20'000'000;  // 2 GB in memory
 /// The reader behind every text format: `add` puts one record of `n` values into the file's series.
 class TextReader {
  public:
-  TextReader(const std::string& path, char separator) : file_(path, separator) {}
+  TextReader(const std::string& path, char separator, const ReadRules& rules)
+      : file_(path, separator, rules) {}
 
   /// `accepts(n)`: whether records may have n values; all must have as many as the first.
   template <typename Accepts, typename Add>
@@ -41,6 +43,7 @@ class TextReader {
       n = count;
       add(file_, result_, log_);
     }
+    note_cut(file_, log_);
     if (result_.poses.empty()) fail("{}: holds no pose: expected lines of {}", file_.path(), expected);
     sort_and_unite(result_.poses, result_.truth ? &*result_.truth : nullptr, log_);
     result_.warnings = log_.warnings(file_.path());
@@ -56,8 +59,8 @@ class TextReader {
   RepairLog log_;
 };
 
-TrajectoryFile read_tum(const std::string& path) {
-  return TextReader(path, ' ').read(
+TrajectoryFile read_tum(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ' ', rules).read(
       "t tx ty tz qx qy qz qw", [](size_t n) { return n == 8; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
         out.poses.stamps_s.push_back(file.values()[0]);
@@ -65,8 +68,8 @@ TrajectoryFile read_tum(const std::string& path) {
       });
 }
 
-TrajectoryFile read_kitti(const std::string& path) {
-  return TextReader(path, ' ').read(
+TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ' ', rules).read(
       "12 values of [R|t] row by row, or a frame number and these",
       [](size_t n) { return n == 12 || n == 13; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
@@ -76,8 +79,8 @@ TrajectoryFile read_kitti(const std::string& path) {
       });
 }
 
-TrajectoryFile read_vdo(const std::string& path) {
-  return TextReader(path, ' ').read(
+TrajectoryFile read_vdo(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ' ', rules).read(
       "a frame number and 16 values of a 4x4 pose", [](size_t n) { return n == 17; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
         const auto v = file.values();
@@ -89,8 +92,8 @@ TrajectoryFile read_vdo(const std::string& path) {
       });
 }
 
-TrajectoryFile read_euroc(const std::string& path) {
-  return TextReader(path, ',').read(
+TrajectoryFile read_euroc(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ',', rules).read(
       "t[ns],px,py,pz,qw,qx,qy,qz[,...]", [](size_t n) { return n >= 8; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
         constexpr double kLeast_ns = 1e6;  // below: seconds, or a frame number
@@ -102,8 +105,8 @@ TrajectoryFile read_euroc(const std::string& path) {
       });
 }
 
-TrajectoryFile read_dynosam(const std::string& path) {
-  return TextReader(path, ',').read(
+TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ',', rules).read(
       "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw",
       [](size_t n) { return n == 15; },
       [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
@@ -116,8 +119,11 @@ TrajectoryFile read_dynosam(const std::string& path) {
       });
 }
 
-TrajectoryFile read_vdo_xml(const std::string& path) {
+TrajectoryFile read_vdo_xml(const std::string& path, const ReadRules& rules) {
   RepairLog log;
+  std::error_code error;
+  const uint64_t bytes = std::filesystem::file_size(path, error);
+  if (!error) check_size(path, bytes, rules);
   TrajectoryFile out;
   out.truth.emplace();
   read_vdo_frontend_xml(path, out.poses, *out.truth, log);
@@ -142,8 +148,8 @@ const std::vector<TrajectoryFormat>& table() {
 
 std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
 
-std::string detect_trajectory_format(const std::string& path) {
-  NumberFile blanks(path, ' ');
+std::string detect_trajectory_format(const std::string& path, const ReadRules& rules) {
+  NumberFile blanks(path, ' ', rules);
   std::string problem;
   try {
     if (blanks.next()) {
@@ -167,7 +173,7 @@ std::string detect_trajectory_format(const std::string& path) {
   }
   if (blanks.header().starts_with("<?xml")) return "vdo_xml";
   try {
-    NumberFile commas(path, ',');
+    NumberFile commas(path, ',', rules);
     if (commas.next() && commas.values().size() >= 8) {
       const bool dynosam = commas.values().size() == 15 && commas.header().find("gt_tx") != std::string::npos;
       return dynosam ? "dynosam" : "euroc";
@@ -180,10 +186,11 @@ std::string detect_trajectory_format(const std::string& path) {
       path, problem);
 }
 
-TrajectoryFile read_trajectory(const std::string& path, const std::string& format) {
-  const std::string name = format.empty() || format == "auto" ? detect_trajectory_format(path) : format;
+TrajectoryFile read_trajectory(const std::string& path, const std::string& format, const ReadRules& rules) {
+  const std::string name =
+      format.empty() || format == "auto" ? detect_trajectory_format(path, rules) : format;
   try {
-    TrajectoryFile file = find_entry(trajectory_formats(), name, "trajectory format").read(path);
+    TrajectoryFile file = find_entry(trajectory_formats(), name, "trajectory format").read(path, rules);
     file.format = name;
     return file;
   } catch (const std::bad_alloc&) {

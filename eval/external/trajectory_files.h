@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/external/number_file.h"
 #include "sextant/geometry/pose_series.h"
 
 namespace sextant {
@@ -39,17 +40,18 @@ struct TrajectoryFile {
 struct TrajectoryFormat {
   std::string name;
   std::string description;
-  std::function<TrajectoryFile(const std::string& path)> read;
+  std::function<TrajectoryFile(const std::string& path, const ReadRules& rules)> read;
 };
 
 std::span<const TrajectoryFormat> trajectory_formats();
 
 /// `format` is a name of the table; "auto" or empty: the format that the first record fits, where only one
 /// does. Throws Error.
-TrajectoryFile read_trajectory(const std::string& path, const std::string& format = "auto");
+TrajectoryFile read_trajectory(const std::string& path, const std::string& format = "auto",
+                               const ReadRules& rules = {});
 
 /// The format that the first record fits. Throws Error when none does.
-std::string detect_trajectory_format(const std::string& path);
+std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
 
 /// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row.
 std::string encode_tum(const PoseSeries& poses);

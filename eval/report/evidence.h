@@ -12,9 +12,22 @@
 namespace sextant {
 
 /// What a part was run for; tables look for their records by it.
+<<<<<<< HEAD
 /// `systems`: published systems and ours in one run; `systems_noise`: systems for the figures of `noise`.
 enum class PartRole {
   sets, sets_code, noise, classification, real, recorded, timing, showcase, systems, systems_noise
+=======
+enum class PartRole {
+  sets,         ///< the paper's three sets, our estimators
+  sets_paper,   ///< the same by the paper's procedures (eval/procedures)
+  attribution,  ///< the same, one decision at a time from the published code's procedure to ours
+  noise,
+  classification,
+  real,
+  recorded,
+  timing,
+  showcase,
+>>>>>>> main
 };
 
 struct EvidencePart {

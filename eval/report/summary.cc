@@ -53,10 +53,12 @@ BodySummary summarize_body(const std::vector<const Record*>& records, const Metr
   row.ER_deg =
       aggregated(estimated, &Record::errors, ego ? "ER_deg" : preset.object_ER_key, preset.aggregate);
   row.Ev_kmh = aggregated(estimated, &Record::errors, preset.velocity_key, preset.aggregate);
-  row.v_kmh = aggregated(estimated, &Record::values, "v_kmh", Aggregate::mean);
-  row.v_gt_kmh = aggregated(estimated, &Record::values, preset.velocity_truth_key, Aggregate::mean);
   row.epe_initial_px = aggregated(estimated, &Record::errors, "epe_initial_px", Aggregate::mean);
   row.epe_refined_px = aggregated(estimated, &Record::errors, "epe_refined_px", Aggregate::mean);
+  // Speeds beside an error are those of the pairs that it is over.
+  std::erase_if(estimated, [&](const Record* r) { return !r->errors.contains(preset.velocity_key); });
+  row.v_kmh = aggregated(estimated, &Record::values, "v_kmh", Aggregate::mean);
+  row.v_gt_kmh = aggregated(estimated, &Record::values, preset.velocity_truth_key, Aggregate::mean);
   return row;
 }
 

@@ -106,12 +106,35 @@ TEST(Summary, MeansCoverageAndStatusesByHand) {
 }
 
 TEST(Summary, PresetChoosesKeysAndAggregate) {
-  const std::vector<BodySummary> rows = summarize(example(), find_preset("vdo_slam"));
+  const std::vector<BodySummary> rows = summarize(example(), find_preset("dynosam_rme"));
   EXPECT_NEAR(*rows[0].Et_m, std::sqrt((0.01 + 0.09) / 2), 1e-12);
   EXPECT_NEAR(*rows[1].Et_m, 3, 1e-12);
   EXPECT_FALSE(rows[1].Ev_kmh);  // Ev_origin_kmh was not recorded
-  const Table table = summary_table(example(), find_preset("vdo_slam"));
-  EXPECT_THAT(table.title, testing::HasSubstr("vdo_slam (RMSE over pairs)"));
+  const Table table = summary_table(example(), find_preset("dynosam_rme"));
+  EXPECT_THAT(table.title, testing::HasSubstr("dynosam_rme (RMSE over pairs)"));
+}
+
+TEST(Summary, VdoSlamIsTheMeanWithTheSpeedAtTheCentroid) {
+  const std::vector<BodySummary> rows = summarize(example(), find_preset("vdo_slam"));
+  EXPECT_NEAR(*rows[0].Et_m, 0.2, 1e-12);
+  EXPECT_NEAR(*rows[1].Et_m, 3, 1e-12);  // Et_body_m
+  EXPECT_NEAR(*rows[1].Ev_kmh, 3, 1e-12);
+  EXPECT_NEAR(*rows[1].v_gt_kmh, 50, 1e-12);
+}
+
+TEST(Summary, SpeedsAreOverThePairsOfTheirError) {
+  std::vector<Record> records = example();
+  for (Record& r : records) {
+    if (r.body != "object:2") continue;
+    if (r.frame == 1) r.errors.erase("Ev_kmh");  // the camera's motion was not known
+    r.values["v_gt_kmh"] = 50.0 + r.frame;
+  }
+  const std::vector<BodySummary> rows = summarize(records, find_preset("paper"));
+  EXPECT_EQ(rows[1].n_estimated, 2);
+  EXPECT_NEAR(*rows[1].Et_m, 0.3, 1e-12);
+  EXPECT_NEAR(*rows[1].Ev_kmh, 4, 1e-12);
+  EXPECT_NEAR(*rows[1].v_kmh, 42, 1e-12);
+  EXPECT_NEAR(*rows[1].v_gt_kmh, 52, 1e-12);
 }
 
 TEST(Summary, ClassificationLeavesOutGatedDetections) {

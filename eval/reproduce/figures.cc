@@ -11,6 +11,7 @@
 #include "sextant/eval/report/figures/top_view_figures.h"
 #include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/reproduce/attribution_figure.h"
 #include "sextant/eval/reproduce/recorded.h"
 
 namespace sextant {
@@ -145,6 +146,8 @@ void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jo
     std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
   add_section("fig5", "Fig. 5: flow before and after the optimisation", epe_figures(sets), document);
   add_section("fig6", "Fig. 6: camera paths", top_view_figures(recorded_views(parts / "recorded")), document);
+  add_section("attribution", "From the published code to ours (ours)",
+              attribution_figures(attribution_paths(evidence)), document);
   add_section("distributions", "Distribution of the errors (ours)", distribution_figures(sets), document);
   add_section("efficiency", "Errors against the bound (ours)", efficiency_figures(all_levels), document);
   add_section("speeds", "Speed of the objects (ours)", all_speed_figures(evidence), document);

@@ -31,7 +31,12 @@ void parallel_for(int n, int jobs, const std::function<void(int)>& body) {
     }
   };
   std::vector<std::jthread> threads;
-  for (int t = 1; t < std::min(jobs, n); ++t) threads.emplace_back(work);
+  try {
+    for (int t = 1; t < std::min(jobs, n); ++t) threads.emplace_back(work);
+  } catch (...) {  // no more threads are to be had: those that run take nothing new
+    next = n;
+    throw;
+  }
   work();
   threads.clear();
   if (first_error < n) std::rethrow_exception(errors[first_error]);

@@ -19,15 +19,6 @@ constexpr double max_turn_rad = 0.25;       // standard deviation
 constexpr double max_relative_shift = 0.5;  // standard deviation over distance
 constexpr double max_condition = 1e14;      // beyond, rounding decides
 
-/// Numbers beyond the range of double are no pixels either.
-bool has_pixels(const Correspondences& p, size_t i) {
-  return std::isfinite(p.u[i] + p.v[i] + p.flow_u[i] + p.flow_v[i]);
-}
-
-bool is_measurement(const Correspondences& p, size_t i) {
-  return has_pixels(p, i) && p.depth[i] > 0 && p.depth[i] < INFINITY && 1 / p.depth[i] < INFINITY;
-}
-
 bool kept(const std::vector<unsigned char>& keep, size_t i) { return keep.empty() || keep[i] != 0; }
 
 double inverse_depth_sigma(const Problem& problem) {
@@ -106,8 +97,8 @@ Status check_geometry(const Problem& problem, const std::vector<unsigned char>& 
   int infinitely_far = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     if (!kept(keep, i)) continue;
-    if (has_pixels(p, i) && p.depth[i] == INFINITY) ++infinitely_far;
-    if (!is_measurement(p, i)) continue;
+    if (p.has_pixels(i) && p.depth[i] == INFINITY) ++infinitely_far;
+    if (!p.is_measurement(i)) continue;
     const double inverse = 1 / p.depth[i];
     if (moments.n == 0) u = p.u[i], v = p.v[i], s = inverse;
     moments.add(p.u[i] - u, p.v[i] - v, inverse - s);
@@ -126,7 +117,7 @@ MotionEstimate begin_estimate(const Problem& problem, const std::vector<unsigned
   estimate.refined_flow_u = p.flow_u;
   estimate.refined_flow_v = p.flow_v;
   estimate.inliers.resize(p.size());
-  for (size_t i = 0; i < p.size(); ++i) estimate.inliers[i] = kept(keep, i) && is_measurement(p, i) ? 1 : 0;
+  for (size_t i = 0; i < p.size(); ++i) estimate.inliers[i] = kept(keep, i) && p.is_measurement(i) ? 1 : 0;
   return estimate;
 }
 

@@ -1,18 +1,16 @@
 #pragma once
 
-// What cannot be estimated, and how sure the rest is. A measurement: finite pixel and flow, depth finite and
-// > 0. With kappa (1/m) the standard deviation of an inverse depth, declared by the problem, else that of a
-// stereo camera with a disparity of 0.2 px:
+// What cannot be estimated, and how sure the rest is. With kappa (1/m) the standard deviation of an inverse
+// depth, declared by the problem, else that of a stereo camera with a disparity of 0.2 px:
 //
 //   too_few_points  fewer than three measurements: six unknowns, two equations a point
 //   at_infinity     no inverse depth differs from zero by three kappa: a translation cannot be seen
 //   collinear       the pixels lie on a line (within 0.5 px RMS) and along it inverse depth is affine (within
 //                   2 kappa RMS), as it is on every line in space; or all pixels are one: a turn about that
 //                   line cannot be seen
-//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation,
-//   or
-//                   a translation of the points' centre of more than half its distance. Turns and
-//                   translations look the same, as for a small flat patch.
+//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation, or a
+//                   translation of the points' centre of more than half its distance. Turns and translations
+//                   look the same, as for a small flat patch.
 //
 // A camera or body that stands still is none of these: depth is measured, so motion need not reveal it.
 

@@ -71,6 +71,7 @@ class JointFlowDepth : public Estimator {
  public:
   explicit JointFlowDepth(const JointFlowDepthOptions& options) : options_(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  bool chooses_points() const override { return true; }
   Json options() const override { return write_options(options_); }
 
  private:

@@ -29,6 +29,7 @@ class MotionOnly : public Estimator {
  public:
   explicit MotionOnly(const MotionOnlyOptions& options) : options_(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
   Json options() const override { return write_options(options_); }
 
  private:

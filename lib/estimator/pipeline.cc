@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sextant/estimator/point_choice.h"
+
 namespace sextant {
 namespace {
 
@@ -51,7 +53,8 @@ Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsign
 
 /// Robust start and refinement of one body: fills points, estimate, status, counts and times.
 void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_points,
-                   const RobustStartOptions& options, const Estimator& estimator, BodyResult& body) {
+                   const RobustStartOptions& options, const std::string& refine_on,
+                   const Estimator& estimator, BodyResult& body) {
   Stopwatch watch;
   body.points = problem.points;
   body.noise = problem.noise;
@@ -66,7 +69,8 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
     body.status = Status::too_few_points;
     return;
   }
-  body.estimate = estimator.estimate(problem, start.start);
+  body.estimate = estimator.estimate(
+      problem, estimator.chooses_points() ? start.start : choose_points(problem, start.start, refine_on));
   body.status = body.estimate.status;
   body.times.refine_ms = watch.lap_ms();
 }
@@ -99,6 +103,8 @@ std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) 
 void PipelineOptions::check() const {
   start.check();
   classification.check();
+  check_refine_on("refine_on", refine_on);
+  if (refine_objects_on != "same") check_refine_on("refine_objects_on", refine_objects_on);
   check_option(max_object_distance_m > 0, "max_object_distance_m", max_object_distance_m, "> 0");
   check_option(min_object_area >= 0 && min_object_area < 1, "min_object_area", min_object_area, "in [0, 1)");
   check_option(min_object_points >= 4, "min_object_points", min_object_points, ">= 4");
@@ -169,7 +175,7 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   const std::optional<SE3> propagated =
       has_camera_motion_ ? std::optional<SE3>(last_camera_motion_) : std::nullopt;
   estimate_body({pair.camera, pair.background, declared_noise(pair, 0)}, propagated, min_ego_inliers,
-                options_.start, *estimator_, ego);
+                options_.start, options_.refine_on, *estimator_, ego);
   return ego;
 }
 
@@ -260,7 +266,10 @@ void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& eg
     propagated = ego.estimate.T_curr_prev * known->second;
   }
   const Problem problem{pair.camera, std::move(body.points), body.noise};
-  estimate_body(problem, propagated, options_.min_object_points, options_.start, *estimator_, body);
+  const std::string& refine_on =
+      options_.refine_objects_on == "same" ? options_.refine_on : options_.refine_objects_on;
+  estimate_body(problem, propagated, options_.min_object_points, options_.start, refine_on, *estimator_,
+                body);
   if (body.status != Status::ok) return;
   body.centroid_m = inlier_centroid(problem, body.estimate.inliers);
   if (ego.status == Status::ok) {

@@ -21,6 +21,8 @@ namespace sextant {
 
 struct PipelineOptions {
   RobustStartOptions start;
+  std::string refine_on = "reselected";
+  std::string refine_objects_on = "same";
   ClassificationOptions classification;
   double max_object_distance_m = 25.0;
   double min_object_area = 0.005;
@@ -30,6 +32,10 @@ struct PipelineOptions {
   template <typename V>
   void visit(V& v) {
     v("start", start, "", "RANSAC against the propagated motion");
+    v("refine_on", refine_on, "",
+      "points that motion_only and joint_flow refine on: inliers (of RANSAC), all, or reselected (within the "
+      "noise that the residuals show); joint_flow_depth chooses by itself");
+    v("refine_objects_on", refine_objects_on, "", "the same for objects: inliers, all, reselected or same");
     v("classification", classification, "", "dynamic or static");
     v("max_object_distance_m", max_object_distance_m, "m",
       "gate on the median depth of an object, and farthest object point (paper: 25)");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sextant {
@@ -147,6 +148,7 @@ class Listener : public Estimator {
  public:
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
     problems.push_back(problem);
+    n_inliers.push_back(static_cast<size_t>(std::ranges::count(start.inliers, 1)));
     MotionEstimate estimate;
     estimate.status = Status::ok;
     estimate.T_curr_prev = start.T_curr_prev;
@@ -154,9 +156,36 @@ class Listener : public Estimator {
     return estimate;
   }
   Json options() const override { return Json::object(); }
+  bool chooses_points() const override { return chooses; }
 
+  bool chooses = false;
   mutable std::vector<Problem> problems;
+  mutable std::vector<size_t> n_inliers;
 };
+
+/// Inliers that an estimator is given of the background and of an object, a third of whose flows are off by 2 px.
+std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses = false) {
+  ObjectObservation object = observe(4, moving);
+  FramePair pair = make_pair(0, {object});
+  for (Correspondences* points : {&pair.background, &pair.objects[0].points}) {
+    for (size_t i = 0; i < points->size(); i += 3) points->flow_v[i] += 2;
+  }
+  const auto listener = std::make_shared<Listener>();
+  listener->chooses = chooses;
+  FrameEstimator(options, listener).process(pair);
+  return listener->n_inliers;
+}
+
+TEST(Pipeline, RefinesOnThePointsThatTheOptionsName) {
+  const std::vector<size_t> inliers = inliers_given({.refine_on = "inliers"});
+  ASSERT_EQ(inliers.size(), 2U);
+  const std::vector<size_t> all = inliers_given({.refine_on = "all"});
+  EXPECT_GT(all[0], inliers[0]);
+  EXPECT_GT(all[1], inliers[1]);
+  EXPECT_EQ(inliers_given({.refine_on = "all", .refine_objects_on = "inliers"}),
+            (std::vector<size_t>{all[0], inliers[1]}));
+  EXPECT_EQ(inliers_given({.refine_on = "all"}, /*chooses=*/true), inliers);
+}
 
 TEST(Pipeline, DeclaredNoiseReachesTheEstimatorByPreviousBody) {
   ObjectObservation object = observe(4, moving);
@@ -230,6 +259,8 @@ TEST(Pipeline, NoEgoMotionStillEstimatesObjectsInTheCameraFrame) {
 TEST(Pipeline, OptionsAreChecked) {
   EXPECT_THROW(make({.max_object_distance_m = -1}), Error);
   EXPECT_THROW(make({.min_object_points = 2}), Error);
+  EXPECT_THROW(make({.refine_on = "same"}), Error);
+  EXPECT_THROW(make({.refine_objects_on = "some"}), Error);
 }
 
 }  // namespace

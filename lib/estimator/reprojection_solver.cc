@@ -109,6 +109,17 @@ template <typename Real>
   }
 }
 
+template <typename Real>
+[[gnu::always_inline]] inline void components_body(const LoopInput<Real>& d, Real* eu, Real* ev) {
+  using L = LanesOf<Real>;
+  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
+    const Projection<Real> p(d, i);
+    const L behind = L{} + std::numeric_limits<Real>::infinity();
+    SEXTANT_STORE(eu + i, p.in_front ? p.eu : behind);
+    SEXTANT_STORE(ev + i, p.in_front ? p.ev : behind);
+  }
+}
+
 // Clones for processors cannot be templates.
 SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, NormalSums& sums) {
   sums_body(d, sigma, threshold, sums);
@@ -118,6 +129,12 @@ SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float thres
 }
 SEXTANT_SIMD void errors_double(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
 SEXTANT_SIMD void errors_float(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void components_double(const LoopInput<double>& d, double* eu, double* ev) {
+  components_body(d, eu, ev);
+}
+SEXTANT_SIMD void components_float(const LoopInput<float>& d, float* eu, float* ev) {
+  components_body(d, eu, ev);
+}
 
 void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, NormalSums& sums) {
   sums_double(d, kernel.sigma_px, kernel.threshold, sums);
@@ -127,6 +144,8 @@ void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, NormalSums& 
 }
 void error_loop(const LoopInput<double>& d, double* errors) { errors_double(d, errors); }
 void error_loop(const LoopInput<float>& d, float* errors) { errors_float(d, errors); }
+void component_loop(const LoopInput<double>& d, double* eu, double* ev) { components_double(d, eu, ev); }
+void component_loop(const LoopInput<float>& d, float* eu, float* ev) { components_float(d, eu, ev); }
 
 std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
   std::vector<uint32_t> indices;
@@ -198,6 +217,16 @@ void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev
 }
 
 template <typename Real>
+void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
+                         std::vector<Real>& ev) {
+  eu.resize(data.padded_size());
+  ev.resize(data.padded_size());
+  component_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
+  std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(), std::numeric_limits<Real>::infinity());
+  std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(), std::numeric_limits<Real>::infinity());
+}
+
+template <typename Real>
 int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least) {
   constexpr size_t block = 256;
@@ -230,6 +259,8 @@ int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, 
   template SolverResult minimize_reprojection(const ReprojectionPoints<Real>&, const SE3&,              \
                                               const HuberKernel&, const SolverOptions&);                \
   template void squared_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&);        \
+  template void reprojection_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&,    \
+                                    std::vector<Real>&);                                                \
   template int count_inliers(const ReprojectionPoints<Real>&, const SE3&, double, int);
 SEXTANT_INSTANTIATE(double)
 SEXTANT_INSTANTIATE(float)

@@ -64,6 +64,11 @@ SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const S
 template <typename Real>
 void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors);
 
+/// Its components eu, ev per point, px: project(X m) - p - phi; +inf behind the camera, and for padding.
+template <typename Real>
+void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
+                         std::vector<Real>& ev);
+
 /// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is
 /// out of reach; or, if `data` is in random order, once the points seen so far say so beyond four standard
 /// deviations.

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace sextant {
@@ -22,6 +23,12 @@ struct Correspondences {
 
   size_t size() const { return u.size(); }
   bool empty() const { return u.empty(); }
+  /// Pixel and flow are finite, and so is their sum.
+  bool has_pixels(size_t i) const { return std::isfinite(u[i] + v[i] + flow_u[i] + flow_v[i]); }
+  /// And so are depth and inverse depth, > 0.
+  bool is_measurement(size_t i) const {
+    return has_pixels(i) && depth[i] >= std::numeric_limits<double>::min() && depth[i] < INFINITY;
+  }
   void reserve(size_t n);
   void push_back(double u_px, double v_px, double depth_m, double flow_u_px, double flow_v_px,
                  double depth_curr_m = NAN);

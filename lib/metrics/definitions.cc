@@ -44,8 +44,9 @@ Json metric_definitions_json() {
 Json metric_presets_json() {
   Json json = Json::object();
   for (const MetricPreset& p : metric_presets()) {
-    json[p.name] = fmt::format("{}, {}, {} against {}, {}", p.object_Et_key, p.object_ER_key, p.velocity_key,
-                               p.velocity_truth_key, to_string(p.aggregate));
+    json[p.name] = fmt::format("{}{}, {}, {} against {}, {}",
+                               p.version == 1 ? "" : fmt::format("{}: ", p.version), p.object_Et_key,
+                               p.object_ER_key, p.velocity_key, p.velocity_truth_key, to_string(p.aggregate));
   }
   return json;
 }

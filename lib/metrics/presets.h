@@ -22,6 +22,7 @@ struct MetricPreset {
   std::string velocity_key;        ///< which recorded velocity error, km/h
   std::string velocity_truth_key;  ///< which recorded true velocity, km/h ("values")
   Aggregate aggregate = Aggregate::mean;
+  int version = 1;  ///< raised when the above change under the same name
 };
 
 std::span<const MetricPreset> metric_presets();

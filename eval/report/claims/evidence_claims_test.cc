@@ -27,6 +27,24 @@ TEST(SetsClaims, GainsOfJoint) {
   EXPECT_EQ(objects(1.5).front().verdict, Verdict::not_reproduced);
 }
 
+TEST(SetsClaims, GainIsSelectionWhereEqualPointsGainNothing) {
+  const auto results = [](double of_inliers, double of_joint) {
+    Evidence evidence = test_evidence();
+    for (Record& r : evidence.parts.back().sweep.records) {
+      if (r.estimator.ends_with("on inliers")) r.errors["Et_m"] *= of_inliers;
+      if (r.estimator.starts_with("joint_flow on")) r.errors["Et_m"] *= of_joint;
+    }
+    return check_gain_is_selection(evidence);
+  };
+  const std::vector<ClaimResult> selection = results(4, 1);
+  ASSERT_EQ(selection.size(), 10U);  // four bodies on two choices of points; the camera with two functions
+  for (const ClaimResult& result : selection) EXPECT_EQ(result.verdict, Verdict::reproduced) << result.quantity;
+  EXPECT_NEAR(selection.front().value, 0, 1e-9);
+  EXPECT_NEAR(selection.back().value, 300, 1e-9);
+  EXPECT_EQ(results(1, 1).back().verdict, Verdict::not_reproduced);
+  EXPECT_EQ(results(4, 0.5).front().verdict, Verdict::not_reproduced);
+}
+
 TEST(SetsClaims, EqualityIsToTheMicrometre) {
   EXPECT_EQ(check_joint_is_matched(with_gain(1)).front().verdict, Verdict::reproduced);
   EXPECT_EQ(check_joint_is_matched(with_gain(1.001)).front().verdict, Verdict::not_reproduced);

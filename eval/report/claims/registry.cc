@@ -29,6 +29,8 @@ std::span<const Claim> claims() {
        check_joint_camera},
       {"joint_objects", "Joint improves object motion over Motion only by 10-20 %", "sec. V-A, tab. III",
        check_joint_objects},
+      {"gain_is_selection", "the gain is the choice of points: on equal points Joint gains nothing",
+       "ours, docs/reproduction.md", check_gain_is_selection},
       {"joint_is_matched", "Joint equals Motion only with the matched kernel", "ours, docs/method.md",
        check_joint_is_matched},
       {"epe_falls", "the optical flow error is reduced by the optimisation", "sec. V-A, fig. 5",

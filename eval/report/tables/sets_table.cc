@@ -94,17 +94,17 @@ bool add_set(const std::vector<Json>& lines, const SetData& data, const Evidence
 Table sets_table(const Evidence& evidence) {
   Table table = published_table(
       "Table III: motion only and joint optimisation",
-      "Preset paper: mean over pairs of E_t and E_R, objects in the camera frame. Noise on exact depth and "
-      "flow: "
-      "delta_d 0.2 px, flow of Table II; rows of an estimator with \"code's kernel\": kernels of the "
-      "published code and its noise (delta_d 0.15 px, one draw per frame). joint_flow_depth is ours.",
+      "Preset paper: mean over pairs of E_t and E_R, objects in the camera frame. Noise on exact depth and flow: "
+      "delta_d 0.2 px, flow of Table II. Estimators with a name behind the comma follow a procedure "
+      "(eval/procedures): release, the published code, under its own noise (delta_d 0.15 px, one draw a frame); "
+      "table, which points fit the printed numbers best; text, what the paper says. joint_flow_depth is ours.",
       {{"set", "set", Align::left, 0, true},
        {"body", "body", Align::left},
        {"estimator", "estimator", Align::left}},
       4);
   for (const auto& [set, lines] : published_sets(evidence.published.at("tab:mot_all"))) {
     bool measured = false;
-    for (const PartRole role : {PartRole::sets, PartRole::sets_code}) {
+    for (const PartRole role : {PartRole::sets, PartRole::sets_paper}) {
       for (const EvidencePart* part : evidence.with(role)) {
         for (const SetData& data : set_data()) {
           if (data.set == set) measured |= add_set(lines, data, *part, table);

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "sextant/base/error.h"
+#include "sextant/eval/report/tables/attribution.h"
 #include "sextant/eval/report/tables/comparison.h"
 #include "sextant/eval/report/tables/testing.h"
 
@@ -105,6 +108,7 @@ TEST(Published, AMisspeltKeyIsNotAMissingValue) {
   EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
 }
 
+<<<<<<< HEAD
 /// Of the row of that estimator.
 size_t row_of(const Table& table, const std::string& estimator) {
   for (size_t row = 0; row < table.rows.size(); ++row) {
@@ -114,11 +118,15 @@ size_t row_of(const Table& table, const std::string& estimator) {
   return 0;
 }
 
-constexpr const char* vdo = "VDO_SLAM 9d33024, front end";
+constexpr const char* vdo = "VDO_SLAM 9d33024.front";
+
+std::vector<Record>& records_of_one_run(Evidence& evidence) {
+  return std::ranges::find(evidence.parts, PartRole::systems, &EvidencePart::role)->sweep.records;
+}
 
 TEST(SystemsTable, TellsAProgramsOwnTimeInFramesOfJointFlow) {
   Evidence evidence = test_evidence();
-  for (Record& record : evidence.parts.back().sweep.records) {
+  for (Record& record : records_of_one_run(evidence)) {
     const double disturbed = record.seed == 1 ? 0 : 100;  // the second of three rounds was quiet
     if (record.estimator == vdo && record.is_ego())
       record.time_ms = {{"program", 240 + disturbed}, {"total", 900}};
@@ -134,7 +142,7 @@ TEST(SystemsTable, TellsAProgramsOwnTimeInFramesOfJointFlow) {
 
 TEST(SystemsTable, CountsWhatWasNotEstimated) {
   Evidence evidence = test_evidence();
-  for (Record& record : evidence.parts.back().sweep.records) {
+  for (Record& record : records_of_one_run(evidence)) {
     if (record.body != "object:3" || record.estimator != vdo) continue;
     record.status = Status::lost;
     record.errors.clear();
@@ -163,6 +171,43 @@ TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameTellsTheCommit) {
     EXPECT_THAT(entry.at("estimator").get<std::string>(),
                 testing::HasSubstr(entry.at("commit").get<std::string>().substr(0, 7)));
   }
+=======
+TEST(Attribution, ChangesAddUpToTheWhole) {
+  Evidence evidence = test_evidence();
+  for (Record& r : evidence.parts.back().sweep.records) {
+    if (r.estimator == "motion_only > kernel") r.errors["Et_m"] *= r.is_ego() ? 0.25 : 0.5;
+    if (r.estimator == "joint_flow > kernel" && r.frame == 3) r.status = Status::lost;
+  }
+  const std::vector<AttributionPath> paths = attribution_paths(evidence);
+  ASSERT_EQ(paths.size(), 6U);  // camera, two objects; two paths each
+  for (const AttributionPath& path : paths) {
+    ASSERT_EQ(path.steps.size(), 2U);
+    const AttributionStep& last = path.steps.back();
+    EXPECT_NEAR(path.steps.front().Et_m + last.change_m, last.Et_m, 1e-15);
+    EXPECT_DOUBLE_EQ(path.whole_m, last.change_m);
+    EXPECT_EQ(path.n_seeds, 4U);
+    EXPECT_TRUE(path.published_m);
+    const bool from_motion_only = path.path == "motion_only";
+    EXPECT_EQ(path.n_pairs, from_motion_only ? 48U : 44U) << "pairs that a step has lost count in none";
+    const double factor = from_motion_only ? (path.body == "Ego" ? 0.25 : 0.5) : 1;
+    EXPECT_NEAR(last.Et_m, factor * path.steps.front().Et_m, 1e-15);
+  }
+}
+
+TEST(Attribution, StepsOfSeveralPartsAreOnePathInTheirOrder) {
+  Evidence evidence = test_evidence();
+  EvidencePart before = evidence.parts.back();
+  before.name = "attribution_release";
+  std::erase_if(before.sweep.records, [](const Record& r) { return r.estimator != "motion_only > kernel"; });
+  for (Record& r : before.sweep.records) r.estimator = "motion_only > draws";
+  evidence.parts.insert(evidence.parts.end() - 1, before);
+  const std::vector<AttributionPath> paths = attribution_paths(evidence);
+  const auto path = std::ranges::find(paths, "motion_only", &AttributionPath::path);
+  ASSERT_NE(path, paths.end());
+  ASSERT_EQ(path->steps.size(), 3U);
+  EXPECT_EQ(path->steps[0].decision, "draws");
+  EXPECT_EQ(path->steps[2].decision, "kernel");
+>>>>>>> main
 }
 
 }  // namespace

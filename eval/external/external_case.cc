@@ -1,0 +1,95 @@
+#include "sextant/eval/external/external_case.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/options.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<const char*, 4> kEnds = {"exited", "signalled", "timed_out", "too_much_log"};
+
+struct FinishedCase {
+  std::string end;
+  int code = 0;
+  double wall_s = 0, cpu_s = 0, peak_memory_mb = 0;
+
+  template <typename V>
+  void visit(V& v) {
+    v("end", end, "", "exited, signalled, timed_out or too_much_log");
+    v("code", code, "", "exit code, or signal");
+    v("wall_s", wall_s, "s", "time until it ended");
+    v("cpu_s", cpu_s, "s", "user and system time, of all its processes");
+    v("peak_memory_mb", peak_memory_mb, "MB", "resident size of its largest process");
+  }
+};
+
+}  // namespace
+
+CaseFolder::CaseFolder(const fs::path& folder, std::string keep)
+    : keep_(folder.empty() ? "nothing" : std::move(keep)) {
+  if (folder.empty()) {
+    std::string name = (fs::temp_directory_path() / "sextant_case_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make this folder", name);
+    path_ = name;
+  } else {
+    path_ = fs::absolute(folder).lexically_normal();
+    fs::remove_all(path_);  // of a run that was interrupted
+  }
+  fs::create_directories(output());
+}
+
+CaseFolder::~CaseFolder() {
+  std::error_code ignored;
+  if (keep_ != "all") fs::remove_all(input(), ignored);
+  if (keep_ != "all" && keep_ != "output") fs::remove_all(output(), ignored);
+  if (keep_ == "nothing") fs::remove_all(path_, ignored);
+}
+
+void write_case(const ProcessOutcome& outcome, const fs::path& folder) {
+  const FinishedCase c{kEnds.at(static_cast<size_t>(outcome.end)), outcome.code, outcome.wall_s,
+                       outcome.cpu_s, outcome.peak_memory_mb};
+  write_file(folder / "case.json", write_options(c).dump() + "\n");
+}
+
+ProcessOutcome read_case(const fs::path& folder) {
+  const fs::path path = folder / "case.json";
+  if (!fs::exists(path)) fail("{}: is not there: expected the folder of a finished case", path.string());
+  if (!fs::is_directory(folder / "output"))
+    fail("{}: is not there: outputs are kept with \"keep\" output or all", (folder / "output").string());
+  FinishedCase c;
+  try {
+    read_options(Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false), c);
+  } catch (const Error& error) {
+    fail("{}: {}", path.string(), error.what());
+  }
+  const auto* const end = std::ranges::find(kEnds, c.end);
+  if (end == kEnds.end())
+    fail("{}: end = '{}': expected one of {}", path.string(), c.end, fmt::join(kEnds, ", "));
+  return {static_cast<ProcessOutcome::End>(end - kEnds.begin()), c.code, c.wall_s, c.cpu_s, c.peak_memory_mb};
+}
+
+std::string last_line(const fs::path& path) {
+  constexpr std::streamoff most = 4096;
+  constexpr size_t shown = 200;
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = in.tellg();
+  in.seekg(std::max<std::streamoff>(0, size - most));
+  std::string line, last;
+  while (std::getline(in, line)) {
+    if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
+  }
+  while (!last.empty() && (last.back() == '\r' || last.back() == ' ')) last.pop_back();
+  std::ranges::replace_if(
+      last, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return last.size() <= shown ? last : "..." + last.substr(last.size() - shown);
+}
+
+}  // namespace sextant

@@ -1,0 +1,503 @@
+// What real systems do: several stages in one folder, frames from 0, settings files, stray and damaged files.
+
+#include <algorithm>
+#include <fstream>
+#include <regex>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/external/external_testing.h"
+#include "sextant/eval/external/rescore.h"
+#include "sextant/eval/report/summary.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class ExternalProtocolTest : public ExternalEstimatorTest {
+ protected:
+  fs::path case_folder() const { return file("logs") / "vdo_data_3-7_seed0"; }
+  std::string log() const { return read_file(case_folder() / "log.txt"); }
+  std::string output_of_program() const { return read_file(case_folder() / "stdout.txt"); }
+
+  static std::string matrix_row(int frame, const SE3& T) {
+    return fmt::format("{} {} 0 0 0 1", frame, kitti_row(T));
+  }
+  SE3 body(int k) const { return T_world_object(k - 1).inverse() * T_world_object(k); }
+  SE3 world(int k) const { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); }
+
+  /// The files that VDO-SLAM's System::SaveResults() leaves, under its names. Poses and motions of the front
+  /// end are off by 0.1 m.
+  void write_vdo_results(int label = 1) const {
+    const SE3 off(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, 0, 0));
+    fs::create_directories(file("vdo"));
+    const auto motions = [&](const char* name, const SE3& error) {
+      write_results(
+          fmt::format("vdo/{}", name),
+          [&](int k) { return fmt::format("{} {} {} 0 0 0 1", k, label, kitti_row(body(k) * error)); }, 4);
+    };
+    motions("obj_mot_stereo_new.txt", off);
+    motions("obj_mot_stereo_rf_new.txt", SE3());
+    motions("obj_mot_gt.txt", SE3());
+    write_results(
+        "vdo/obj_centre.txt", [&](int k) { return fmt::format("{} {} 1.5 2.5 9.5", k, label); }, 4);
+    write_results("vdo/initial_stereo_new.txt", [&](int k) {
+      return matrix_row(k, k % 2 == 0 ? own(T_world_camera(k)) * off : own(T_world_camera(k)));
+    });
+    write_results("vdo/refined_stereo_new.txt", [&](int k) { return matrix_row(k, own(T_world_camera(k))); });
+    write_results("vdo/cam_pose_gt_stereo.txt", [&](int k) { return matrix_row(k, own(T_world_camera(k))); });
+  }
+  static Json vdo_set(const std::string& stage, const std::string& ids = "masks") {
+    return {{"camera", {{"file", stage + "_*.txt"}}},
+            {"objects", {{"format", "vdo"}, {"stage", stage}, {"ids", ids}}}};
+  }
+
+  /// Camera and object 1 as they are, in camera.txt and obj_1.txt.
+  void write_right_results() const {
+    write_camera();
+    write_results(
+        "obj_1.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(world(k))); }, 4);
+  }
+  static constexpr const char* copy_results = "cp $(dirname $0)/camera.txt $(dirname $0)/obj_*.txt $output/";
+  const Json motions_ = {{"objects", {{"format", "motions"}}}};
+};
+
+// ---- VDO-SLAM's folder
+
+TEST_F(ExternalProtocolTest, VdoFolderOfBothStages) {
+  write_vdo_results();
+  const std::string copy = "cp $(dirname $0)/vdo/* $output/";
+  EXPECT_THAT(problem_of(copy, {{"camera", {{"file", "refined_*.txt"}}}, {"objects", {{"format", "vdo"}}}}),
+              AllOf(HasSubstr("motions of two stages, obj_mot_stereo_new.txt (initial) and "
+                              "obj_mot_stereo_rf_new.txt (refined)"),
+                    HasSubstr("choose one")));
+  last_ = run_with(config(copy, vdo_set("refined")));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+  EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
+  last_ = run_with(config(copy, vdo_set("initial")));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_NEAR(worst("object:1", "Et_body_m"), 0.1, 0.11);
+  EXPECT_GT(worst("object:1", "Et_body_m"), 0.01);
+  EXPECT_GT(worst("ego", "Et_m"), 0.09);
+}
+
+TEST_F(ExternalProtocolTest, VdoLabelsMatchedByOverlap) {
+  write_vdo_results(7);  // its own track numbers
+  last_ = run_with(config("cp $(dirname $0)/vdo/* $output/", vdo_set("refined", "overlap")));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
+}
+
+TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
+  write_vdo_results();
+  const std::string script = "cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs";
+  last_ = run_with(
+      config(script, {{"results", {{"initial", vdo_set("initial")}, {"refined", vdo_set("refined")}}}}));
+  EXPECT_EQ(read_file(file("runs")), "ran\n");
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  std::map<std::string, std::pair<int, double>> by_label;  // records of the camera, largest error
+  for (const Record& record : last_.records) {
+    if (!record.is_ego()) continue;
+    auto& [n, worst] = by_label[record.estimator];
+    ++n;
+    worst = std::max(worst, record.errors.at("Et_m"));
+  }
+  ASSERT_EQ(by_label.size(), 2U);
+  EXPECT_EQ(by_label["program.initial"].first, 4);
+  EXPECT_GT(by_label["program.initial"].second, 0.09);
+  EXPECT_EQ(by_label["program.refined"].first, 4);
+  EXPECT_LT(by_label["program.refined"].second, 1e-9);
+  EXPECT_THAT(log(), AllOf(HasSubstr("results initial\n"), HasSubstr("results refined\n")));
+  // A problem of one of them says whose it is.
+  Json missing = vdo_set("refined");
+  missing["camera"]["file"] = "none.txt";
+  EXPECT_THAT(problem_of(script, {{"results", {{"initial", vdo_set("initial")}, {"refined", missing}}}}),
+              HasSubstr("program: results refined: "));
+  expect_error(
+      [&] {
+        config("", {{"results", {{"a b", vdo_set("initial")}}}});
+        run_with("external:" + file("program.json").string());
+      },
+      "names of letters");
+}
+
+// ---- files that are no results
+
+TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
+  write_right_results();
+  write_file(file("obj_centre.txt"), "4 1 1.5 2.5 9.5\n");
+  last_ = run_with(config(copy_results, motions_));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_THAT(log(), HasSubstr("note: " + (case_folder() / "output" / "obj_centre.txt").string() +
+                               ": 'centre' in place of the * of 'obj_*.txt' is no number: passed over"));
+}
+
+TEST_F(ExternalProtocolTest, ADamagedFileConcernsItsObjectAlone) {
+  write_right_results();
+  write_file(file("obj_5.txt"), "4 what\n");
+  EXPECT_THAT(problem_of(copy_results, motions_), HasSubstr("obj_5.txt:1: "));
+  EXPECT_EQ(statuses("object:1"), ok4);
+}
+
+TEST_F(ExternalProtocolTest, IdsOutOfRange) {
+  write_right_results();
+  const auto with = [&](const std::string& id, int offset) {
+    fs::copy_file(file("obj_1.txt"), file("obj_" + id + ".txt"));
+    const std::string problem =
+        problem_of(fmt::format("cp $(dirname $0)/camera.txt $(dirname $0)/obj_{}.txt $output/", id),
+                   {{"objects", {{"format", "motions"}, {"id_offset", offset}}}});
+    for (const Record& record : last_.records) EXPECT_THAT(record.body, Not(HasSubstr("-")));
+    // What `report` reads.
+    write_file(file("records.jsonl"), write_records(last_.records));
+    EXPECT_EQ(read_records(file("records.jsonl")).size(), last_.records.size());
+    EXPECT_FALSE(summarize(last_.records, find_preset("paper")).empty());
+    fs::remove(file("obj_" + id + ".txt"));
+    return problem;
+  };
+  EXPECT_THAT(with("-1", 0), HasSubstr("object -1 with id_offset 0: expected 1 to 1000000000: left out"));
+  EXPECT_THAT(with("0", 0), HasSubstr("object 0 with id_offset 0"));
+  EXPECT_THAT(with("2000000000", 2'000'000'000), HasSubstr("expected 1 to 1000000000"));
+  EXPECT_THAT(with("99999999999999999999", 1), HasSubstr("expected 1 to 1000000000"));
+  EXPECT_THAT(with("7", -2'000'000'000), HasSubstr("expected 1 to 1000000000"));
+}
+
+TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
+  write_right_results();
+  const std::string precious = read_file(file("camera.txt")) + "8 1 0 0";  // no end of its last line
+  write_file(file("precious.txt"), precious);
+  last_ =
+      run_with(config("ln -s $(dirname $0)/precious.txt $output/camera.txt\n"
+                      "ln -s $(dirname $0) $output/sub\nexit 3",
+                      motions_));
+  EXPECT_EQ(read_file(file("precious.txt")), precious);
+  EXPECT_EQ(statuses("ego"), lost4);
+  EXPECT_THAT(log(), HasSubstr("camera.txt: leads to a file outside {output}: ignored"));
+  last_ =
+      run_with(config("ln -s $(dirname $0) $output/sub; exit 0", {{"camera", {{"file", "sub/camera.txt"}}}}));
+  EXPECT_EQ(statuses("ego"), lost4);
+  // The folder itself.
+  last_ =
+      run_with(config("rmdir $output; mkdir $(dirname $0)/away; cp $(dirname $0)/camera.txt "
+                      "$(dirname $0)/away; ln -s $(dirname $0)/away $output"));
+  EXPECT_EQ(statuses("ego"), lost4);
+  // Those within are as good as files.
+  last_ = run_with(config("cp $(dirname $0)/camera.txt $output/pose.txt; ln -s pose.txt $output/camera.txt"));
+  EXPECT_EQ(statuses("ego"), ok4);
+}
+
+TEST_F(ExternalProtocolTest, WhatAProgramWroteIsNotTouched) {
+  write_vdo_results();
+  const std::string cut = "7 1 0 0";
+  last_ =
+      run_with(config("cp $(dirname $0)/vdo/* $output/\n"
+                      "for f in $output/*; do head -n 3 $f > x; printf '" +
+                          cut +
+                          "' >> x; cp x $f; done\n"
+                          "printf 'no end' > $output/other.bin; exit 3",
+                      vdo_set("refined")));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("exit code 3")));
+  EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
+  EXPECT_THAT(statuses("object:1"), ElementsAre("ok", "ok", "lost", "lost"));
+  EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
+  for (const auto& entry : fs::directory_iterator(case_folder() / "output")) {
+    const std::string text = read_file(entry.path());
+    EXPECT_TRUE(text.ends_with(cut) || text == "no end") << entry.path();
+  }
+  EXPECT_THAT(log(), HasSubstr("its last line is not finished: left out"));
+}
+
+TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
+  EXPECT_THAT(problem_of("truncate -s 60G $output/camera.txt"),
+              HasSubstr("camera.txt: has 64424 MB: a file of this kind may have 100 MB at most"));
+  EXPECT_EQ(statuses("ego"), diverged4);
+  write_right_results();
+  last_ = run_with(
+      config("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/obj_1.txt; exit 3", motions_));
+  EXPECT_THAT(last_.sources.front().problems.at(1), HasSubstr("obj_1.txt: has 64424 MB"));
+  EXPECT_EQ(statuses("ego"), ok4);
+  EXPECT_EQ(statuses("object:1"), diverged4);
+  // One that nobody asked for is not looked at, nor is a log of another kind.
+  write_vdo_results();
+  last_ = run_with(
+      config("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/map.bin; exit 3", vdo_set("refined")));
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_THAT(problem_of("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/obj_mot_stereo_rf_new.txt",
+                         vdo_set("refined")),
+              HasSubstr("may have 1000 MB at most"));
+  EXPECT_THAT(problem_of("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/ms.txt",
+                         {{"times", {{"file", "ms.txt"}}}}),
+              HasSubstr("ms.txt: has 64424 MB"));
+}
+
+// ---- the input
+
+TEST_F(ExternalProtocolTest, FramesFromZero) {
+  write_results("any.txt",
+                [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(own(T_world_camera(k)))); });
+  write_results(
+      "obj_1.txt", [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(world(k))); }, 4);
+  last_ =
+      run_with(config("cp $(dirname $0)/any.txt $output/camera.txt; cp $(dirname $0)/obj_1.txt $output\n"
+                      "cd $input; ls image_0; cat times.txt; cut -d' ' -f1 pose_gt.txt",
+                      {{"renumber", true}, {"write_truth", true}, {"objects", {{"format", "motions"}}}}));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_EQ(output_of_program(),
+            "000000.png\n000001.png\n000002.png\n000003.png\n000004.png\n"
+            "0.000000000\n0.100000000\n0.200000000\n0.300000000\n0.400000000\n0\n1\n2\n3\n4\n");
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+  EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
+  EXPECT_EQ(last_.records.front().frame, 4) << "records keep the source's numbers";
+  // The noise is that of the same frames.
+  const std::string noise = R"({"depth":{"delta_d_px":0.2},"flow":{"epe_px":0.5}})";
+  const auto sums = [&](bool renumber) {
+    run_with(config("cd $input; cat depth/*.png flow/*.flo | sha256sum", {{"renumber", renumber}}), noise);
+    return output_of_program();
+  };
+  EXPECT_EQ(sums(true), sums(false));
+}
+
+TEST_F(ExternalProtocolTest, FlowOfTheLastFrame) {
+  const auto files = [&](const Json& more) {
+    run_with(config("ls $input/flow", more));
+    return output_of_program();
+  };
+  EXPECT_EQ(files({}), "000003.flo\n000004.flo\n000005.flo\n000006.flo\n");
+  EXPECT_EQ(files({{"last_flow", "zero"}, {"keep", "all"}}),
+            "000003.flo\n000004.flo\n000005.flo\n000006.flo\n000007.flo\n");
+  const fs::path last = case_folder() / "input" / "flow" / "000007.flo";
+  const Image<Flow> flow = decode_flo(read_file(last), last.string());
+  ASSERT_EQ(flow.width(), 320);
+  for (size_t i = 0; i < flow.size(); ++i) {
+    ASSERT_EQ(flow.data()[i].u, 0);
+    ASSERT_EQ(flow.data()[i].v, 0);
+  }
+  const std::string noise = R"({"flow":{"epe_px":0.5}})";
+  run_with(config("ls $input/flow", {{"last_flow", "zero"}}), noise);
+  EXPECT_THAT(output_of_program(), HasSubstr("000007.flo"));
+}
+
+TEST_F(ExternalProtocolTest, SettingsTemplate) {
+  write_file(file("my.yaml"),
+             "%YAML:1.0\nCamera.fx: {fx}\nCamera.fps: {rate}\nimages: \"{input}/image_0\"\n"
+             "matrix: {rows: 3, data: [1, {width}]}\nempty: {}\nOther: {Camera}\n");
+  const auto with_settings = [&](const std::string& name) {
+    write_file(file("program.sh"), "cat $1\n");
+    write_file(file("program.json"),
+               Json{{"command", "sh {config}/program.sh {settings}"}, {"settings", name}}.dump());
+    return run_with("external:" + file("program.json").string());
+  };
+  with_settings("my.yaml");
+  const double fx = fixture_.camera.left.fx;
+  EXPECT_EQ(output_of_program(),
+            fmt::format("%YAML:1.0\nCamera.fx: {}\nCamera.fps: 10\nimages: \"{}/image_0\"\n"
+                        "matrix: {{rows: 3, data: [1, 320]}}\nempty: {{}}\nOther: {{Camera}}\n",
+                        fx, (case_folder() / "input").string()));
+  EXPECT_TRUE(fs::exists(case_folder() / "settings.yaml"));
+  write_file(file("bad.yaml"), "a: 1\nb: {widht}\n");
+  expect_error([&] { with_settings("bad.yaml"); },
+               "bad.yaml: 'b: {widht}': unknown placeholder {widht}: did you mean 'width'");
+  expect_error([&] { with_settings("none.yaml"); }, "none.yaml: cannot open");
+  write_file(file("program.json"), R"({"command": "sh {settings}"})");
+  expect_error([&] { run_with("external:" + file("program.json").string()); },
+               "unknown placeholder {settings}");
+}
+
+// ---- what it cost
+
+TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
+  write_camera();
+  const auto times = [&](const std::string& text, const Json& how) {
+    write_file(file("ms.txt"), text);
+    last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/ms.txt $output", {{"times", how}}));
+    std::vector<double> ms;
+    for (const Record& record : last_.records) {
+      if (record.is_ego())
+        ms.push_back(record.time_ms.contains("program") ? record.time_ms.at("program") : -1);
+    }
+    return ms;
+  };
+  EXPECT_THAT(times("10\n11\n12\n13\n14\n", {{"file", "ms.txt"}}), ElementsAre(11, 12, 13, 14));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_THAT(times("5 0.25\n7 0.5\n", {{"file", "ms.txt"}, {"unit", "s"}}), ElementsAre(-1, 250, -1, 500));
+  EXPECT_THAT(times("10\n-11\n", {{"file", "ms.txt"}}), ElementsAre(-1, -1, -1, -1));
+  EXPECT_THAT(last_.sources.front().problems,
+              ElementsAre(HasSubstr("ms.txt:2: expected the time of a frame")));
+  EXPECT_THAT(times("", {{"file", "no.txt"}}), ElementsAre(-1, -1, -1, -1));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("no.txt: the program has not written")));
+  EXPECT_EQ(statuses("ego"), ok4);
+  EXPECT_THAT(times("20 10\n", {{"file", "ms.txt"}}), ElementsAre(-1, -1, -1, -1));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("frame 20 is not among 3 to 7")));
+}
+
+TEST_F(ExternalProtocolTest, TheLastLineOfStderrIsInTheMessage) {
+  EXPECT_THAT(last_.records, ElementsAre());
+  last_ = run_with(config("echo first >&2; printf 'cannot open vocabulary\\r\\n\\n  \\n' >&2; exit 3"));
+  EXPECT_THAT(last_.sources.front().problems.front(),
+              HasSubstr("exit code 3, stderr ends \"cannot open vocabulary\" ("));
+  EXPECT_THAT(log(), HasSubstr("stderr ends"));
+  last_ = run_with(config("head -c 3000 /dev/zero | tr '\\0' x >&2; printf '\\033[31mred' >&2; exit 3"));
+  EXPECT_THAT(last_.sources.front().problems.front(), AllOf(HasSubstr("...xxx"), HasSubstr("?[31mred\"")));
+  EXPECT_LT(last_.sources.front().problems.front().size(), 500U);
+}
+
+// ---- scoring again
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[entry.path().string()] = read_file(entry.path());
+  }
+  return files;
+}
+
+TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
+  write_vdo_results();
+  const std::string estimator =
+      config("cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs; echo no >&2; exit 3",
+             vdo_set("initial"));
+  RunConfig run_config;
+  run_config.sources = {SourceSpec::parse(fixture_.source())};
+  run_config.estimator = estimator;
+  run_config.n_seeds = 2;
+  run_config.quiet = true;
+  run_config.folder = file("out") / "external";
+  const RunResult first = run(run_config);
+  write_output_folder(file("out"), run_files(first));
+  const auto before = files_of(file("out"));
+  const auto rescore = [&](const RescoreRequest& request) {
+    RunConfig again = rescored_run(request);
+    again.quiet = true;
+    return run(again);
+  };
+  const RunResult same = rescore({.folder = file("out")});
+  EXPECT_EQ(same.configuration, first.configuration);
+  ASSERT_EQ(same.records.size(), first.records.size());
+  // Times and costs are those of the program's run; decoding is done again.
+  for (size_t i = 0; i < same.records.size(); ++i) {
+    Record a = same.records[i], b = first.records[i];
+    for (Record* r : {&a, &b}) {
+      r->time_ms.erase("decode");
+      r->time_ms.erase("extraction");
+    }
+    EXPECT_EQ(write_records({a}), write_records({b}));
+  }
+  EXPECT_EQ(same.sources.front().problems, first.sources.front().problems);
+  last_ = rescore({.folder = file("out"), .options = {{"estimator", vdo_set("refined")}}});
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+  EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
+  // The files of the first configuration may be gone.
+  fs::remove(file("program.json"));
+  const RunResult gone = rescore({.folder = file("out")});
+  EXPECT_TRUE(std::ranges::equal(gone.records, same.records, {}, strip_times, strip_times));
+  Json other = vdo_set("refined");
+  other["command"] = "never";
+  write_file(file("other.json"), other.dump());
+  last_ = rescore({.folder = file("out"), .config = file("other.json").string()});
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+  EXPECT_EQ(last_.records.front().estimator, "other");
+  EXPECT_EQ(read_file(file("runs")), "ran\nran\n");
+  EXPECT_EQ(files_of(file("out")), before);
+  // What cannot be scored again.
+  fs::remove_all(file("out") / "external" / "vdo_data_3-7_seed1" / "output");
+  expect_error([&] { rescore({.folder = file("out")}); }, "outputs are kept with \"keep\" output or all");
+  fs::remove(file("out") / "external" / "vdo_data_3-7_seed0" / "case.json");
+  expect_error([&] { rescore({.folder = file("out")}); }, "case.json: is not there");
+  expect_error([&] { is_sweep(file("data")); }, "holds neither run.json nor plan.json");
+  run_config.estimator = "motion_only";
+  write_output_folder(file("inside"), run_files(run(run_config)));
+  expect_error([&] { rescored_run({.folder = file("inside")}); }, "\"motion_only\" is no external program");
+}
+
+TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
+  write_vdo_results();
+  Json more = vdo_set("initial");
+  more["settings"] = "my.yaml";
+  write_file(file("my.yaml"), "fx: {fx}\n");
+  config("cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs", more);
+  const Json plan = {{"sources", {fixture_.source()}},
+                     {"estimators", {{{"name", "external:program.json"}, {"label", "mine"}}, "motion_only"}},
+                     {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
+                     {"seeds", 2}};
+  SweepConfig c;
+  c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
+  c.out = file("out");
+  c.cache = PackCache(file("cache"));
+  c.quiet = true;
+  sweep(c);
+  fs::remove(file("program.json"));
+  fs::remove(file("my.yaml"));
+  const std::string runs = read_file(file("runs"));
+  EXPECT_EQ(runs.size(), 4 * std::string("ran\n").size());
+  const auto before = files_of(file("out"));
+  const auto rescore = [&](const char* out, const Json& options) {
+    SweepConfig again = rescored_sweep({.folder = file("out"), .options = options});
+    again.out = file(out);
+    again.cache = c.cache;
+    again.quiet = true;
+    sweep(again);
+    std::vector<Record> records;
+    for (const Record& record : read_records(file(out) / "records.jsonl"))
+      records.push_back(strip_times(record));
+    return records;
+  };
+  std::vector<Record> first;
+  for (const Record& record : read_records(file("out") / "records.jsonl"))
+    first.push_back(strip_times(record));
+  EXPECT_EQ(rescore("same", Json::object()), first);
+  const std::vector<Record> refined = rescore("refined", {{"estimator", vdo_set("refined")}});
+  ASSERT_EQ(refined.size(), first.size());
+  int changed = 0;
+  for (size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(refined[i].estimator, first[i].estimator);
+    changed += refined[i] != first[i];
+    if (first[i].estimator != "mine") {
+      EXPECT_EQ(refined[i], first[i]);
+    } else if (first[i].is_ego()) {
+      EXPECT_LT(refined[i].errors.at("Et_m"), 1e-9);
+    }
+  }
+  EXPECT_GT(changed, 0);
+  EXPECT_EQ(read_file(file("runs")), runs);
+  EXPECT_EQ(files_of(file("out")), before);
+}
+
+// ---- the document
+
+/// The block of docs/external-estimators.md that shows the written files is what is written.
+TEST_F(ExternalProtocolTest, TheListingInTheDocumentIsTrue) {
+  const std::string text = read_file(fs::path(SEXTANT_DOCS_FOLDER) / "external-estimators.md");
+  const size_t begin = text.find("external/synthetic_s18_0-2_seed0\n");
+  ASSERT_NE(begin, std::string::npos);
+  std::set<std::string> listed;
+  std::istringstream lines(text.substr(begin, text.find("```", begin) - begin));
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch found;
+    if (std::regex_match(line, found, std::regex("  (\\S+)(  .*)?"))) listed.insert(found[1]);
+  }
+  VdoFixtureOptions options;
+  options.n_frames = 3;
+  fixture_ = make_vdo_fixture(file("small"), options);
+  write_file(file("template.yaml"), "fx: {fx}\n");
+  run_with(
+      config(": > $output/camera.txt; : > $output/obj_1.txt",
+             {{"keep", "all"}, {"write_truth", true}, {"last_flow", "zero"}, {"settings", "template.yaml"}}));
+  std::set<std::string> written;
+  const fs::path folder = file("logs") / "vdo_small_0-2_seed0";
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) written.insert(entry.path().lexically_relative(folder).string());
+  }
+  EXPECT_EQ(listed, written);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,117 @@
+#pragma once
+
+// Programs of others, for tests: a small sequence, and shell scripts that write what a program would.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/external/external_estimator.h"
+
+namespace sextant {
+
+/// A small VDO folder of frames 3-7 with one object, and programs that are shell scripts.
+class ExternalEstimatorTest : public testing::Test {
+ protected:
+  ExternalEstimatorTest() {
+    add_external_estimators();
+    VdoFixtureOptions options;
+    options.first_frame = 3;
+    fixture_ = make_vdo_fixture(folder_.path() / "data", options);
+    sequence_ = open_source(SourceSpec::parse(fixture_.source()));
+  }
+
+  std::filesystem::path file(const std::string& name) const { return folder_.path() / name; }
+
+  /// CONFIG of a program that does `script` in sh, with {placeholders}.
+  std::string config(const std::string& script, Json more = Json::object()) const {
+    write_file(file("program.sh"), "input=$1 output=$2 seed=$3\n" + script + "\n");
+    more["command"] = "sh {config}/program.sh {input} {output} {seed}";
+    write_file(file("program.json"), more.dump());
+    return "external:" + file("program.json").string();
+  }
+
+  RunResult run_with(const std::string& estimator, const std::string& noise = "none", int n_seeds = 1,
+                     int jobs = 1) const {
+    RunConfig run_config;
+    run_config.sources = {SourceSpec::parse(fixture_.source())};
+    run_config.estimator = estimator;
+    run_config.noise = Noise::parse(noise);
+    run_config.n_seeds = n_seeds;
+    run_config.jobs = jobs;
+    run_config.quiet = true;
+    run_config.folder = file("logs");
+    return run(run_config);
+  }
+
+  /// The one problem of a run of `script`, which must not throw.
+  std::string problem_of(const std::string& script, const Json& more = Json::object()) {
+    last_ = run_with(config(script, more));
+    EXPECT_EQ(last_.sources.front().problems.size(), 1U);
+    return last_.sources.front().problems.empty() ? "" : last_.sources.front().problems.front();
+  }
+
+  std::vector<std::string> statuses(const std::string& body) const {
+    std::vector<std::string> out;
+    for (const Record& record : last_.records) {
+      if (record.body == body) out.emplace_back(to_string(record.status));
+    }
+    return out;
+  }
+
+  /// Largest error of a body in the last run; -1 without any.
+  double worst(const std::string& body, const std::string& key) const {
+    double worst = -1;
+    for (const Record& record : last_.records) {
+      if (record.body == body && record.errors.contains(key)) worst = std::max(worst, record.errors.at(key));
+    }
+    return worst;
+  }
+
+  SE3 T_world_camera(int frame) const { return fixture_.T_world_camera.at(frame); }
+  SE3 T_world_object(int frame) const { return fixture_.T_world_object.at(frame); }
+  /// In the program's own world, which is not that of the truth.
+  SE3 own(const SE3& T_world_x) const { return T_world_camera(3).inverse() * T_world_x; }
+
+  static std::string kitti_row(const SE3& T) {
+    const Eigen::Matrix4d m = T.matrix();
+    std::string row;
+    for (int i = 0; i < 12; ++i) row += fmt::format("{}{:.17g}", i == 0 ? "" : " ", m(i / 4, i % 4));
+    return row;
+  }
+  static std::string tum_row(const SE3& T) {
+    const Eigen::Vector3d& t = T.translation();
+    const Eigen::Quaterniond& q = T.rotation();
+    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", t.x(), t.y(), t.z(), q.x(),
+                       q.y(), q.z(), q.w());
+  }
+
+  /// A line for every frame; `line(frame)`.
+  template <typename Line>
+  void write_results(const std::string& name, const Line& line, int first = 3) const {
+    std::string text;
+    for (int frame = first; frame <= 7; ++frame) text += line(frame) + "\n";
+    write_file(file(name), text);
+  }
+  void write_camera() const {
+    write_results("camera.txt",
+                  [&](int k) { return fmt::format("{} {}", k, kitti_row(own(T_world_camera(k)))); });
+  }
+
+  TempFolder folder_;
+  VdoFixture fixture_;
+  std::unique_ptr<Sequence> sequence_;
+  RunResult last_;
+};
+
+inline const std::vector<std::string> lost4(4, "lost"), ok4(4, "ok"), diverged4(4, "diverged"),
+    not_detected4(4, "not_detected");
+
+}  // namespace sextant

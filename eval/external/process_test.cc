@@ -1,0 +1,175 @@
+#include "sextant/eval/external/process.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/eval/external/testing.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Process : public testing::Test {
+ protected:
+  ProcessRequest request(const std::string& script, double time_limit_s = 30) const {
+    return {.words = {"sh", "-c", script},
+            .working_directory = folder_.path(),
+            .environment = {},
+            .stdout_file = folder_.path() / "stdout.txt",
+            .stderr_file = folder_.path() / "stderr.txt",
+            .time_limit_s = time_limit_s};
+  }
+  ProcessOutcome run(const std::string& script, double time_limit_s = 30) const {
+    return run_process(request(script, time_limit_s));
+  }
+  std::string text(const char* name) const { return read_file(folder_.path() / name); }
+
+  /// Whether the process whose id is in the file `name` runs; waits for the file, and for its end a little.
+  bool runs(const char* name) const {
+    const fs::path file = folder_.path() / name;
+    for (int i = 0; i < 500 && (!fs::exists(file) || fs::file_size(file) == 0); ++i) pause();
+    const fs::path stat = fs::path("/proc") / std::to_string(std::stoi(text(name))) / "stat";
+    for (int i = 0; i < 100; ++i) {
+      std::ifstream in(stat);
+      std::string line;
+      if (!std::getline(in, line) || line.find(") Z ") != std::string::npos) return false;
+      pause();
+    }
+    return true;
+  }
+  static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(Process, OutputAndExitCode) {
+  const ProcessOutcome outcome = run("echo said; echo wrong >&2; exit 3");
+  EXPECT_EQ(outcome.text(), "exit code 3");
+  EXPECT_FALSE(outcome.survivors);
+  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stderr.txt"), "wrong\n");
+  EXPECT_EQ(run("kill -SEGV $$").text(), "signal 11 (Segmentation fault)");
+}
+
+TEST_F(Process, StandardStreamsMayBeClosed) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    for (const int stream : {0, 1, 2}) ::close(stream);
+    ::_exit(run("cat; echo said; echo wrong >&2").ok() ? 0 : 1);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stderr.txt"), "wrong\n");
+}
+
+TEST_F(Process, NothingSurvivesTheEnd) {
+  EXPECT_TRUE(run("sleep 60 & echo $! > child; exit 0").ok());
+  EXPECT_FALSE(runs("child"));
+  EXPECT_TRUE(run("setsid sh -c 'echo $$ > session; sleep 60' & while ! [ -s session ]; do :; done").ok());
+  EXPECT_FALSE(runs("session"));
+  // Its parent ends before the program does.
+  EXPECT_TRUE(run("(setsid sh -c 'echo $$ > orphan; sleep 60' &) ; while ! [ -s orphan ]; do :; done").ok());
+  EXPECT_FALSE(runs("orphan"));
+}
+
+TEST_F(Process, NothingSurvivesTheTimeLimit) {
+  const auto start = std::chrono::steady_clock::now();
+  const ProcessOutcome outcome =
+      run("trap '' TERM; setsid sh -c 'trap \"\" TERM; echo $$ > session; sleep 60' & sleep 60", 0.4);
+  EXPECT_EQ(outcome.end, ProcessOutcome::End::timed_out);
+  EXPECT_FALSE(outcome.survivors);
+  EXPECT_FALSE(runs("session"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+}
+
+TEST_F(Process, NothingSurvivesThisProcess) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    run("setsid sh -c 'echo $$ > session; sleep 60' & echo $$ > program; sleep 60", 60);
+    ::_exit(0);
+  }
+  for (int i = 0;
+       i < 500 && !(fs::exists(folder_.path() / "session") && fs::exists(folder_.path() / "program")); ++i)
+    pause();
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_FALSE(runs("program"));
+  EXPECT_FALSE(runs("session"));
+}
+
+TEST_F(Process, LogsStopAtTheirLimit) {
+  // It goes on writing while it is asked to end.
+  const ProcessOutcome outcome = run("trap '' TERM; yes 'a line of more than a few characters'");
+  EXPECT_EQ(outcome.end, ProcessOutcome::End::too_much_log) << outcome.text();
+  EXPECT_EQ(fs::file_size(folder_.path() / "stdout.txt"), most_log_bytes);
+  // Also one that ends before anybody has looked.
+  const ProcessOutcome fast = run("head -c 110000000 /dev/zero");
+  EXPECT_EQ(fast.end, ProcessOutcome::End::too_much_log) << fast.text();
+  EXPECT_LE(fs::file_size(folder_.path() / "stdout.txt"), most_log_bytes);
+}
+
+TEST_F(Process, TimeOfAllProcessesIsCounted) {
+  constexpr const char* work = "i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done";
+  const ProcessOutcome one = run(work);
+  EXPECT_GT(one.cpu_s, 0.02);
+  EXPECT_LT(one.cpu_s, one.wall_s + 0.1);
+  // An orphan in a session of its own, which works before the program ends.
+  const ProcessOutcome orphan =
+      run(fmt::format("(setsid sh -c '{}; echo > done' &) ; while ! [ -e done ]; do sleep 0.05; done", work));
+  EXPECT_GT(orphan.cpu_s, 0.7 * one.cpu_s);
+  EXPECT_LT(run("sleep 0.3").cpu_s, 0.1);
+}
+
+TEST_F(Process, PeakMemoryIsThatOfTheLargestProcess) {
+  const ProcessOutcome large = run("head -c 400000000 /dev/zero | tail -c 400000000 > /dev/null");
+  EXPECT_GT(large.peak_memory_mb, 400);
+  EXPECT_LT(large.peak_memory_mb, 500);
+  // That of a small one is its own, not that of this process, which the kernel lets it begin with.
+  const std::vector<char> mine(200'000'000, 'x');
+  const ProcessOutcome small = run("sleep 0.2");
+  EXPECT_GT(small.peak_memory_mb, 0.1);
+  EXPECT_LT(small.peak_memory_mb, 50);
+  EXPECT_EQ(mine.back(), 'x');
+}
+
+TEST_F(Process, AProgramThatCannotBeStarted) {
+  ProcessRequest none = request("");
+  none.words = {"./no_such_program"};
+  EXPECT_THAT(error_of([&] { run_process(none); }), HasSubstr("cannot start './no_such_program'"));
+}
+
+TEST_F(Process, NoMoreProcessesAllowed) {
+  fs::permissions(folder_.path(), fs::perms::all);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    constexpr uid_t nobody = 65534;
+    const rlimit none = {1, 1};
+    if (::geteuid() == 0 && ::setuid(nobody) != 0) ::_exit(2);  // the limit is none for root
+    if (::setrlimit(RLIMIT_NPROC, &none) != 0) ::_exit(3);
+    const std::string message = error_of([&] { run("exit 0"); });
+    ::_exit(message.find("cannot start 'sh'") != std::string::npos &&
+                    message.find("ulimit -u") != std::string::npos
+                ? 0
+                : 4);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace sextant

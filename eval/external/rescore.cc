@@ -1,0 +1,105 @@
+#include "sextant/eval/external/rescore.h"
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/eval/external/external_config.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json read_object(const fs::path& path) {
+  Json json = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) fail("{}: expected a JSON object", path.string());
+  return json;
+}
+
+const Json& member(const Json& json, const char* key, const fs::path& path) {
+  if (!json.contains(key)) fail("{}: has no \"{}\": is it that of a finished run?", path.string(), key);
+  return json[key];
+}
+
+bool is_external(const Json& name) {
+  return name.is_string() && name.get<std::string>().starts_with("external:");
+}
+
+/// Name and options of the estimator as they are to be now.
+void replace_estimator(const RescoreRequest& request, Json& name, Json& options) {
+  const Json changes = request.options.value("estimator", Json::object());
+  if (!request.config.empty()) {
+    name = "external:" + request.config;
+    options = changes;
+    return;
+  }
+  options[recorded_options] = true;
+  options.merge_patch(changes);
+}
+
+}  // namespace
+
+bool is_sweep(const fs::path& folder) {
+  if (fs::exists(folder / "plan.json")) return true;
+  if (!fs::exists(folder / "run.json"))
+    fail("{}: holds neither run.json nor plan.json: expected the folder of a finished run or sweep",
+         folder.string());
+  return false;
+}
+
+RunConfig rescored_run(const RescoreRequest& request) {
+  const fs::path path = request.folder / "run.json";
+  const Json run = read_object(path);
+  const Json recorded = member(run, "configuration", path);
+  RunConfig config;
+  try {
+    for (const Json& source : member(recorded, "sources", path))
+      config.sources.push_back(find_source(source.get<std::string>(), request.data_root));
+    Json name = member(recorded, "estimator", path);
+    if (!is_external(name)) fail("{}: estimator {} is no external program", path.string(), name.dump());
+    Json options = member(recorded, "options", path), changes = request.options;
+    replace_estimator(request, name, options["estimator"]);
+    changes.erase("estimator");
+    options.merge_patch(changes);
+    config.estimator = name.get<std::string>();
+    config.options = options;
+    config.noise = Noise::parse(member(recorded, "noise", path).dump());
+    config.level = member(recorded, "level", path).get<double>();
+    config.n_seeds = member(recorded, "seeds", path).get<int>();
+  } catch (const Json::exception& error) {
+    fail("{}: not the configuration of a run: {}", path.string(), error.what());
+  }
+  config.folder = request.folder / "external";
+  config.rescore = true;
+  return config;
+}
+
+SweepConfig rescored_sweep(const RescoreRequest& request) {
+  const fs::path path = request.folder / "plan.json";
+  const Json file = read_object(path);
+  Json plan = member(file, "plan", path), changes = request.options;
+  SweepConfig config;
+  try {
+    int n_external = 0;
+    for (Json& estimator : plan.at("estimators")) {
+      if (!is_external(estimator.at("name"))) continue;
+      ++n_external;
+      replace_estimator(request, estimator["name"], estimator["options"]);
+    }
+    if (n_external == 0) fail("{}: has no external program among its estimators", path.string());
+    if (n_external > 1 && !request.config.empty())
+      fail("{}: has {} external programs: --config is for one; edit their files, or use --set", path.string(),
+           n_external);
+    changes.erase("estimator");
+    plan["options"].merge_patch(changes);
+    const Json& shard = member(file, "shard", path);
+    config.shard = shard.at(0).get<uint64_t>();
+    config.n_shards = shard.at(1).get<uint64_t>();
+  } catch (const Json::exception& error) {
+    fail("{}: not the plan file of a sweep: {}", path.string(), error.what());
+  }
+  config.plan = parse_plan(plan.dump(2), path.string(), request.data_root);
+  config.rescored = request.folder;
+  return config;
+}
+
+}  // namespace sextant

@@ -1,0 +1,40 @@
+#pragma once
+
+// From the published code's procedure to ours, one decision at a time: what each does to E_t. Evidence: the parts of
+// role `attribution`. Their estimators are called "PATH > DECISION"; in the order of parts and plans, each has made
+// one decision more than the one before. The first of a path is the published code, the last is ours.
+//
+// Means are over the pairs and seeds that every step of a path has estimated, so that changes add up to the
+// whole. Intervals: 95 %, bootstrap over seeds, paired.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/report/evidence.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+struct AttributionStep {
+  std::string decision;
+  double Et_m = 0;      ///< mean after it
+  double change_m = 0;  ///< of that mean by it; 0 for the first
+  std::optional<Interval> Et_interval, change_interval;
+};
+
+/// One body of one of the paper's sets on one kind of data.
+struct AttributionPath {
+  std::string set, data, body;
+  std::string path;  ///< "motion_only": from which of the published code's two functions
+  std::vector<AttributionStep> steps;
+  double whole_m = 0;  ///< change from the first step to the last
+  std::optional<Interval> whole_interval;
+  size_t n_pairs = 0, n_seeds = 0;
+  std::optional<double> published_m;  ///< E_t that the paper prints for the path's function
+};
+
+/// By set, data, body, path; without paths of fewer than two steps.
+std::vector<AttributionPath> attribution_paths(const Evidence& evidence);
+
+}  // namespace sextant
