@@ -12,11 +12,6 @@
 namespace sextant {
 
 /// What a part was run for; tables look for their records by it.
-<<<<<<< HEAD
-/// `systems`: published systems and ours in one run; `systems_noise`: systems for the figures of `noise`.
-enum class PartRole {
-  sets, sets_code, noise, classification, real, recorded, timing, showcase, systems, systems_noise
-=======
 enum class PartRole {
   sets,         ///< the paper's three sets, our estimators
   sets_paper,   ///< the same by the paper's procedures (eval/procedures)
@@ -27,7 +22,8 @@ enum class PartRole {
   recorded,
   timing,
   showcase,
->>>>>>> main
+  systems,        ///< published systems and ours in one run
+  systems_noise,  ///< published systems for the figures of `noise`
 };
 
 struct EvidencePart {

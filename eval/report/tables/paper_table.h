@@ -39,10 +39,7 @@ Table ego_motion_table(const Evidence& evidence);      // IV
 Table velocity_table(const Evidence& evidence);        // V
 Table limit_table(const Evidence& evidence);           // VI
 Table run_time_table(const Evidence& evidence);        // VII
-<<<<<<< HEAD
-Table systems_table(const Evidence& evidence);         // VIII
-=======
 Table attribution_table(const Evidence& evidence);     // VIII
->>>>>>> main
+Table systems_table(const Evidence& evidence);         // IX
 
 }  // namespace sextant

@@ -45,11 +45,8 @@ std::span<const PaperTable> paper_tables() {
        {"data"}},
       {"table_6_limit", "VI", "", "", limit_table},
       {"table_7_run_time", "VII", "", "", run_time_table},
-<<<<<<< HEAD
-      {"table_8_systems", "VIII", "", "", systems_table, {"data"}},
-=======
       {"table_8_attribution", "VIII", "", "", attribution_table, {"set", "data", "body", "path"}},
->>>>>>> main
+      {"table_9_systems", "IX", "", "", systems_table, {"data"}},
   };
   return tables;
 }

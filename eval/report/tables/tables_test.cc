@@ -108,7 +108,6 @@ TEST(Published, AMisspeltKeyIsNotAMissingValue) {
   EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
 }
 
-<<<<<<< HEAD
 /// Of the row of that estimator.
 size_t row_of(const Table& table, const std::string& estimator) {
   for (size_t row = 0; row < table.rows.size(); ++row) {
@@ -171,7 +170,8 @@ TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameTellsTheCommit) {
     EXPECT_THAT(entry.at("estimator").get<std::string>(),
                 testing::HasSubstr(entry.at("commit").get<std::string>().substr(0, 7)));
   }
-=======
+}
+
 TEST(Attribution, ChangesAddUpToTheWhole) {
   Evidence evidence = test_evidence();
   for (Record& r : evidence.parts.back().sweep.records) {
@@ -207,7 +207,6 @@ TEST(Attribution, StepsOfSeveralPartsAreOnePathInTheirOrder) {
   ASSERT_EQ(path->steps.size(), 3U);
   EXPECT_EQ(path->steps[0].decision, "draws");
   EXPECT_EQ(path->steps[2].decision, "kernel");
->>>>>>> main
 }
 
 }  // namespace
