@@ -22,6 +22,8 @@ enum class PartRole {
   recorded,
   timing,
   showcase,
+  systems,        ///< published systems and ours in one run
+  systems_noise,  ///< published systems for the figures of `noise`
 };
 
 struct EvidencePart {

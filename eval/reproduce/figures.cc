@@ -57,6 +57,20 @@ void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePa
   document.sections.push_back(std::move(section));
 }
 
+/// The part with the published systems that were measured under the same noise on the same data.
+EvidencePart with_systems(const EvidencePart& part, const Evidence& evidence) {
+  EvidencePart joined = part;
+  const Record& ours = part.sweep.records.front();
+  for (const EvidencePart* systems : evidence.with(PartRole::systems_noise)) {
+    const std::vector<Record>& records = systems->sweep.records;
+    if (systems->sweep.parameter != part.sweep.parameter || records.empty() ||
+        records.front().dataset != ours.dataset || records.front().sequence != ours.sequence)
+      continue;
+    joined.sweep.records.insert(joined.sweep.records.end(), records.begin(), records.end());
+  }
+  return joined;
+}
+
 bool has_estimate(const RecordRefs& records) {
   return std::ranges::any_of(records, [](const Record* r) { return r->status == Status::ok; });
 }
@@ -122,8 +136,9 @@ void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jo
   add_showcases(parts, evidence, document);
   std::vector<NoiseLevelRow> all_levels;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-    std::vector<NoiseLevelRow> levels = noise_levels(part->sweep, jobs);
-    add_noise_levels(levels, *part, document);
+    const EvidencePart shown = with_systems(*part, evidence);
+    std::vector<NoiseLevelRow> levels = noise_levels(shown.sweep, jobs);
+    add_noise_levels(levels, shown, document);
     std::ranges::move(levels, std::back_inserter(all_levels));
   }
   std::vector<RecordSet> sets;

@@ -65,6 +65,11 @@ Part kitti_part(const std::string& sequence) {
   return part;
 }
 
+Part stored_part(const char* name, PartRole role, const char* title, const char* beside,
+                 const char* needs = "", const char* fetch = "") {
+  return {name, role, PartKind::stored, title, needs, fetch, "", beside};
+}
+
 }  // namespace
 
 std::vector<Part> reproduction_parts(const std::string& data_root) {
@@ -105,6 +110,14 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       sweep_part("classification_vkitti2", PartRole::classification, "classification_vkitti2", "vkitti_2.0.3",
                  vkitti2_all),
   };
+  parts.push_back(stored_part("systems_sets", PartRole::sets, "published systems on the three sets", "sets"));
+  parts.push_back(stored_part("systems_depth", PartRole::systems_noise,
+                              "published systems under depth noise, scenario s18", "depth"));
+  parts.push_back(stored_part("systems_demo", PartRole::real,
+                              "published systems on the authors' sample of KITTI tracking 0003", "demo",
+                              "kitti_03_demo", demo_files));
+  parts.push_back(
+      stored_part("systems_run", PartRole::systems, "published systems and ours in one run", "sets"));
   for (const std::string& sequence : recorded_sequences()) parts.push_back(kitti_part(sequence));
   return parts;
 }
@@ -114,7 +127,7 @@ std::string what_is_missing(const Part& part, const std::string& data_root) {
   if (data_root.empty()) return "no data folder given (--data ROOT or SEXTANT_DATA)";
   if (!std::filesystem::is_directory(std::filesystem::path(data_root) / part.needs))
     return fmt::format("ROOT has no folder {}", part.needs);
-  if (part.kind == PartKind::recorded) return "";
+  if (part.kind == PartKind::recorded || part.kind == PartKind::stored) return "";
   try {
     for (const SourceSpec& spec : parse_plan(part.plan, part.name, data_root).sources)
       check_runnable(spec, *open_source(spec));

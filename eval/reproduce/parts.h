@@ -16,6 +16,7 @@ enum class PartKind {
   recorded,  ///< trajectories of other systems against the truth
   timing,    ///< one thread, sources decoded, no packs: run times
   showcase,  ///< a run with paths, and the picture of its last pair
+  stored,    ///< results/systems: errors of published systems, measured once (stored.h)
 };
 
 struct Part {
@@ -25,7 +26,8 @@ struct Part {
   std::string title;
   std::string needs;  ///< folder below the data root; empty: comes with the program
   std::string fetch;  ///< how to get it
-  std::string plan;   ///< JSON; empty for `recorded`
+  std::string plan;   ///< JSON; empty for `recorded` and `stored`
+  std::string beside{};  ///< `stored`: the earlier part whose records have the truth of the same frames
 };
 
 /// In the order in which they run: what comes with the program first. The text of Virtual KITTI is taken from

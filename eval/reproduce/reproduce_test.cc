@@ -8,6 +8,9 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/report/latex_testing.h"
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/reproduce/stored.h"
 
 namespace sextant {
 namespace {
@@ -152,6 +155,112 @@ TEST(ReproductionParts, RunOnTheRealTextAndSample) {
     if (!fs::is_directory(fs::path(root) / part.needs) || part.name.starts_with("kitti_")) continue;
     EXPECT_EQ(what_is_missing(part, root), "") << part.name;
   }
+}
+
+/// The stored parts and the data they were measured on.
+class StoredParts : public testing::TestWithParam<const char*> {
+ protected:
+  /// One camera and one object in frames 1..3, with truth.
+  std::vector<Record> measured(const std::string& dataset, const std::string& sequence) const {
+    std::vector<Record> records;
+    for (int frame = 1; frame <= 3; ++frame) {
+      for (const char* body : {"ego", "object:1"}) {
+        Record r;
+        r.dataset = dataset;
+        r.sequence = sequence;
+        r.estimator = "joint_flow";
+        r.frame = frame;
+        r.body = body;
+        r.values = {{r.is_ego() ? "step_gt_m" : "distance_gt_m", 0.5 * frame}, {"step_m", 7}};
+        records.push_back(r);
+      }
+    }
+    return records;
+  }
+  std::vector<Record> stored(std::vector<Record> beside) const {
+    write_file(folder_.path() / "records.jsonl", write_records(beside));
+    return parse_records(stored_files(GetParam(), folder_.path()).at("records.jsonl"), "stored");
+  }
+  bool is_real() const { return GetParam() == std::string("systems_demo"); }
+  std::vector<Record> measured() const {
+    return is_real() ? measured("vdo", "kitti_03_demo") : measured("synthetic", "s18");
+  }
+  TempFolder folder_;
+};
+
+TEST_P(StoredParts, TakeTheTruthFromTheFramesThatWereMeasuredHere) {
+  const std::vector<Record> records = stored(measured());
+  ASSERT_FALSE(records.empty());
+  for (const Record& r : records) {
+    EXPECT_LE(r.frame, 3);
+    EXPECT_NE(r.estimator, "");
+    EXPECT_EQ(r.values.at(r.is_ego() ? "step_gt_m" : "distance_gt_m"), 0.5 * r.frame);
+    EXPECT_NE(find_number(r.values, "step_m"), 7);
+  }
+}
+
+TEST_P(StoredParts, HoldNoTruthOfTheirOwn) {
+  std::vector<Record> beside = measured();
+  for (Record& r : beside) r.values.clear();
+  const std::vector<Record> records = stored(beside);
+  ASSERT_FALSE(records.empty());
+  for (const Record& r : records) {
+    for (const auto& [key, value] : r.values) EXPECT_EQ(key.find("_gt"), std::string::npos) << key;
+    EXPECT_TRUE(r.bound.empty());
+  }
+}
+
+TEST_P(StoredParts, DescribeEverySystemTheyHold) {
+  for (const Record& r : stored(measured())) {
+    const Json descriptions = system_descriptions();
+    const bool ours = r.estimator == "joint_flow" || r.estimator == "joint_flow_depth";
+    EXPECT_TRUE(ours || std::ranges::any_of(descriptions, [&](const Json& d) {
+                  return d.at("estimator") == r.estimator;
+                })) << r.estimator;
+  }
+}
+
+TEST_P(StoredParts, NeedThePartThatHasTheTruth) {
+  EXPECT_THROW(stored_files(GetParam(), folder_.path() / "none"), Error);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, StoredParts,
+                         testing::Values("systems_sets", "systems_depth", "systems_demo", "systems_run"));
+
+TEST_F(ReproduceTest, ShowsPublishedSystemsBesideOurs) {
+  Part part{"systems_demo", PartRole::real, PartKind::stored, "published systems", "", "", "", "demo"};
+  config_.parts.insert(config_.parts.begin() + 1, part);
+  run_parts(config_);
+  const OutputFiles files = report();
+  EXPECT_THAT(files.at("tables/table_4_ego_motion.csv"), HasSubstr("VDO_SLAM 9d33024.front"));
+  EXPECT_THAT(files.at("tables/table_4_ego_motion.csv"), HasSubstr("parts/systems_demo/records.jsonl"));
+}
+
+TEST_F(ReproduceTest, FollowsTheTruthOfThePartBesideAStoredOne) {
+  Part part{"systems_demo", PartRole::real, PartKind::stored, "published systems", "", "", "", "demo"};
+  config_.parts.insert(config_.parts.begin() + 1, part);
+  run_parts(config_);
+  const std::string before = read_file(part_file("systems_demo"));
+  std::vector<Record> records = read_records(part_file("demo"));
+  for (Record& r : records) {
+    if (r.is_ego()) r.values["step_gt_m"] = 123;
+  }
+  write_file(part_file("demo"), write_records(records));
+  run_parts(config_);
+  EXPECT_NE(before, read_file(part_file("systems_demo")));
+  EXPECT_THAT(read_file(part_file("systems_demo")), HasSubstr("123"));
+}
+
+TEST_F(ReproduceTest, ShowsPublishedSystemsInTheNoiseFigure) {
+  source_ = "synthetic:s18@0-2";
+  config_.parts = {sweep_part("depth", PartRole::noise, "2"),
+                   {"systems_depth", PartRole::systems_noise, PartKind::stored, "", "", "", "", "depth"}};
+  run_parts(config_);
+  const OutputFiles files = report();
+  EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("VDO_SLAM 9d33024.front"));
+  EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("joint_flow"));
+  // They are no evidence for the paper's claims.
+  EXPECT_THAT(files.at("tables/claims.csv"), testing::Not(HasSubstr("VDO_SLAM")));
 }
 
 }  // namespace

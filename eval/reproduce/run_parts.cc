@@ -9,6 +9,7 @@
 #include "sextant/eval/report/showcase.h"
 #include "sextant/eval/reproduce/recorded.h"
 #include "sextant/eval/reproduce/reproduce.h"
+#include "sextant/eval/reproduce/stored.h"
 
 namespace sextant {
 namespace {
@@ -27,6 +28,10 @@ constexpr const char* stamp_name = "part.json";
 Json stamp_of(const Part& part, const ReproduceConfig& config) {
   Json stamp = {{"program", program_id()}, {"plan", part.plan}};
   if (part.kind == PartKind::recorded) stamp["inputs"] = recorded_inputs(config.data_root);
+  if (part.kind == PartKind::stored) {
+    const fs::path truth = config.out / "parts" / part.beside / "records.jsonl";
+    stamp["truth"] = fs::exists(truth) ? sha256(read_file(truth)) : "";
+  }
   return stamp;
 }
 
@@ -120,6 +125,8 @@ void run_part(const Part& part, const ReproduceConfig& config, const fs::path& f
       return run_whole_part(folder, [&] { return time_estimators(part, config); });
     case PartKind::showcase:
       return run_whole_part(folder, [&] { return make_showcase_part(part, config); });
+    case PartKind::stored:
+      return write_output_folder(folder, stored_files(part.name, config.out / "parts" / part.beside));
   }
 }
 

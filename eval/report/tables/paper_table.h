@@ -28,6 +28,9 @@ std::span<const PaperTable> paper_tables();
 
 /// results/published/zhang2020.json.
 Json published_values();
+/// results/systems/systems.json: of each published system that was measured its name in records, repository,
+/// commit, changes and what of the truth it sees.
+Json system_descriptions();
 
 Table classification_table(const Evidence& evidence);  // I
 Table flow_error_table(const Evidence& evidence);      // II
@@ -37,5 +40,6 @@ Table velocity_table(const Evidence& evidence);        // V
 Table limit_table(const Evidence& evidence);           // VI
 Table run_time_table(const Evidence& evidence);        // VII
 Table attribution_table(const Evidence& evidence);     // VIII
+Table systems_table(const Evidence& evidence);         // IX
 
 }  // namespace sextant

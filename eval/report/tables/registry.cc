@@ -4,8 +4,12 @@
 namespace sextant {
 
 std::span<const EmbeddedFile> published_files();
+std::span<const EmbeddedFile> system_description_files();
 
 Json published_values() { return parse_json(published_files().front().text, "published values"); }
+Json system_descriptions() {
+  return parse_json(system_description_files().front().text, "descriptions of the systems");
+}
 
 std::span<const PaperTable> paper_tables() {
   static const std::string vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
@@ -43,6 +47,7 @@ std::span<const PaperTable> paper_tables() {
       {"table_6_limit", "VI", "", "", limit_table},
       {"table_7_run_time", "VII", "", "", run_time_table},
       {"table_8_attribution", "VIII", "", "", attribution_table, {"set", "data", "body", "path"}},
+      {"table_9_systems", "IX", "", "", systems_table, {"data"}},
   };
   return tables;
 }

@@ -108,6 +108,70 @@ TEST(Published, AMisspeltKeyIsNotAMissingValue) {
   EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
 }
 
+/// Of the row of that estimator.
+size_t row_of(const Table& table, const std::string& estimator) {
+  for (size_t row = 0; row < table.rows.size(); ++row) {
+    if (text_at(table, row, "estimator") == estimator) return row;
+  }
+  ADD_FAILURE() << "no row of " << estimator;
+  return 0;
+}
+
+constexpr const char* vdo = "VDO_SLAM 9d33024.front";
+
+std::vector<Record>& records_of_one_run(Evidence& evidence) {
+  return std::ranges::find(evidence.parts, PartRole::systems, &EvidencePart::role)->sweep.records;
+}
+
+TEST(SystemsTable, TellsAProgramsOwnTimeInFramesOfJointFlow) {
+  Evidence evidence = test_evidence();
+  for (Record& record : records_of_one_run(evidence)) {
+    const double disturbed = record.seed == 1 ? 0 : 100;  // the second of three rounds was quiet
+    if (record.estimator == vdo && record.is_ego())
+      record.time_ms = {{"program", 240 + disturbed}, {"total", 900}};
+    if (record.estimator == vdo && !record.is_ego()) record.time_ms = {{"total", 0}};
+  }
+  const Table table = systems_table(evidence);
+  // Extraction 4 ms, the camera and three objects 5 ms each.
+  EXPECT_EQ(number_at(table, row_of(table, "joint_flow"), "frame_ms"), 24);
+  EXPECT_EQ(number_at(table, row_of(table, "joint_flow"), "frame_ratio"), 1);
+  EXPECT_EQ(number_at(table, row_of(table, vdo), "frame_ms"), 240);
+  EXPECT_EQ(number_at(table, row_of(table, vdo), "frame_ratio"), 10);
+}
+
+TEST(SystemsTable, CountsWhatWasNotEstimated) {
+  Evidence evidence = test_evidence();
+  for (Record& record : records_of_one_run(evidence)) {
+    if (record.body != "object:3" || record.estimator != vdo) continue;
+    record.status = Status::lost;
+    record.errors.clear();
+  }
+  const Table table = systems_table(evidence);
+  EXPECT_NEAR(number_at(table, row_of(table, vdo), "objects_coverage_percent").value(), 100.0 * 2 / 3, 1e-9);
+  EXPECT_EQ(number_at(table, row_of(table, vdo), "coverage_percent"), 100);
+  EXPECT_EQ(number_at(table, row_of(table, "joint_flow"), "objects_coverage_percent"), 100);
+}
+
+TEST(SystemsTable, ARowOfASystemNamesCommitChangesAndWhatOfTheTruthItSees) {
+  const Table table = systems_table(test_evidence());
+  const size_t row = row_of(table, vdo);
+  EXPECT_EQ(text_at(table, row, "commit").substr(0, 7), "9d33024");
+  EXPECT_THAT(text_at(table, row, "repository"), testing::HasSubstr("VDO_SLAM"));
+  EXPECT_THAT(text_at(table, row, "sees"), testing::HasSubstr("objects"));
+  EXPECT_THAT(text_at(table, row, "changes"), testing::HasSubstr("flow"));
+  EXPECT_EQ(text_at(table, row_of(table, "joint_flow"), "commit"), "");
+}
+
+TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameTellsTheCommit) {
+  for (const Json& entry : system_descriptions()) {
+    for (const char* key : {"estimator", "repository", "commit", "sees", "changes", "build"})
+      EXPECT_FALSE(entry.at(key).get<std::string>().empty()) << key;
+    EXPECT_EQ(entry.at("commit").get<std::string>().size(), 40u);
+    EXPECT_THAT(entry.at("estimator").get<std::string>(),
+                testing::HasSubstr(entry.at("commit").get<std::string>().substr(0, 7)));
+  }
+}
+
 TEST(Attribution, ChangesAddUpToTheWhole) {
   Evidence evidence = test_evidence();
   for (Record& r : evidence.parts.back().sweep.records) {

@@ -76,6 +76,7 @@ inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n
   add("demo", PartRole::real, "vdo", "kitti_03_demo", {"joint_flow"}, {"ego", "object:1"}, 1);
   add("recorded", PartRole::recorded, "kitti", "0003", {"ORB-SLAM3"}, {"ego"}, 1);
   add("timing", PartRole::timing, "synthetic", "s18", two, bodies, 1);
+  add("systems_run", PartRole::systems, "synthetic", "s18", {"joint_flow", "VDO_SLAM 9d33024.front"}, bodies, 3);
   add("attribution", PartRole::attribution, "synthetic", "s18",
       {"motion_only > published code", "motion_only > kernel", "joint_flow > published code",
        "joint_flow > kernel", "motion_only on inliers", "motion_only on all", "joint_flow on inliers",
