@@ -11,6 +11,10 @@ find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(CLI11 REQUIRED)
 find_path(LIBDEFLATE_INCLUDE_DIR libdeflate.h REQUIRED)
 find_library(LIBDEFLATE_LIBRARY deflate REQUIRED)
+# Chunks of ROS bags and MCAP files.
+find_path(LZ4_INCLUDE_DIR lz4frame.h REQUIRED)
+find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
+find_path(BZIP2_INCLUDE_DIR bzlib.h REQUIRED)
 # gnuplot-iostream is one header over Boost's streams.
 find_path(GNUPLOT_IOSTREAM_INCLUDE_DIR gnuplot-iostream.h REQUIRED)
 find_package(Boost REQUIRED COMPONENTS iostreams filesystem system)

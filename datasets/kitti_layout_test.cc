@@ -1,5 +1,10 @@
 #include "sextant/datasets/kitti_layout.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
 #include <algorithm>
 #include <numbers>
 
@@ -387,6 +392,41 @@ TEST(KittiLayoutErrors, NothingIsLeftOfHalfASequence) {
     const auto is_stage = [](const auto& entry) { return entry.path().filename().string().starts_with('.'); };
     EXPECT_TRUE(std::ranges::none_of(fs::directory_iterator(request.out), is_stage)) << layout;
   }
+}
+
+// kill -9 runs no destructor.
+TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
+  TempFolder temp;
+  const PatternSequence sequence(4);
+  LayoutRequest request{.out = temp.path(), .quiet = true};
+  const auto stages = [&] {
+    return std::ranges::count_if(fs::directory_iterator(temp.path()), [](const auto& entry) {
+      return entry.path().filename().string().starts_with(".sextant_incomplete_");
+    });
+  };
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    request.between_frames = [calls = 0]() mutable {
+      if (++calls == 3) ::raise(SIGKILL);
+    };
+    find_layout("kitti").write(sequence, request);
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_EQ(stages(), 1);
+  request.between_frames = [&] {
+    if (stages() != 1) throw std::runtime_error("the other's is still there");  // this one's own
+  };
+  find_layout("kitti").write(sequence, request);
+  EXPECT_EQ(stages(), 0);
+}
+
+TEST(KittiLayoutErrors, TheWorkingFolderIsNotMeantByNothing) {
+  for (const Layout& layout : layouts())
+    expect_error([&] { layout.write(PatternSequence(2), {.out = "", .quiet = true}); }, "--out");
 }
 
 TEST(KittiLayoutErrors, NothingIsOverwritten) {

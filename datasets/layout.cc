@@ -1,9 +1,14 @@
 #include "sextant/datasets/layout.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/base/registry.h"
@@ -18,15 +23,59 @@ namespace fs = std::filesystem;
 
 using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
 
+constexpr const char* stage_prefix = ".sextant_incomplete_";
+
+/// A folder that this process has locked; the lock goes when the process does, however that ends.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder)
+      : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    held_ = file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+    refused_ = file_ < 0 || (!held_ && errno == EWOULDBLOCK);
+  }
+  ~FolderLock() {
+    if (file_ >= 0) ::close(file_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  bool held() const { return held_; }
+  /// It is gone, or another's. Neither held nor refused: a file system without locks.
+  bool refused() const { return refused_; }
+
+ private:
+  int file_;
+  bool held_ = false, refused_ = false;
+};
+
+/// What writers that were killed have left.
+void remove_abandoned(const fs::path& out) {
+  std::vector<fs::path> stages;
+  for (const auto& entry : fs::directory_iterator(out)) {
+    if (entry.is_directory() && !entry.is_symlink() &&
+        entry.path().filename().string().starts_with(stage_prefix))
+      stages.push_back(entry.path());
+  }
+  std::error_code ignored;
+  for (const fs::path& stage : stages) {
+    const FolderLock lock(stage);
+    if (lock.held()) fs::remove_all(stage, ignored);
+  }
+}
+
 /// A hidden folder in `out`, which goes, with the folders made for it, when the files did not get into place.
 class Stage {
  public:
-  explicit Stage(const fs::path& out) : out_(fs::absolute(out.empty() ? "." : out).lexically_normal()) {
+  explicit Stage(const fs::path& out) : out_(fs::absolute(out).lexically_normal()) {
     for (fs::path folder = out_; !fs::exists(folder); folder = folder.parent_path()) made_.push_back(folder);
     fs::create_directories(out_);
-    std::string name = (out_ / ".sextant_incomplete_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot write: {}", out_.string(), std::strerror(errno));
-    folder_ = name;
+    remove_abandoned(out_);
+    do {  // until no other writer has taken it for abandoned before it was locked
+      std::string name = (out_ / stage_prefix).string() + "XXXXXX";
+      if (::mkdtemp(name.data()) == nullptr)
+        fail("{}: cannot write: {}", out_.string(), std::strerror(errno));
+      folder_ = name;
+      lock_.emplace(folder_);
+    } while (lock_->refused() || !fs::exists(folder_));
   }
   ~Stage() {
     std::error_code ignored;
@@ -55,11 +104,13 @@ class Stage {
  private:
   fs::path out_;
   fs::path folder_;
+  std::optional<FolderLock> lock_;
   std::vector<fs::path> made_;  // innermost first
 };
 
 Write staged(const Write& write) {
   return [write](const Sequence& sequence, const LayoutRequest& request) {
+    if (request.out.empty()) fail("--out: expected a folder, got ''");
     const Stage stage(request.out);
     LayoutRequest inside = request;
     inside.stage = stage.folder();

@@ -60,11 +60,12 @@ void SourceSpec::add_options(const Json& tree) {
   const auto is_adapter = [](const std::string& key) {
     return std::ranges::any_of(adapters(), [&](const Adapter& a) { return a.name == key; });
   };
+  if (!tree.is_object()) fail("option source: expected an object, got {}", json_excerpt(tree));
   for (const auto& item : tree.items()) {
     if (!is_adapter(item.key())) options[item.key()] = item.value();
   }
   if (const auto own = tree.find(adapter); own != tree.end()) {
-    if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, own->dump());
+    if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, json_excerpt(*own));
     options.update(*own);
   }
 }

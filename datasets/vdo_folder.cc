@@ -166,6 +166,7 @@ class VdoFolder final : public Sequence {
     info_.rate_hz = options.rate_hz > 0 ? options.rate_hz
                     : found.rate_hz > 0 ? found.rate_hz
                                         : kDefaultRateHz;
+    rate_is_assumed_ = !(options.rate_hz > 0) && !(found.rate_hz > 0);
   }
 
   // The folder's camera file. With a camera given in full by options, several are no ambiguity.
@@ -194,7 +195,15 @@ class VdoFolder final : public Sequence {
   // Line k is the time of frame k.
   void read_times() {
     const fs::path path = dir_ / "times.txt";
-    if (!fs::exists(path)) return;
+    if (!fs::exists(path)) {
+      if (rate_is_assumed_) {
+        info_.warnings.push_back(fmt::format(
+            "no frame rate in a *.yaml and no {}: {} Hz are assumed, and velocities are proportional to it "
+            "(change it with the option rate_hz)",
+            path.string(), kDefaultRateHz));
+      }
+      return;
+    }
     std::vector<double> times;
     const std::string text = inputs().read(path);
     for (TextRows rows(text, path.string()); rows.next();) times.push_back(rows.finite(0, "a time"));
@@ -292,6 +301,7 @@ class VdoFolder final : public Sequence {
   fs::path dir_;
   fs::path images_;
   SequenceInfo info_;
+  bool rate_is_assumed_ = false;  // neither option nor camera file has one
   SequenceTruth truth_;
   std::unique_ptr<DepthSource> depth_;  // empty: the folder's own
   std::unique_ptr<FlowSource> flow_;

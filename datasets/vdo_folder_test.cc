@@ -205,6 +205,16 @@ TEST_F(VdoFolder, FramesWithoutAPoseAreAWarning) {
               testing::ElementsAre(testing::HasSubstr("no pose for 3 of 5 frames")));
 }
 
+TEST_F(VdoFolder, AnAssumedRateIsTold) {
+  fs::remove(file("camera.yaml"));
+  fs::remove(file("times.txt"));
+  Json camera = {{"fx", 200.0}, {"fy", 200.0}, {"cx", 159.5}, {"cy", 47.5}, {"bf", 200.0}};
+  EXPECT_THAT(open(source(), camera)->info().warnings,
+              testing::ElementsAre(testing::HasSubstr("10 Hz are assumed")));
+  camera["rate_hz"] = 10.0;
+  EXPECT_THAT(open(source(), camera)->info().warnings, testing::IsEmpty());
+}
+
 TEST_F(VdoFolder, WithoutYamlOnlyTheDemosSizeHasACamera) {
   fs::remove(file("camera.yaml"));
   expect_error([&] { open(source()); }, fixture_.dir.string() + ": no *.yaml camera in this folder");

@@ -177,6 +177,7 @@ TEST_P(VkittiLayouts, WhatCannotBeWritten) {
   expect_error([&] { write(words, "0003"); }, "has the type 'big car': the layout needs one word");
   expect_error([&] { write(hole, "first/clone"); }, "sequence 'first/clone': expected");
   LayoutRequest request;
+  request.out = temp_.path() / "E";
   request.options["qality"] = 3;
   expect_error([&] { find_layout(GetParam()).write(hole, request); }, "unknown option key 'layout.qality'");
 }

@@ -8,6 +8,7 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 3. Only TRUTH_READERS include sextant/truth/ directly.
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
+5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program.
 
 Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
 """
@@ -64,6 +65,15 @@ TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*",
               "datasets/channels/*"]
 TRUTH_FREE_EXCEPT = ["noise/*verification*"]
 
+# What -> (pattern, files that may).
+DOORS = {
+    "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
+                                     ["base/json.cc"]),
+    "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
+                       ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc",
+                        "eval/cli/main.cc"]),
+}
+
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
@@ -76,7 +86,7 @@ def folder_of(name):
 
 
 def read_tree(root):
-    """{"geometry/se3.h": (path, [(line, include text), ...])} for every non-test source."""
+    """{"geometry/se3.h": (path, [(line, include text), ...], [(line, DOORS key), ...])}, tests left out."""
     files = {}
     for top in ("lib", "datasets", "eval"):
         for path in sorted((root / top).rglob("*")):
@@ -87,7 +97,9 @@ def read_tree(root):
                 continue
             text = path.read_text(encoding="utf-8")
             includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
-            files[name] = (path.relative_to(root).as_posix(), includes)
+            doors = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in DOORS.items()
+                     if name not in users for m in pattern.finditer(text)]
+            files[name] = (path.relative_to(root).as_posix(), includes, doors)
     return files
 
 
@@ -110,7 +122,8 @@ def path_to_truth(files, start):
 def check(root):
     files = read_tree(root)
     problems = []
-    for name, (path, includes) in files.items():
+    for name, (path, includes, doors) in files.items():
+        problems += [f"{path}:{line}: {what}" for line, what in doors]
         folder = folder_of(name)
         if folder not in LAYERS:
             problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/check_layers.py")
@@ -162,6 +175,8 @@ def self_test():
         ("relative include", "lib/geometry/se3.h", "../base/error.h", "write project includes"),
         ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
         ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),
+        ("another door for JSON", "eval/report/table.h", 'base/x"\nauto j = Json::parse(text);//', "parses JSON"),
+        ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0
     for what, file, include, expected in [("clean tree", None, None, None)] + planted:

@@ -38,7 +38,7 @@ void list_packs(const CacheFlags& flags) {
                    entry.file.filename().string()});
   }
   if (flags.json) {
-    fmt::print("{}\n", Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}}.dump(2));
+    fmt::print("{}", json_text(Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}}));
   } else {
     fmt::print("{}", to_text(table));
   }
@@ -60,11 +60,10 @@ void pack(const CacheFlags& flags) {
       flags.cache().load(source, *sequence, options.extraction, Noise(), flags.jobs, flags.quiet);
   const double size = megabytes(std::filesystem::file_size(packed.file));
   if (flags.json) {
-    fmt::print("{}\n", Json{{"file", packed.file.string()},
-                            {"pairs", packed.pairs.size()},
-                            {"megabytes", size},
-                            {"was_there", packed.was_there}}
-                           .dump(2));
+    fmt::print("{}", json_text(Json{{"file", packed.file.string()},
+                                    {"pairs", packed.pairs.size()},
+                                    {"megabytes", size},
+                                    {"was_there", packed.was_there}}));
     return;
   }
   fmt::print("{}: {} pairs, {:.2f} MB{}\n", packed.file.string(), packed.pairs.size(), size,

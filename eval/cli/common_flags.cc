@@ -5,19 +5,10 @@
 #include <thread>
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 
 namespace sextant {
 namespace {
-
-Json parse_json(const std::string& text, const std::string& where) {
-  try {
-    return Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    fail("{}: not valid JSON at character {}: {}", where, error.byte, text.substr(0, 80));
-  }
-}
 
 /// tree[a][b][c] = value for key "a.b.c".
 void set_option(Json& tree, const std::string& assignment) {
@@ -33,8 +24,7 @@ void set_option(Json& tree, const std::string& assignment) {
     if (node->is_null()) *node = Json::object();
   }
   const std::string text = assignment.substr(equals + 1);
-  const Json value = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  *node = value.is_discarded() ? Json(text) : value;
+  *node = try_parse_json(text).value_or(Json(text));
 }
 
 }  // namespace
@@ -65,10 +55,11 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
 Json options_tree(const std::string& options, std::span<const std::string> sets) {
   Json tree = Json::object();
   if (options.starts_with('@')) {
-    tree = parse_json(read_file(options.substr(1)), options.substr(1));
+    tree = read_json(options.substr(1));
   } else if (!options.empty()) {
     tree = parse_json(options, "--options");
   }
+  if (!tree.is_object()) fail("--options: expected a JSON object, got {}", json_excerpt(tree));
   for (const std::string& assignment : sets) set_option(tree, assignment);
   return tree;
 }

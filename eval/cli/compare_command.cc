@@ -35,7 +35,7 @@ Policy policy_of(const CompareFlags& flags) {
 
 void print_policy(const Policy& policy, bool json) {
   if (json) {
-    fmt::print("{}\n", write_options(policy).dump(2));
+    fmt::print("{}", json_text(write_options(policy)));
     return;
   }
   Table table;
@@ -63,7 +63,7 @@ void run_compare(const CompareFlags& flags) {
   if (!flags.out.empty())
     write_output_folder(flags.out, comparison_files(comparison, policy, utc_timestamp()));
   if (flags.json) {
-    fmt::print("{}\n", comparison_json(comparison, policy).dump(2));
+    fmt::print("{}", json_text(comparison_json(comparison, policy)));
   } else if (!flags.quiet) {
     print_part(findings_table(comparison));
     print_part(status_table(comparison));

@@ -129,7 +129,7 @@ void check(const std::string& source, const CommonFlags& flags, bool quick) {
     Json json{{"source", source}, {"failed", n_failed}, {"suspect", n_with(CheckOutcome::suspect)}};
     json["checks"] = Json::array();
     for (const SourceCheck& c : checks) json["checks"].push_back(to_json(c));
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
   } else if (!flags.quiet) {
     fmt::print("{}", to_page(source, sequence->info(), checks));
   }

@@ -26,7 +26,7 @@ void list_adapters(bool as_json) {
                       {"example", adapter.example},
                       {"options", options}});
     }
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
     return;
   }
   Table table;

@@ -47,7 +47,7 @@ void make(const MakeFlags& flags) {
   request.between_frames = check_interrupt;
   const std::string written = layout.write(*sequence, request);
   if (flags.json) {
-    fmt::print("{}\n", Json{{"source", written}, {"layout", layout.name}}.dump(2));
+    fmt::print("{}", json_text(Json{{"source", written}, {"layout", layout.name}}));
   } else {
     fmt::print("Written: {}\n", written);
     if (!flags.quiet) fmt::print("Next: sextant data check {}\n", written);

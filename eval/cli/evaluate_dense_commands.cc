@@ -14,7 +14,7 @@ struct DenseFlags : CommonFlags {
 
 void print(const Table& table, const CommonFlags& flags) {
   if (flags.json) {
-    fmt::print("{}\n", Json({{"schema", 1}, {"rows", rows_to_json(table)}}).dump(2));
+    fmt::print("{}", json_text(Json({{"schema", 1}, {"rows", rows_to_json(table)}})));
   } else if (!flags.quiet) {
     fmt::print("{}", to_text(table));
   }

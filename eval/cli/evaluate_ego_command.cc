@@ -10,6 +10,7 @@
 #include "sextant/eval/cli/evaluate.h"
 #include "sextant/eval/external/ego_json.h"
 #include "sextant/eval/external/evo_result.h"
+#include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
@@ -23,6 +24,7 @@ struct EgoFlags : CommonFlags {
   double delta_tolerance = PairSelection{}.relative_tolerance;
   EgoOptions options;
   std::optional<double> start_s, end_s;
+  std::string up, body_from_camera, reference_body_from_camera;
   std::string zip, tum, out;
 };
 
@@ -32,9 +34,27 @@ EgoOptions options_of(const EgoFlags& flags) {
   options.relation = relation_from_string(flags.relation);
   options.association.start_s = flags.start_s;
   options.association.end_s = flags.end_s;
-  for (const double value : {options.association.max_difference_s, options.association.offset_s,
-                             flags.delta_tolerance, flags.start_s.value_or(0), flags.end_s.value_or(0)}) {
-    if (!std::isfinite(value)) fail("times and --delta-tolerance must be finite, got {}", value);
+  if (!flags.up.empty()) options.up = parse_direction(flags.up);
+  if ((options.alignment == Alignment::yaw) != options.up.has_value()) {
+    fail(
+        "--align yaw and --up go together: --up z where z points up in both worlds (ROS, EuRoC, TUM), --up "
+        "-y in opencv "
+        "axes (KITTI, --axes)");
+  }
+  if (!flags.body_from_camera.empty())
+    options.estimate_frame.body_from_camera = parse_body_from_camera(flags.body_from_camera);
+  if (!flags.reference_body_from_camera.empty())
+    options.reference_frame.body_from_camera = parse_body_from_camera(flags.reference_body_from_camera);
+  opencv_from_axes(options.estimate_frame.axes);
+  opencv_from_axes(options.reference_frame.axes);
+  if (options.interpolate_max_gap_s && !(*options.interpolate_max_gap_s > 0))
+    fail("--interpolate: expected the longest gap to bridge, above 0 s, got {}",
+         *options.interpolate_max_gap_s);
+  for (const double value :
+       {options.association.max_difference_s, options.association.offset_s, flags.delta_tolerance,
+        flags.start_s.value_or(0), flags.end_s.value_or(0), options.interpolate_max_gap_s.value_or(0)}) {
+    if (!std::isfinite(value))
+      fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
   }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
   if (!flags.rpe.empty()) {
@@ -52,8 +72,10 @@ EgoOptions options_of(const EgoFlags& flags) {
 /// The format of the estimate; evo's EuRoC files are compared with estimates in TUM format.
 std::string estimate_format(const EgoFlags& flags, const std::string& path) {
   if (!flags.estimate_format.empty()) return flags.estimate_format;
-  if (flags.format == "euroc" && detect_trajectory_format(path) == "tum") return "tum";
-  return flags.format;
+  if (flags.format != "euroc") return flags.format;
+  const FittingFormats fitting = fitting_formats(path);
+  const bool tum = fitting.names.size() == 1 && fitting.names[0].starts_with("tum");
+  return tum ? fitting.names[0] : flags.format;
 }
 
 EgoReference file_reference(const EgoFlags& flags) {
@@ -75,7 +97,7 @@ EgoReference reference_of(const EgoFlags& flags, const ReferenceLoader& load) {
 void print(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options,
            const EgoFlags& flags) {
   if (flags.json) {
-    fmt::print("{}\n", ego_json(runs, reference, options).dump(2));
+    fmt::print("{}", json_text(ego_json(runs, reference, options)));
     return;
   }
   if (flags.quiet) return;
@@ -103,7 +125,8 @@ void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
     return read_trajectory(path, estimate_format(flags, path));
   };
   std::future<TrajectoryFile> first = std::async(std::launch::async, read, arguments.front().path);
-  const EgoReference reference = reference_of(flags, extras.load);
+  EgoReference reference = reference_of(flags, extras.load);
+  apply_reference_frame(reference, options);
   std::vector<EgoResult> runs;
   for (size_t i = 0; i < arguments.size(); ++i) {
     TrajectoryFile file = i == 0 ? first.get() : read(arguments[i].path);
@@ -125,10 +148,13 @@ void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
-  command.add_option("--align", flags.alignment, "none, origin, se3, sim3 or scale")->capture_default_str();
+  command.add_option("--align", flags.alignment, "none, origin, se3, sim3, scale or yaw")
+      ->capture_default_str();
+  command.add_option("--up", flags.up,
+                     "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
   command
       .add_option("--n-to-align", flags.options.n_to_align,
-                  "Poses that se3, sim3 and scale look at, from the start; 0: all")
+                  "Poses that se3, sim3, scale and yaw look at, from the start; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   command
@@ -155,8 +181,30 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
       ->check(CLI::NonNegativeNumber);
   command.add_option("--offset", a.offset_s, "Added to the time stamps of the estimate, s")
       ->capture_default_str();
+  command.add_flag(
+      "--estimate-offset", flags.options.estimate_offset,
+      "Estimate what to add to the estimate's time stamps, with its 95 % interval, around --offset");
+  command.add_option("--interpolate", flags.options.interpolate_max_gap_s,
+                     "Interpolate the reference at the estimate's time stamps, over gaps up to this, s");
   command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s");
   command.add_option("--t-end", flags.end_s, "Last time stamp of the reference to use, s");
+}
+
+void add_frame_flags(CLI::App& command, EgoFlags& flags) {
+  command
+      .add_option("--axes", flags.options.estimate_frame.axes,
+                  "Axes of the estimates' worlds and bodies: opencv, opengl, ned or flu")
+      ->capture_default_str();
+  command.add_option("--ref-axes", flags.options.reference_frame.axes, "The same of the reference")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--body-from-camera", flags.body_from_camera,
+          "The estimates are poses of a body: T_body_camera, to be multiplied from the right; a file or a "
+          "text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
+      ->type_name("FILE|VALUES");
+  command.add_option("--ref-body-from-camera", flags.reference_body_from_camera, "The same of the reference")
+      ->type_name("FILE|VALUES");
 }
 
 }  // namespace
@@ -172,12 +220,16 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
   command->add_option(
       "EST", flags->estimates,
       "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
-  command->add_option("--format", flags->format, "Of both; auto: what the first record fits")
+  command
+      ->add_option(
+          "--format", flags->format,
+          "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
   command->add_option("--ref-format", flags->reference_format, "Of the reference, where it differs");
   command->add_option("--est-format", flags->estimate_format, "Of the estimates, where it differs");
   add_metric_flags(*command, *flags);
   add_association_flags(*command, *flags);
+  add_frame_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
   command->add_option("--save-zip", flags->zip, "Write the result as evo does (evo_res reads it)")
@@ -196,6 +248,11 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
       "  sextant evaluate ego kitti:kitti_tracking#0003 orbslam3.txt --est-format kitti\n"
       "  sextant evaluate ego gt.txt orb=orb_1.txt orb=orb_2.txt vdo=vdo_1.txt vdo=vdo_2.txt\n"
       "  sextant evaluate ego gt.txt orb=orb_1.txt vdo=vdo_1.txt --out report\n"
+      "  sextant evaluate ego gt.csv run.bag:/odom --interpolate 0.1 --estimate-offset --align yaw --up z\n"
+      "  sextant evaluate ego gt.tum imu.tum --body-from-camera T_body_camera.txt --align se3\n"
+      "  sextant evaluate ego --ref-axes ned gt.tum orb.tum --align sim3\n"
+      "Frames: T_world_camera = C T_world_body T_body_camera, C from --axes to opencv axes "
+      "(docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
   command->callback([flags, extras] { evaluate(*flags, extras); });
 }

@@ -4,7 +4,9 @@
 usage: evaluate_ego_oracle.py PROGRAM
 
 Writes KITTI, TUM and EuRoC pairs (long, few poses, partly standing still, swapped), evaluates each with every
-relation, alignment and selection of pairs, and compares every statistic with its own to 1e-6. Exit codes: 0 all
+relation, alignment and selection of pairs, and compares every statistic with its own to 1e-6; then pairs in other
+axes, of a body beside the camera, at other instants and with another clock, for the flags that undo that, with the
+estimated time offset and its interval. Exit codes: 0 all
 agree, 1 not, 77 numpy is missing (the test is skipped).
 """
 
@@ -171,6 +173,243 @@ def match(ref_stamps, est_stamps, max_difference, offset):
     return (a, b) if swap else (b, a)
 
 
+# ---- frames and clocks
+
+AXES = {"opencv": np.eye(3), "opengl": np.diag([1.0, -1, -1]),  # rows: right, down, forward
+        "ned": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), "flu": np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])}
+
+
+def camera_poses(T, axes, body_from_camera):
+    """C T_world_body T_body_camera; 3 values are a position, and the rotation is then C^-1."""
+    C, B = np.eye(4), np.eye(4)
+    C[:3, :3] = AXES[axes]
+    B[:3, :3] = AXES[axes].T
+    if body_from_camera is not None:
+        if len(body_from_camera) == 3:
+            B[:3, 3] = body_from_camera
+        else:
+            B[:3] = np.reshape(body_from_camera, (-1, 4))[:3]
+    return C @ T @ B
+
+
+def yaw(est, ref, up, n):
+    """By complex numbers: positions across `up` as numbers a + bi, the best turn is the angle of sum conj(x) y."""
+    n = n or len(est)
+    up = np.asarray(up, float) / np.linalg.norm(up)
+    a = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    a /= np.linalg.norm(a)
+    b = np.cross(up, a)
+    flat = lambda T: (T[:n, :3, 3] - T[:n, :3, 3].mean(0)) @ (a + 1j * b)
+    angle_of_turn = np.angle(np.sum(np.conj(flat(est)) * flat(ref)))
+    R = rotations(np.array([[*np.sin(angle_of_turn / 2) * up, np.cos(angle_of_turn / 2)]]))[0]
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, ref[:n, :3, 3].mean(0) - R @ est[:n, :3, 3].mean(0)
+    return T @ est
+
+
+def rotation_vector(R):
+    s = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    n = np.linalg.norm(s)
+    return s / n * np.arctan2(n, np.trace(R) - 1) if n > 0 else s
+
+
+def exponential(v):
+    """Rodrigues."""
+    a = np.linalg.norm(v)
+    if a == 0:
+        return np.eye(3)
+    K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]]) / a
+    return np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
+
+
+def interpolated(stamps, T, times, max_gap):
+    """Poses at those `times` that lie at a stamp or in a gap of at most max_gap, and their indices."""
+    out, kept = [], []
+    for k, t in enumerate(times):
+        j = int(np.searchsorted(stamps, t))
+        if j < len(stamps) and stamps[j] == t:
+            out.append(T[j])
+        elif 0 < j < len(stamps) and stamps[j] - stamps[j - 1] <= max_gap:
+            w = (t - stamps[j - 1]) / (stamps[j] - stamps[j - 1])
+            pose = np.eye(4)
+            pose[:3, 3] = (1 - w) * T[j - 1, :3, 3] + w * T[j, :3, 3]
+            R = T[j - 1, :3, :3]
+            pose[:3, :3] = R @ exponential(w * rotation_vector(R.T @ T[j, :3, :3]))
+            out.append(pose)
+        else:
+            continue
+        kept.append(k)
+    return np.array(out), kept
+
+
+class Clock:
+    """eval/external/trajectory_offset.h, with matrices of weights and numpy's correlation."""
+
+    def __init__(self, ref_stamps, ref, est_stamps, est, initial):
+        self.ref, self.est = self.rates(ref_stamps, ref), self.rates(est_stamps, est)
+        self.width = max(np.sort(np.diff(s))[(len(s) - 1) // 2] for s in (ref_stamps, est_stamps))
+        duration = min(ref_stamps[-1] - ref_stamps[0], est_stamps[-1] - est_stamps[0])
+        steps = min(max(int(min(1.0, duration / 4) / self.width), 20), 200)
+        self.reach, self.initial = steps * self.width, initial
+        begin = max(self.est[0][0], self.ref[0][0] + self.reach - initial)
+        end = min(self.est[0][-1], self.ref[0][-1] - self.reach - initial)
+        self.n = min(int((end - begin) / self.width) + 1, 4000)
+        self.times = begin + np.arange(self.n) * self.width
+        self.signal = self.smooth(self.est, 0)
+
+    @staticmethod
+    def rates(stamps, T):
+        h = np.diff(stamps)
+        steps = inverse(T[:-1]) @ T[1:]
+        return (stamps[1:] + stamps[:-1]) / 2, h, np.stack([np.linalg.norm(steps[:, :3, 3], axis=1) / h,
+                                                            angle(steps[:, :3, :3]) / h], 1)
+
+    def smooth(self, rates, shift):
+        times, h, values = rates
+        u = (times[None] - (self.times + shift)[:, None]) / self.width
+        weights = np.where(np.abs(u) <= 5, np.exp(-u * u / 2) * h[None], 0)
+        return weights @ values / weights.sum(1)[:, None]
+
+    def score(self, d, use=None):
+        use = np.ones(self.n, bool) if use is None else use
+        a, b = self.smooth(self.ref, d)[use], self.signal[use]
+        rho = [np.clip(np.corrcoef(a[:, c], b[:, c])[0, 1], 0, 1 - 1e-12) for c in (0, 1)]
+        return -0.5 * use.sum() * sum(np.log(1 - r * r) for r in rho)
+
+    def peak(self, d, use=None):
+        """Ternary search within half a width."""
+        low, high = d - self.width / 2, d + self.width / 2
+        while high - low > 1e-6 * self.width:
+            a, b = low + (high - low) / 3, high - (high - low) / 3
+            if self.score(a, use) > self.score(b, use):
+                high = b
+            else:
+                low = a
+        return (low + high) / 2
+
+    def offset(self):
+        grid = self.initial + self.width / 2 * np.arange(-round(2 * self.reach / self.width),
+                                                        round(2 * self.reach / self.width) + 1)
+        best = self.peak(grid[int(np.argmax([self.score(d) for d in grid]))])
+        left_out = []
+        for k in range(20):
+            use = np.ones(self.n, bool)
+            use[k * self.n // 20:(k + 1) * self.n // 20] = False
+            left_out.append(self.peak(best, use))
+        half = 2.0930240544 * np.sqrt(19 / 20 * np.sum((np.array(left_out) - np.mean(left_out)) ** 2))
+        return best, best - half, best + half
+
+
+def run_ego(program, arguments):
+    run = subprocess.run([program, "evaluate", "ego", *arguments, "--json"], capture_output=True, text=True)
+    return json.loads(run.stdout) if run.returncode == 0 else run.stderr.strip()
+
+
+def compare(result, expected, extra=()):
+    """Statistics to 1e-6 (where nothing moves both are rounding noise); `extra`: (what, got, expected, tolerance)."""
+    problems = [] if result["n"] == len(expected) else [f"n {result['n']}, expected {len(expected)}"]
+    for key, value in statistics(expected).items():
+        if not abs(result["stats"][key] - value) <= 1e-6 * abs(value) + 1e-12:
+            problems.append(f"{key} {result['stats'][key]!r}, expected {value!r}")
+    return problems + [f"{what} {got!r}, expected {value!r}" for what, got, value, tolerance in extra
+                       if not abs(got - value) <= tolerance]
+
+
+def frame_checks(program, folder):
+    """Every flag about frames and clocks, on files in TUM format; yields (name, problems)."""
+    n = 700
+    q, p, qe, pe = recording(n, 4711)
+    t = 1500.0 + 0.1 * np.arange(n)
+    te = (t + np.random.default_rng(5).uniform(0.01, 0.09, n))[:-1] + 0.0375  # of another clock
+    truth = poses(rotations(q), p)
+    between, _ = interpolated(t, truth, te - 0.0375, 1)
+    noise = np.random.default_rng(6)
+    est = between.copy()
+    est[:, :3, 3] += noise.normal(0, 0.02, (n - 1, 3))
+    files = {}
+    gap = np.r_[0:300, 304:n]  # of the reference: 0.5 s without poses
+    for name, stamps, T in (("ref", t[gap], truth[gap]), ("est", te, est)):
+        # As quaternions, from the matrices by their largest eigenvector (Bar-Itzhack 2000).
+        Q = []
+        for M in T[:, :3, :3]:
+            K = np.array([[M[0, 0] - M[1, 1] - M[2, 2], 0, 0, 0], [M[0, 1] + M[1, 0], M[1, 1] - M[0, 0] - M[2, 2], 0, 0],
+                          [M[0, 2] + M[2, 0], M[1, 2] + M[2, 1], M[2, 2] - M[0, 0] - M[1, 1], 0],
+                          [M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1], np.trace(M)]])
+            Q.append(np.linalg.eigh(K)[1][:, -1])
+        files[name] = str(folder / f"frames_{name}.tum")
+        np.savetxt(files[name], np.column_stack([stamps, T[:, :3, 3], Q]), fmt="%.12f")
+    read = {name: np.loadtxt(file) for name, file in files.items()}
+    stamps = {name: values[:, 0] for name, values in read.items()}
+    T = {name: poses(rotations(values[:, 4:]), values[:, 1:4]) for name, values in read.items()}
+    both = [files["ref"], files["est"]]
+
+    lever = [0.8, -0.5, 1.2]
+    mounting = np.eye(4)
+    mounting[:3, :3], mounting[:3, 3] = exponential(np.array([0.3, -1.1, 0.4])), [0.2, 1.5, -0.7]
+    mounting_file = folder / "T_body_camera.txt"
+    mounting_file.write_text("# T_body_camera\n" + "\n".join(" ".join("%.15f" % v for v in row) for row in mounting))
+    mounting = np.loadtxt(mounting_file)
+    texts = {None: None, "lever": (lever, "0.8,-0.5 1.2"), "file": (mounting.ravel(), str(mounting_file)),
+             "12": (mounting[:3].ravel(), " ".join("%.17g" % v for v in mounting[:3].ravel()))}
+
+    def checked(name, arguments, relation, expected, extra=lambda result: ()):
+        result = run_ego(program, [*both, *arguments, "--relation", relation])
+        if isinstance(result, str):
+            return name, [f"{' '.join(arguments)}: {result}"]
+        expected = expected(result) if callable(expected) else expected
+        return name, [f"{' '.join(arguments)} {relation}: {p}" for p in compare(result, expected, extra(result))]
+
+    i, j = match(stamps["ref"], stamps["est"], 0.05, 0)
+    for axes, ref_axes, body, ref_body in [("ned", "opencv", None, None), ("opencv", "flu", None, None),
+                                           ("opengl", "ned", "lever", None), ("opencv", "opencv", "lever", "file"),
+                                           ("flu", "opengl", "file", "lever"), ("ned", "flu", "12", "12")]:
+        arguments = ["--max-difference", "0.05", "--axes", axes, "--ref-axes", ref_axes]
+        arguments += ["--body-from-camera", texts[body][1]] if body else []
+        arguments += ["--ref-body-from-camera", texts[ref_body][1]] if ref_body else []
+        a = camera_poses(T["ref"][i], ref_axes, texts[ref_body] and texts[ref_body][0])
+        b = camera_poses(T["est"][j], axes, texts[body] and texts[body][0])
+        for how in ALIGNMENTS:
+            for relation in ("trans_part", "rot_part", "full"):
+                yield checked("frames", [*arguments, "--align", how], relation, ape(align(b, a, how, 0), a, relation))
+        for relation in RELATIONS:
+            pairs = pairs_of(b, stamps["est"][j], 5, "f", True)
+            yield checked("frames, rpe", [*arguments, "--rpe", "5f", "--all-pairs"], relation, rpe(b, a, pairs, relation))
+
+    for up, text in (([0, 0, 1], "z"), ([0, -1, 0], "-y"), ([0.1, -2, 0.3], "0.1 -2 0.3")):
+        for first in (0, 100):
+            for relation in ("trans_part", "angle_deg", "full"):
+                arguments = ["--max-difference", "0.05", "--align", "yaw", "--up", text] + (["--n-to-align", str(first)] if first else [])
+                yield checked("yaw", arguments, relation, ape(yaw(T["est"][j], T["ref"][i], up, first), T["ref"][i], relation))
+
+    for max_gap, offset in ((0.15, 0.0), (0.6, -0.0375), (0.15, 0.2)):
+        a, kept = interpolated(stamps["ref"], T["ref"], stamps["est"] + offset, max_gap)
+        b = T["est"][kept]
+        arguments = ["--interpolate", repr(max_gap), "--offset", repr(offset)]
+        left_out = lambda result: [("left out", sum(result["interpolation"][k] for k in ("n_outside", "n_in_longer_gaps")),
+                                    len(T["est"]) - len(b), 0),
+                                   ("largest gap", result["interpolation"]["largest_gap_s"], 0.5 if max_gap > 0.5 else 0.1, 1e-9)]
+        for relation in RELATIONS:
+            yield checked("interpolated", [*arguments, "--align", "se3"], relation, ape(align(b, a, "se3", 0), a, relation),
+                          left_out)
+        yield checked("interpolated", [*arguments, "--rpe", "1s", "--all-pairs"], "trans_part",
+                      rpe(b, a, pairs_of(b, stamps["est"][kept], 1, "s", True), "trans_part"), left_out)
+
+    for initial in (0.0, 0.3):
+        offset, low, high = Clock(stamps["ref"], T["ref"], stamps["est"], T["est"], initial).offset()
+
+        def errors(result):
+            """At the offset that the program found: 1e-6 s are 1e-5 m here."""
+            a, kept = interpolated(stamps["ref"], T["ref"], stamps["est"] + result["time_offset"]["offset_s"], 0.15)
+            return ape(T["est"][kept], a, "trans_part")
+
+        found = lambda result: [("offset", result["time_offset"]["offset_s"], offset, 1e-6),
+                                ("low", result["time_offset"]["interval"][0], low, 1e-6),
+                                ("high", result["time_offset"]["interval"][1], high, 1e-6),
+                                ("planted", result["time_offset"]["offset_s"], -0.0375, 0.004)]
+        yield checked("offset", ["--estimate-offset", "--interpolate", "0.15", "--offset", repr(initial)], "trans_part",
+                      errors, found)
+
+
 # ---- recordings
 
 
@@ -242,16 +481,7 @@ def check(program, case, name, relation, how, n_to_align, delta):
     run = subprocess.run(arguments, capture_output=True, text=True)
     if run.returncode != 0:
         return [f"{name}: {' '.join(arguments)}: exit code {run.returncode}: {run.stderr.strip()}"]
-    result = json.loads(run.stdout)
-    problems = []
-    if result["n"] != len(expected):
-        problems.append(f"n {result['n']}, expected {len(expected)}")
-    for key, value in statistics(expected).items():
-        got = result["stats"][key]
-        # Where nothing moves both are rounding noise.
-        if not abs(got - value) <= 1e-6 * abs(value) + 1e-12:
-            problems.append(f"{key} {got!r}, expected {value!r}")
-    return [f"{name}: {' '.join(arguments)}: {p}" for p in problems]
+    return [f"{name}: {' '.join(arguments)}: {p}" for p in compare(json.loads(run.stdout), expected)]
 
 
 def main():
@@ -287,6 +517,9 @@ def main():
             for relation, how, n_to_align, delta in work:
                 problems += check(program, case, name, relation, how, n_to_align, delta)
                 n_checks += 1
+        for name, found in frame_checks(program, folder):
+            problems += [f"{name}: {problem}" for problem in found]
+            n_checks += 1
     for problem in problems[:20]:
         print(problem)
     print(f"{n_checks} evaluations, {len(problems)} disagreements")

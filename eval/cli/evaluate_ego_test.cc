@@ -81,12 +81,40 @@ TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
                                              {gt.c_str(), est.c_str(), "--all-pairs"},
                                              {gt.c_str(), est.c_str(), "--t-start", "3", "--t-end", "2"},
                                              {gt.c_str(), est.c_str(), "--format", "kitti"},
-                                             {gt.c_str(), est.c_str(), "--save-zip", "/nowhere/x.zip"}}) {
+                                             {gt.c_str(), est.c_str(), "--save-zip", "/nowhere/x.zip"},
+                                             {gt.c_str(), est.c_str(), "--align", "yaw"},
+                                             {gt.c_str(), est.c_str(), "--up", "z"},
+                                             {gt.c_str(), est.c_str(), "--align", "yaw", "--up", "q"},
+                                             {gt.c_str(), est.c_str(), "--axes", "enu"},
+                                             {gt.c_str(), est.c_str(), "--ref-axes", "x"},
+                                             {gt.c_str(), est.c_str(), "--body-from-camera", "1 2"},
+                                             {gt.c_str(), est.c_str(), "--ref-body-from-camera", "/nowhere"},
+                                             {gt.c_str(), est.c_str(), "--interpolate", "0"},
+                                             {gt.c_str(), est.c_str(), "--interpolate", "inf"},
+                                             {gt.c_str(), est.c_str(), "--estimate-offset"},
+                                             {gt.c_str(), (est + ":/topic").c_str()}}) {
     const Outcome r = sextant(arguments);
     EXPECT_EQ(r.code, 2) << r.out;
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     EXPECT_EQ(r.out, "");
   }
+}
+
+TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
+  const std::string ned =
+      write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");
+  const Json json =
+      Json::parse(sextant({gt.c_str(), ned.c_str(), "--axes", "ned", "--body-from-camera", "0 0 -0.5",
+                           "--align", "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
+                      .out);
+  EXPECT_EQ(json["align"], "yaw");
+  EXPECT_EQ(json["up"], Json::array({0, -1, 0}));
+  EXPECT_EQ(json["frames"]["axes"], "ned");
+  EXPECT_EQ(json["frames"]["body_from_camera"][2], Json::array({0, 1, 0, -0.5}));
+  EXPECT_FALSE(json["frames"].contains("ref_axes")) << "what was not given is left out";
+  EXPECT_EQ(json["interpolation"]["largest_gap_s"], 1);
+  EXPECT_EQ(json["n"], 4);
+  EXPECT_FALSE(Json::parse(sextant({gt.c_str(), est.c_str(), "--json"}).out).contains("frames"));
 }
 
 TEST_F(EvaluateEgo, WritesAReport) {

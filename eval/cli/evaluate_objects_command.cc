@@ -102,7 +102,7 @@ void evaluate(const ObjectFlags& flags) {
     write_output_folder(flags.out, files);
   }
   if (flags.json) {
-    fmt::print("{}\n", object_json(records, presets, warnings).dump(2));
+    fmt::print("{}", json_text(object_json(records, presets, warnings)));
     return;
   }
   if (flags.quiet) return;

@@ -60,7 +60,7 @@ void add_options_command(CLI::App& app) {
       }
       json["estimator"] = flags->estimator;
       json["options"] = rows_to_json(table);
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", json_text(json));
     } else {
       fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
     }

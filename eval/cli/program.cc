@@ -1,14 +1,18 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
+#include <iostream>
 #include <string_view>
 #include <system_error>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/version.h"
@@ -17,10 +21,45 @@ namespace sextant {
 namespace {
 
 int report(const std::string& message, int code) {
-  std::string line = message.substr(0, message.find_last_not_of(" \n") + 1);
-  std::replace(line.begin(), line.end(), '\n', ' ');
+  const std::string line = one_line(message.substr(0, message.find_last_not_of(" \n") + 1));
   fmt::print(stderr, "sextant: error: {}\n", line);
   return code;
+}
+
+/// What has been printed is at its place, or the result is lost and said to be so.
+int after_output(int code) {
+  std::cout.flush();
+  const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
+  if (!failed || code == exit_interrupted || code == exit_internal) return code;
+  return report(fmt::format("standard output: cannot write all of it: {}", std::strerror(errno)),
+                exit_bad_input);
+}
+
+/// Names of files end up in JSON and pages, which hold UTF-8 alone: better now than after all has been
+/// computed.
+void check_texts(int argc, const char* const* argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (!is_utf8(argv[i]))
+      fail("argument {} is not UTF-8: '{}': rename the file or folder", i, one_line(argv[i]));
+  }
+  const char* data = std::getenv("SEXTANT_DATA");
+  if (data != nullptr && !is_utf8(data))
+    fail("SEXTANT_DATA is not UTF-8: '{}': rename the folder", one_line(data));
+}
+
+/// `--out ''` would be the working folder.
+void refuse_empty_names(CLI::App& command) {
+  for (const char* name : {"--out", "--cache", "--save-zip", "--save-tum", "--policy", "--data"}) {
+    CLI::Option* option = command.get_option_no_throw(name);
+    if (option == nullptr) continue;
+    option->check(CLI::Validator(
+        [](const std::string& text) {
+          return text.empty() ? "expected a file or folder, got ''" : std::string();
+        },
+        ""));
+  }
+  for (CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+    refuse_empty_names(*sub);
 }
 
 int report_no_thread() {
@@ -90,11 +129,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return fmt::format("{}; see `{} --help`", error.what(), words_of(command));
 }
 
-}  // namespace
-
-int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
-  install_interrupt_handler();
-  previous_terminate = std::set_terminate(end_without_thread);
+int run(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   CLI::App app(
       "Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
       "moving object.",
@@ -106,8 +141,10 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
   app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
   app.require_subcommand(1);
   for (const AddCommand add : commands) add(app);
+  refuse_empty_names(app);
 
   try {
+    check_texts(argc, argv);
     app.parse(argc, argv);
     return exit_ok;
   } catch (const Finished& finished) {
@@ -125,11 +162,20 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
                               error.path1().string(), error.code().message()),
                   exit_bad_input);
   } catch (const std::system_error& error) {
+    if (std::ferror(stdout) != 0) return exit_bad_input;  // fmt::print() throws; after_output() says why
     if (error.code() == std::errc::resource_unavailable_try_again) return report_no_thread();
     return report(fmt::format("internal: {}", error.what()), exit_internal);
   } catch (const std::exception& error) {
     return report(fmt::format("internal: {}", error.what()), exit_internal);
   }
+}
+
+}  // namespace
+
+int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
+  install_interrupt_handler();
+  previous_terminate = std::set_terminate(end_without_thread);
+  return after_output(run(argc, argv, commands));
 }
 
 }  // namespace sextant

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/record.h"
 
@@ -178,6 +179,138 @@ TEST(Program, EveryHelpHasAnExample) {
   EXPECT_THAT(sextant_program("--version").out, HasSubstr("sextant 0."));
   EXPECT_THAT(sextant_program("data list").out, HasSubstr("vdo"));
   EXPECT_THAT(sextant_program("options").out, HasSubstr("estimator.sigma_flow_px"));
+}
+
+TEST(Program, AFullStandardOutputIsAnError) {
+  for (const char* arguments :
+       {"options --json", "options", "data list", "--help", "compare --show-policy"}) {
+    const TempFolder temp;
+    const std::string err = (temp.path() / "err").string();
+    const int status =
+        std::system(fmt::format("{} {} > /dev/full 2> {}", SEXTANT_PROGRAM, arguments, err).c_str());
+    expect_bad_input({WEXITSTATUS(status), "", read_file(err)},
+                     "standard output: cannot write all of it: No space");
+  }
+}
+
+TEST_F(ProgramOnFixture, NamesThatAreNotUtf8AreRefusedAtTheStart) {
+  const std::string name = (temp_.path() / "\xff").string();
+  const std::string plan = (temp_.path() / "plan.json").string();
+  write_file(plan, "{\"sources\":[\"" + fixture_.source() + "\"],\"estimators\":[\"joint_flow\"]}");
+  for (const std::string& command : std::vector<std::string>{
+           "run " + fixture_.source() + " --out '" + name + "'",
+           "run vdo:" + name + " --out " + out().string(), "sweep " + plan + " --out '" + name + "'",
+           "data pack " + fixture_.source() + " --cache '" + name + "'", "report '" + name + "'",
+           "compare '" + name + "' '" + name + "'", "trend '" + name + "'", "evaluate ego '" + name + "' b",
+           "evaluate flow a '" + name + "'", "data make s18 --layout kitti --out '" + name + "'"}) {
+    expect_bad_input(sextant_program(command), "is not UTF-8");
+  }
+  EXPECT_FALSE(fs::exists(name));
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+// A folder in between cannot be refused: its names are found when it is read.
+TEST_F(ProgramOnFixture, NamesThatAreNotUtf8WithinAFolderAreWrittenEscaped) {
+  const fs::path runs = temp_.path() / "runs";
+  ASSERT_EQ(run().code, 0);
+  fs::create_directories(runs);
+  fs::copy(out(), runs / "a\xff", fs::copy_options::recursive);
+  fs::copy(out(), runs / "b", fs::copy_options::recursive);
+  const Outcome trend = sextant_program("trend --json " + runs.string());
+  EXPECT_EQ(trend.code, 0) << trend.err;
+  EXPECT_THAT(trend.out, HasSubstr("a\uFFFD"));
+  const std::string page = (temp_.path() / "trend.html").string();
+  EXPECT_EQ(sextant_program("trend " + runs.string() + " --out " + page).code, 0);
+  EXPECT_TRUE(is_utf8(read_file(page)));
+}
+
+TEST_F(ProgramOnFixture, AnEmptyNameIsNoFolder) {
+  const std::string plan = (temp_.path() / "plan.json").string();
+  write_file(plan, "{\"sources\":[\"" + fixture_.source() + "\"],\"estimators\":[\"joint_flow\"]}");
+  ASSERT_EQ(run().code, 0);
+  for (const std::string& command : std::vector<std::string>{
+           "run " + fixture_.source() + " --out ''", "sweep " + plan + " --out ''",
+           "merge " + out().string() + " --out ''", "report " + out().string() + " --out ''",
+           "trend " + out().string() + " --out ''", "data make s18 --layout kitti --out ''",
+           "overlay " + fixture_.source() + " --out ''", "compare a b --out ''", "evaluate ego a b --out ''",
+           "evaluate objects a b --out ''", "reproduce --out ''", "sweep " + plan + " --out x --cache ''"}) {
+    expect_bad_input(sextant_program(command), "expected a file or folder, got ''");
+  }
+}
+
+TEST_F(ProgramOnFixture, JsonOfStrangersIsRefusedByFileAndKey) {
+  const std::string bad = (temp_.path() / "bad.json").string();
+  const std::string deep(100000, '[');
+  const std::string estimator = "--estimator external:" + bad;
+  for (const auto& [text, named] :
+       std::vector<std::pair<std::string, std::string>>{{"{\n\"a\": 1e400}", "bad.json:2: the number 1e400"},
+                                                        {deep, "bad.json:1: more than 100 levels"},
+                                                        {"{\"command\":", "bad.json:1: not valid JSON"},
+                                                        {"[1]", "expected"},
+                                                        {"3", "expected"}}) {
+    write_file(bad, text);
+    expect_refused(named, estimator);
+    expect_refused(named, "--options @" + bad);
+    expect_bad_input(sextant_program("sweep " + bad + " --out " + out().string()), named);
+    expect_bad_input(sextant_program("compare --policy " + bad + " a b"), named);
+    expect_bad_input(sextant_program(fmt::format("compare {0} {0}", bad)), named);
+    expect_bad_input(sextant_program("data make s18 --layout kitti --out x --options @" + bad), named);
+  }
+  for (const char* noise : {"{\"depth\":{\"delta_d_px\":1e400}}", "[]", "3", "{\"depth\":3}",
+                            "{\"correlation\":{}}", "{\"depth\":{\"delta_d_px\":[]}}", "{\"flow\":null}"})
+    expect_refused("noise", fmt::format("--noise '{}'", noise));
+  for (const char* options : {"{\"pipeline\":1}", "[]", "{\"source\":\"a\"}", "{\"estimator\":[]}"})
+    expect_refused("expected a", fmt::format("--options '{}'", options));
+}
+
+TEST_F(ProgramOnFixture, DamagedRunJsonIsRefusedByFileAndKey) {
+  ASSERT_EQ(run().code, 0);
+  const fs::path run_json = out() / "run.json";
+  const Json good = Json::parse(read_file(run_json));
+  const auto with = [&](const char* key, const Json& value) {
+    Json json = good;
+    json[key] = value;
+    write_file(run_json, json.dump());
+  };
+  const auto expect_named = [&](const std::string& named) {
+    for (const std::string& command :
+         std::vector<std::string>{"report " + out().string(), fmt::format("compare {0} {0}", out().string()),
+                                  "trend " + out().string()})
+      expect_bad_input(sextant_program(command), named);
+  };
+  for (const char* key :
+       {"configuration", "sources", "machine", "packages", "git_commit", "cases", "noise"}) {
+    with(key, key == std::string("git_commit") ? Json(3) : Json("text"));
+    expect_named(fmt::format("run.json: key '{}'", key));
+  }
+  with("sources", Json::array({Json{{"source", 3}}}));
+  expect_named("run.json: sources: key 'source'");
+  with("sources", Json::array({Json{{"inputs", {{"a", {{"sha256", 3}}}}}}}));
+  expect_named("key 'sha256'");
+  write_file(run_json, "{\"a\": 1e400}");
+  expect_named("run.json:1: the number 1e400");
+}
+
+TEST(Program, LargeFilesAreRefusedBeforeTheyAreRead) {
+  const TempFolder temp;
+  const auto hole = [&](const std::string& name) {
+    const fs::path path = temp.path() / name;
+    fs::create_directories(path.parent_path());
+    write_file(path, "x");
+    fs::resize_file(path, 20'000'000'000);
+    return path.string();
+  };
+  hole("run/records.jsonl");
+  const std::string huge = hole("huge.json"), run = (temp.path() / "run").string(),
+                    out = (temp.path() / "out").string();
+  for (const std::string& command :
+       std::vector<std::string>{"report " + run, fmt::format("compare {0} {0}", run), "trend " + run,
+                                "sweep " + huge + " --out " + out, fmt::format("compare {0} {0}", huge),
+                                fmt::format("evaluate ego {0} {0}", huge),
+                                "run synthetic:s18@0-1 --estimator external:" + huge + " --out " + out,
+                                "run synthetic:s18@0-1 --options @" + huge + " --out " + out}) {
+    expect_bad_input(sextant_program(command), "has 20.0 GB, expected at most");
+  }
 }
 
 }  // namespace

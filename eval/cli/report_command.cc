@@ -76,7 +76,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
   if (flags.json) {
     Json json = Json::object();
     for (const NamedTable& named : tables_of(document)) json[named.name] = rows_to_json(named.table);
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
     return;
   }
   for (const NamedTable& named : tables_of(document)) {

@@ -23,7 +23,7 @@ void print_outcome(const ReproduceFlags& flags, const ReportDocument& document,
     for (const VerdictLine& line : document.verdicts) {
       verdicts.push_back({{"subject", line.subject}, {"verdict", line.verdict}, {"evidence", line.evidence}});
     }
-    fmt::print("{}\n", Json{{"report", (report / "report.html").string()}, {"verdicts", verdicts}}.dump(2));
+    fmt::print("{}", json_text(Json{{"report", (report / "report.html").string()}, {"verdicts", verdicts}}));
     return;
   }
   for (const VerdictLine& line : document.verdicts) {

@@ -87,7 +87,7 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
   if (output.json) {
     Json json = summary_json(result.records, preset);
     json["out"] = output.out;
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
     return;
   }
   for (const SourceRun& source : result.sources) {
@@ -115,7 +115,9 @@ void add_run_command(CLI::App& app) {
                    "Follow somebody else's procedure; --options and --set come on top of it")
       ->type_name("NAME");
   add_option_flags(*command, *flags);
-  command->add_option("--noise", flags->noise, "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
+  command
+      ->add_option("--noise", flags->noise,
+                   "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->type_name("JSON|procedure")
       ->capture_default_str();
   command->add_option("--level", flags->level, "What records call the level of the noise")
@@ -136,12 +138,13 @@ void add_run_command(CLI::App& app) {
   }
   std::string procedures;
   for (const std::string& name : procedure_names())
-    procedures += fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
-  command->footer(
-      fmt::format("Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n{}"
-                  "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
-                  "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
-                  estimator_list(), presets, procedures));
+    procedures +=
+        fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
+  command->footer(fmt::format(
+      "Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n{}"
+      "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
+      "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
+      estimator_list(), presets, procedures));
   command->callback([flags] { run_as_told(*flags); });
 }
 

@@ -40,7 +40,7 @@ std::string duration(double seconds) {
 
 void run_sweep(const SweepFlags& flags) {
   SweepConfig config;
-  config.plan = parse_plan(read_file(flags.plan), flags.plan, flags.data_root);
+  config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
   config.cache = PackCache(flags.cache.empty() ? default_cache_folder() : std::filesystem::path(flags.cache));
   config.use_packs = !flags.no_packs;
@@ -50,10 +50,9 @@ void run_sweep(const SweepFlags& flags) {
   if (flags.dry_run) {
     const SweepEstimate estimate = estimate_sweep(config);
     if (flags.json) {
-      fmt::print(
-          "{}\n",
-          Json{{"cases", estimate.n_cases}, {"pairs", estimate.n_pairs}, {"estimated_s", estimate.seconds}}
-              .dump(2));
+      fmt::print("{}", json_text(Json{{"cases", estimate.n_cases},
+                                      {"pairs", estimate.n_pairs},
+                                      {"estimated_s", estimate.seconds}}));
     } else {
       fmt::print("{} cases, {} frame pairs, about {} with {} jobs\n", estimate.n_cases, estimate.n_pairs,
                  duration(estimate.seconds), config.jobs);
@@ -83,13 +82,12 @@ void sweep_and_print(const SweepConfig& config, bool json) {
   if (!config.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
   if (json) {
-    fmt::print("{}\n", Json{{"out", config.out.string()},
-                            {"cases", outcome.n_cases},
-                            {"cases_before", outcome.n_before},
-                            {"records", outcome.n_records},
-                            {"problems", outcome.problems},
-                            {"wall_time_s", outcome.wall_time_s}}
-                           .dump(2));
+    fmt::print("{}", json_text(Json{{"out", config.out.string()},
+                                    {"cases", outcome.n_cases},
+                                    {"cases_before", outcome.n_before},
+                                    {"records", outcome.n_records},
+                                    {"problems", outcome.problems},
+                                    {"wall_time_s", outcome.wall_time_s}}));
     return;
   }
   if (!config.quiet) {

@@ -43,7 +43,7 @@ void run_trend(const TrendFlags& flags) {
     write_file(flags.out, to_html(document, draw(figures, flags.jobs)));
   }
   if (flags.json) {
-    fmt::print("{}\n", history_json(history).dump(2));
+    fmt::print("{}", json_text(history_json(history)));
     return;
   }
   if (flags.quiet) return;

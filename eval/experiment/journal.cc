@@ -7,16 +7,35 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/options.h"
+#include "sextant/base/json.h"
 
 namespace sextant {
 namespace {
 
-std::string header_line(uint64_t number, uint64_t n_records, std::string_view lines) {
-  return Json{{"case", number}, {"records", n_records}, {"sha256", sha256(lines)}}.dump() + "\n";
+struct Header {
+  uint64_t number = 0;
+  uint64_t n_records = 0;
+  std::string sum;
+};
+
+std::string header_line(const Header& header) {
+  return json_line(Json{{"case", header.number}, {"records", header.n_records}, {"sha256", header.sum}}) +
+         "\n";
+}
+
+std::optional<Header> read_header(std::string_view line) {
+  try {
+    const Json json = parse_json(line, "journal");
+    return Header{json_member<uint64_t>(json, "case", "journal"),
+                  json_member<uint64_t>(json, "records", "journal"),
+                  json_member<std::string>(json, "sha256", "journal")};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 /// The end of the n-th line from `from`; npos when there are fewer.
@@ -31,34 +50,37 @@ size_t end_of_lines(std::string_view text, size_t from, uint64_t n) {
 
 }  // namespace
 
-Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
+Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
+    : path_(std::move(path)), owner_(std::move(owner)) {
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0644);
   if (file_ < 0) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
     ::close(file_);
     fail("{}: another sweep is writing here; wait for it, or choose another folder", path_.string());
   }
-  find_blocks();
+  sync_folder(path_.parent_path());
+  find_blocks(fits);
 }
 
 Journal::~Journal() { ::close(file_); }
 
-void Journal::find_blocks() {
-  const std::string text = read_file(path_);
+std::string Journal::sum(uint64_t number, std::string_view lines) const {
+  return sha256(fmt::format("{}\n{}\n{}", owner_, number, lines));
+}
+
+void Journal::find_blocks(const Fits& fits) {
+  const std::string text = read_file(path_, records_file);
   size_t at = 0;
   while (at < text.size()) {
     const size_t header_end = end_of_lines(text, at, 1);
     if (header_end == std::string::npos) break;
-    const Json header = Json::parse(text.substr(at, header_end - at), nullptr, /*allow_exceptions=*/false);
-    const bool is_header = header.is_object() && header.contains("case") &&
-                           header["case"].is_number_unsigned() && header.contains("records") &&
-                           header["records"].is_number_unsigned() && header.contains("sha256");
-    if (!is_header) break;
-    const uint64_t n_records = header["records"];
-    const size_t end = end_of_lines(text, header_end, n_records);
+    const std::optional<Header> header = read_header(std::string_view(text).substr(at, header_end - at));
+    if (!header) break;
+    const size_t end = end_of_lines(text, header_end, header->n_records);
     if (end == std::string::npos) break;
-    if (header["sha256"] != sha256(std::string_view(text).substr(header_end, end - header_end))) break;
-    blocks_[header["case"]] = {n_records, header_end, end - header_end};
+    const std::string_view lines = std::string_view(text).substr(header_end, end - header_end);
+    if (header->sum != sum(header->number, lines)) break;
+    if (fits(header->number, lines)) blocks_[header->number] = {header->n_records, header_end, lines.size()};
     at = end;
   }
   end_ = at;
@@ -68,28 +90,30 @@ void Journal::find_blocks() {
 }
 
 void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines) {
-  const std::string header = header_line(number, n_records, lines);
+  const std::string header = header_line({number, n_records, sum(number, lines)});
   std::string block = header;
   block += lines;
   const std::scoped_lock lock(mutex_);
+  const auto give_up = [&] {
+    const int reason = errno;
+    if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;  // found again on resuming
+    fail("{}: cannot write: {}; {} cases are safe: make room and give the same command again", path_.string(),
+         std::strerror(reason), blocks_.size());
+  };
   size_t done = 0;
   while (done < block.size()) {
     const ssize_t n = ::write(file_, block.data() + done, block.size() - done);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const int reason = errno;
-      if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;  // found again on resuming
-      fail("{}: cannot write: {}; {} cases are safe: make room and give the same command again",
-           path_.string(), std::strerror(reason), blocks_.size());
-    }
+    if (n < 0) give_up();
     done += static_cast<size_t>(n);
   }
+  if (::fdatasync(file_) != 0) give_up();
   blocks_[number] = {n_records, end_ + header.size(), lines.size()};
   end_ += block.size();
 }
 
 std::string Journal::ordered_lines() const {
-  const std::string text = read_file(path_);
+  const std::string text = read_file(path_, records_file);
   std::string lines;
   lines.reserve(text.size());
   for (const auto& [number, block] : blocks_) lines.append(text, block.offset, block.bytes);

@@ -1,9 +1,12 @@
 #pragma once
 
-// The append-only file of a sweep; see sweep.h. A case is in it as a whole or not at all.
+// The append-only file of a sweep; see sweep.h. A case is in it as a whole or not at all, and the sum of its
+// block is that of this sweep's case alone: a block of another sweep, or under another number, is none. Every
+// block is durable before the next begins: a power cut costs the last one.
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -19,9 +22,13 @@ class Journal {
     size_t bytes = 0;
   };
 
-  /// Opens or creates; finds the whole blocks and cuts off what follows the last of them. Throws Error when
-  /// another process has it open, or it cannot be written.
-  explicit Journal(std::filesystem::path path);
+  /// Whether these can be the records' lines of the case.
+  using Fits = std::function<bool(uint64_t number, std::string_view lines)>;
+
+  /// Opens or creates; finds the whole blocks of the sweep `owner` and cuts off what follows the last of
+  /// them. Blocks that do not fit are passed over. Throws Error when another process has it open, or it
+  /// cannot be written.
+  Journal(std::filesystem::path path, std::string owner, const Fits& fits);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -35,9 +42,11 @@ class Journal {
   std::string ordered_lines() const;
 
  private:
-  void find_blocks();
+  void find_blocks(const Fits& fits);
+  std::string sum(uint64_t number, std::string_view lines) const;
 
   std::filesystem::path path_;
+  std::string owner_;
   int file_ = -1;
   std::mutex mutex_;
   size_t end_ = 0;

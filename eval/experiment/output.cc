@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/interrupt.h"
+#include "sextant/eval/experiment/run_json.h"
 
 namespace sextant {
 namespace {
@@ -61,10 +62,8 @@ fs::path first_missing(const fs::path& folder) {
 /// "configuration" of the folder's run.json; null when there is none to be read.
 Json recorded_configuration(const fs::path& folder) {
   std::error_code ignored;
-  const fs::path path = folder / "run.json";
-  if (!fs::exists(path, ignored)) return {};
-  const Json provenance = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
-  return provenance.is_object() ? provenance.value("configuration", Json()) : Json();
+  return fs::exists(folder / "run.json", ignored) ? read_run_json(folder).value("configuration", Json())
+                                                  : Json();
 }
 
 }  // namespace
@@ -72,7 +71,7 @@ Json recorded_configuration(const fs::path& folder) {
 OutputFiles run_files(const RunResult& result) {
   OutputFiles files;
   files["records.jsonl"] = write_records(result.records);
-  files["run.json"] = run_provenance(result).dump(2) + "\n";
+  files["run.json"] = json_text(run_provenance(result));
   for (const SourceRun& source : result.sources) {
     const std::string folder = folder_of(source, result.sources.size() == 1);
     files[folder + "est_camera_kitti.txt"] = kitti_text(source.motions.estimated);

@@ -176,7 +176,7 @@ std::string encode_pack(const Pack& pack) {
   Writer out;
   out.raw(magic);
   out.put(static_cast<uint32_t>(pack_version));
-  out.text(pack.manifest.dump());
+  out.text(json_line(pack.manifest));
   out.text(pairs.take());
   std::string bytes = out.take();
   bytes += sha256(bytes);
@@ -194,8 +194,7 @@ Pack decode_pack(std::string_view bytes, const std::string& name) {
   const auto version = in.get<uint32_t>();
   if (version != pack_version) fail("{}: of version {}, expected {}", name, version, pack_version);
   Pack pack;
-  pack.manifest = Json::parse(in.text(), nullptr, /*allow_exceptions=*/false);
-  if (!pack.manifest.is_object()) fail("{}: damaged: its manifest is no JSON object", name);
+  pack.manifest = parse_json(in.text(), name + ": manifest");
   Reader pairs(in.text(), name);
   in.expect_end();
   pack.pairs.resize(pairs.count(sizeof(double)));

@@ -47,7 +47,7 @@ std::string content_id(Json request, const std::map<std::string, InputLog::Entry
     hashes.insert(fs::path(path).filename().string() + " " + entry.sha256);
   }
   request["inputs"] = hashes;
-  return sha256(request.dump());
+  return sha256(json_line(request));
 }
 
 Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
@@ -70,8 +70,8 @@ struct Link {
 std::optional<Link> read_link(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
-  const Json json = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
   try {
+    const Json json = read_json(path);
     Link link{json.at("content"), json.at("source"), {}};
     if (json.at("request").at("version") != pack_version) return std::nullopt;
     for (const auto& item : json.at("inputs").items()) {
@@ -86,7 +86,9 @@ std::optional<Link> read_link(const fs::path& path) {
     }
     return link;
   } catch (const Json::exception&) {
-    return std::nullopt;  // not one of ours, or damaged
+    return std::nullopt;  // not one of ours
+  } catch (const Error&) {
+    return std::nullopt;  // damaged
   }
 }
 
@@ -94,7 +96,7 @@ std::optional<std::vector<ExtractedPair>> read_pack(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
   try {
-    return decode_pack(read_file(path), path.string()).pairs;
+    return decode_pack(read_file(path, records_file), path.string()).pairs;
   } catch (const Error&) {
     return std::nullopt;  // damaged: made anew
   }
@@ -144,7 +146,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
                                   bool quiet) const {
   const Noise masks = noise.only_masks();
   const Json request = request_of(source, sequence, options, masks);
-  const fs::path link_path = folder_ / (sha256(request.dump()) + ".json");
+  const fs::path link_path = folder_ / (sha256(json_line(request)) + ".json");
   if (const std::optional<Link> link = read_link(link_path)) {
     const fs::path file = folder_ / (link->content + ".pack");
     if (auto pairs = read_pack(file)) return {std::move(*pairs), link->inputs, file, true};
@@ -162,7 +164,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
                      {"request", request},
                      {"content", content},
                      {"inputs", inputs_json(packed.inputs)}};
-  write_file(link_path, link.dump(2) + "\n");
+  write_file(link_path, json_text(link));
   return packed;
 }
 

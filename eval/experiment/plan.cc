@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "sextant/base/error.h"
@@ -19,7 +20,7 @@ class PlanReader {
       : text_(text), name_(std::move(name)), data_root_(data_root) {}
 
   Plan read() {
-    Json json = parse();
+    Json json = parse_json(text_, name_);
     if (!json.is_object()) fail_at(0, "expected an object with \"sources\"");
     check_keys(json, {"name", "procedure", "sources", "estimators", "noise", "seeds", "options"});
     if (json.contains("procedure")) {
@@ -37,14 +38,6 @@ class PlanReader {
   }
 
  private:
-  Json parse() const {
-    try {
-      return Json::parse(text_);
-    } catch (const Json::parse_error& error) {
-      fail_at(std::min(error.byte, text_.size()), "not valid JSON here");
-    }
-  }
-
   int line_of(size_t position) const {
     return 1 + static_cast<int>(
                    std::count(text_.begin(), text_.begin() + static_cast<ptrdiff_t>(position), '\n'));
@@ -92,7 +85,7 @@ class PlanReader {
 
   static std::string text_of(const Json& json, const std::string& key) {
     if (!json.is_string() || json.get<std::string>().empty()) {
-      fail("key '{}': expected a text, got {}", key, json.dump());
+      fail("key '{}': expected a text, got {}", key, json_excerpt(json));
     }
     return json.get<std::string>();
   }
@@ -100,7 +93,7 @@ class PlanReader {
   static const Json& list_of(const Json& json, const std::string& key) {
     if (!json.contains(key)) fail("key '{}' is missing", key);
     if (!json[key].is_array() || json[key].empty()) {
-      fail("key '{}': expected a list that is not empty, got {}", key, json[key].dump());
+      fail("key '{}': expected a list that is not empty, got {}", key, json_excerpt(json[key]));
     }
     return json[key];
   }
@@ -111,7 +104,7 @@ class PlanReader {
       Json source = entry;
       if (entry.is_string()) source = {{"source", entry}};
       if (!source.is_object())
-        fail("expected a SOURCE, or {{\"source\", \"options\"}}, got {}", entry.dump());
+        fail("expected a SOURCE, or {{\"source\", \"options\"}}, got {}", json_excerpt(entry));
       check_keys(source, {"source", "options"});
       const std::string text = text_of(source.value("source", Json()), "source");
       SourceSpec spec = find_source(text, data_root_);
@@ -141,7 +134,7 @@ class PlanReader {
       if (entry.is_string()) estimator = {{"name", entry}};
       if (!estimator.is_object()) {
         fail("expected a name, or {{\"name\", \"options\", \"label\", \"extraction\", \"pipeline\"}}, got {}",
-             entry.dump());
+             json_excerpt(entry));
       }
       check_keys(estimator, {"name", "options", "label", "extraction", "pipeline"});
       PlanEstimator out;
@@ -171,14 +164,14 @@ class PlanReader {
     for (const Json& grid : grids) add_grid(grid, plan);
     std::set<std::pair<std::string, double>> seen;
     for (const PlanLevel& level : plan.levels) {
-      if (!seen.emplace(level.noise.options().dump(), level.level).second) {
+      if (!seen.emplace(json_line(level.noise.options()), level.level).second) {
         fail("level {} ({}) is there twice", level.level, level.noise.name());
       }
     }
   }
 
   void add_grid(const Json& grid, Plan& plan) const {
-    if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", grid.dump());
+    if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", json_excerpt(grid));
     if (grid.contains("level")) {
       check_keys(grid, {"level", "noise"});
       plan.levels.push_back({level_of(grid["level"]), checked(grid.value("noise", Json::object()))});
@@ -188,7 +181,7 @@ class PlanReader {
     const std::string parameter = text_of(grid.value("parameter", Json()), "parameter");
     for (const Json& value : list_of(grid, "levels")) {
       Json noise = grid.value("base", Json::object());
-      if (!noise.is_object()) fail("key 'base': expected an object, got {}", noise.dump());
+      if (!noise.is_object()) fail("key 'base': expected an object, got {}", json_excerpt(noise));
       Json* node = &noise;
       for (const std::string& part : split(parameter, '.')) {
         if (part.empty() || !(node->is_object() || node->is_null())) {
@@ -203,7 +196,7 @@ class PlanReader {
 
   static double level_of(const Json& json) {
     if (!json.is_number() || !std::isfinite(json.get<double>()) || json.get<double>() < 0) {
-      fail("key 'levels': expected finite numbers of 0 or more, got {}", json.dump());
+      fail("key 'levels': expected finite numbers of 0 or more, got {}", json_excerpt(json));
     }
     return json.get<double>();
   }
@@ -218,7 +211,8 @@ class PlanReader {
     uint64_t first = 0, count = 0;
     if (seeds.is_array()) {
       for (const Json& seed : seeds) {
-        if (!whole(seed)) fail("key 'seeds': expected whole numbers of 0 or more, got {}", seed.dump());
+        if (!whole(seed))
+          fail("key 'seeds': expected whole numbers of 0 or more, got {}", json_excerpt(seed));
         plan.seeds.push_back(seed.get<uint64_t>());
       }
       if (std::set<uint64_t>(plan.seeds.begin(), plan.seeds.end()).size() != plan.seeds.size()) {
@@ -226,23 +220,26 @@ class PlanReader {
       }
     } else if (seeds.is_object() && seeds.contains("count") && whole(seeds["count"])) {
       if (seeds.contains("first") && !whole(seeds["first"])) {
-        fail("key 'first': expected a whole number of 0 or more, got {}", seeds["first"].dump());
+        fail("key 'first': expected a whole number of 0 or more, got {}", json_excerpt(seeds["first"]));
       }
       first = seeds.value("first", uint64_t{0});
       count = seeds["count"].get<uint64_t>();
     } else if (whole(seeds)) {
       count = seeds.get<uint64_t>();
     } else {
-      fail("key 'seeds': expected a number, a list, or {{\"first\", \"count\"}}, got {}", seeds.dump());
+      fail("key 'seeds': expected a number, a list, or {{\"first\", \"count\"}}, got {}",
+           json_excerpt(seeds));
     }
     if (count > max_plan_cases) fail("key 'seeds': {} are more than {} cases", count, max_plan_cases);
+    if (count > 0 && first > std::numeric_limits<uint64_t>::max() - (count - 1))
+      fail("key 'first': {} and the {} seeds after it go beyond 2^64 - 1", first, count - 1);
     for (uint64_t i = 0; i < count; ++i) plan.seeds.push_back(first + i);
     if (plan.seeds.empty()) fail("key 'seeds': there are none");
   }
 
   void read_options_of(const Json& json, Plan& plan) const {
     const Json options = json.value("options", Json::object());
-    if (!options.is_object()) fail("expected an object, got {}", options.dump());
+    if (!options.is_object()) fail("expected an object, got {}", json_excerpt(options));
     check_keys(options, {"extraction", "pipeline"});
     read_options(options.value("extraction", Json::object()), plan.extraction, "extraction");
     read_options(options.value("pipeline", Json::object()), plan.pipeline, "pipeline");

@@ -16,7 +16,7 @@ std::vector<std::string> procedure_names() {
 
 Json find_procedure(const std::string& name) {
   for (const EmbeddedFile& file : procedure_files()) {
-    if (file.name == name) return Json::parse(file.text);
+    if (file.name == name) return parse_json(file.text, name);
   }
   fail("unknown procedure '{}': {}", name, suggest(name, procedure_names()));
 }

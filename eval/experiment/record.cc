@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -43,62 +42,29 @@ class LineReader {
 
   bool has(const char* key) const { return json_.contains(key); }
 
-  std::string text(const char* key) const {
-    const Json& value = at(key);
-    if (!value.is_string()) wrong(key, "a text", value);
-    return value.get<std::string>();
-  }
-
-  int integer(const char* key) const {
-    const Json& value = at(key);
-    if (!value.is_number_integer()) wrong(key, "an integer", value);
-    const auto wide = value.get<int64_t>();
-    if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max()) {
-      wrong(key, "a 32-bit integer", value);
-    }
-    return static_cast<int>(wide);
-  }
+  std::string text(const char* key) const { return json_member<std::string>(json_, key, where_); }
+  int integer(const char* key) const { return json_member<int>(json_, key, where_); }
+  uint64_t seed(const char* key) const { return json_member<uint64_t>(json_, key, where_); }
+  double number(const char* key) const { return json_member<double>(json_, key, where_); }
 
   int count(const char* key) const {
     const int value = integer(key);
-    if (value < 0) wrong(key, "a count >= 0", at(key));
+    if (value < 0) fail("{}: key '{}': expected a count >= 0, got {}", where_, key, value);
     return value;
   }
 
-  uint64_t seed(const char* key) const {
-    const Json& value = at(key);
-    if (!value.is_number_unsigned()) wrong(key, "an integer >= 0", value);
-    return value.get<uint64_t>();
-  }
-
-  double number(const char* key) const { return number(key, at(key)); }
-
   Record::Numbers numbers(const char* key) const {
-    const Json& value = at(key);
-    if (!value.is_object()) wrong(key, "an object", value);
+    if (!has(key)) fail("{}: key '{}' is missing", where_, key);
+    const Json value = json_object(json_, key, where_);
     Record::Numbers result;
     for (const auto& item : value.items()) {
-      result[item.key()] = number(std::string(key) + "." + item.key(), item.value());
+      if (const char* expected = internal::read_value(item.value(), result[item.key()]))
+        internal::wrong_member(fmt::format("{}.{}", key, item.key()), expected, item.value(), where_);
     }
     return result;
   }
 
  private:
-  const Json& at(const char* key) const {
-    const auto it = json_.find(key);
-    if (it == json_.end()) fail("{}: key '{}' is missing", where_, key);
-    return *it;
-  }
-
-  double number(const std::string& key, const Json& value) const {
-    if (!value.is_number() || !std::isfinite(value.get<double>())) wrong(key, "a finite number", value);
-    return value.get<double>();
-  }
-
-  [[noreturn]] void wrong(const std::string& key, const char* expected, const Json& value) const {
-    fail("{}: key '{}': expected {}, got {}", where_, key, expected, value.dump());
-  }
-
   const Json& json_;
   const std::string& where_;
 };
@@ -182,7 +148,7 @@ Record record_from_json(const Json& json, const std::string& where) {
 std::string write_records(const std::vector<Record>& records) {
   std::string text;
   for (const Record& record : records) {
-    text += to_json(record).dump();
+    text += json_line(to_json(record));
     text += '\n';
   }
   return text;
@@ -204,15 +170,13 @@ std::vector<Record> parse_records(std::string_view text, const std::string& name
       records.push_back(std::move(*record));
       continue;
     }
-    const Json json = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (json.is_discarded()) fail("{}: not valid JSON (which has no NaN and no infinity)", where());
-    records.push_back(record_from_json(json, where()));
+    records.push_back(record_from_json(parse_json(line, name, line_number), where()));
   }
   return records;
 }
 
 std::vector<Record> read_records(const std::filesystem::path& path) {
-  return parse_records(read_file(path), path.string());
+  return parse_records(read_file(path, records_file), path.string());
 }
 
 Record strip_times(Record record) {

@@ -133,7 +133,7 @@ void check_runnable(const SourceSpec& spec, const Sequence& sequence) {
 }
 
 ResolvedOptions resolve_options(const Json& tree) {
-  if (!tree.is_object()) fail("options: expected a JSON object, got {}", tree.dump());
+  if (!tree.is_object()) fail("options: expected a JSON object, got {}", json_excerpt(tree));
   const std::vector<std::string> known = {"extraction", "pipeline", "estimator", "source"};
   ResolvedOptions options;
   for (const auto& item : tree.items()) {
@@ -141,7 +141,7 @@ ResolvedOptions resolve_options(const Json& tree) {
       fail("unknown option key '{}': {}", item.key(), suggest(item.key(), known));
     }
     if (!item.value().is_object())
-      fail("option {}: expected an object, got {}", item.key(), item.value().dump());
+      fail("option {}: expected an object, got {}", item.key(), json_excerpt(item.value()));
     if (item.key() == "extraction") read_options(item.value(), options.extraction, "extraction");
     if (item.key() == "pipeline") read_options(item.value(), options.pipeline, "pipeline");
     if (item.key() == "estimator") options.estimator = item.value();

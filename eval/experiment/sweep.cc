@@ -11,6 +11,7 @@
 #include "sextant/eval/experiment/interrupt.h"
 #include "sextant/eval/experiment/journal.h"
 #include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/run_json.h"
 
 namespace sextant {
 namespace {
@@ -29,7 +30,7 @@ struct OpenSource {
   std::map<std::string, PackCache::Packed> packs;
 
   static std::string key(const PlanEstimator& estimator, const PlanLevel& level) {
-    return write_options(estimator.extraction).dump() + level.noise.only_masks().options().dump();
+    return json_line(write_options(estimator.extraction)) + json_line(level.noise.only_masks().options());
   }
   const PackCache::Packed& packed(const PlanEstimator& estimator, const PlanLevel& level) const {
     return packs.at(key(estimator, level));
@@ -96,6 +97,22 @@ class PlanRunner {
     return out;
   }
 
+  /// Whether the lines are records that the case can have: of its data, estimator, level and seed.
+  bool has_written(const PlanCase& c, std::string_view lines) const {
+    const SequenceInfo& info = sources_[c.source].sequence->info();
+    const PlanLevel& level = config_.plan.levels[c.level];
+    const std::string& label = config_.plan.estimators[c.estimator].label;
+    try {
+      return std::ranges::all_of(parse_records(lines, "journal"), [&](const Record& r) {
+        return r.dataset == info.dataset && r.sequence == info.sequence && r.seed == c.seed &&
+               (r.estimator == label || r.estimator.starts_with(label + ".")) && r.level == level.level &&
+               r.noise == level.noise.name();
+      });
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
   /// What plan.json holds of the data.
   Json data_json() const {
     Json json = Json::array();
@@ -136,25 +153,29 @@ void make_folder(const fs::path& folder) {
 }
 
 Json read_plan_file(const fs::path& folder) {
-  const Json json = Json::parse(read_file(folder / "plan.json"), nullptr, /*allow_exceptions=*/false);
+  const Json json = read_json(folder / "plan.json");
   if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
     fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
   }
   return json;
 }
 
+/// What plan.json holds.
+Json plan_file(const SweepConfig& config, const Json& data) {
+  return {{"plan", config.plan.json()},
+          {"shard", {config.shard % config.n_shards, config.n_shards}},
+          {"data", data}};
+}
+
 /// Writes plan.json, or sees that the one there is the same.
-void claim_folder(const SweepConfig& config, const Json& data) {
+void claim_folder(const SweepConfig& config, const Json& wanted) {
   make_folder(config.out);
-  const Json wanted = {{"plan", config.plan.json()},
-                       {"shard", {config.shard % config.n_shards, config.n_shards}},
-                       {"data", data}};
   if (!fs::exists(config.out / "plan.json")) {
     if (fs::exists(config.out / "records.jsonl")) {
       fail("{}: holds the records of something else than a sweep; choose another folder",
            config.out.string());
     }
-    write_file(config.out / "plan.json", wanted.dump(2) + "\n");
+    write_file(config.out / "plan.json", json_text(wanted));
     return;
   }
   const Json present = read_plan_file(config.out);
@@ -166,15 +187,27 @@ void claim_folder(const SweepConfig& config, const Json& data) {
     }
     for (const char* file : {"records.jsonl", "cases.jsonl", "run.json", "journal.jsonl"})
       fs::remove(config.out / file);
-    write_file(config.out / "plan.json", wanted.dump(2) + "\n");
+    write_file(config.out / "plan.json", json_text(wanted));
     return;
   }
+}
+
+/// Of write_file() in a process that was killed. Only for who holds the journal's lock.
+void remove_temporaries(const fs::path& folder) {
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    for (const char* file : {"plan.json", "run.json", "cases.jsonl", "records.jsonl"}) {
+      if (name.starts_with(fmt::format("{}.tmp", file))) left.push_back(entry.path());
+    }
+  }
+  for (const fs::path& file : left) fs::remove(file);
 }
 
 std::string case_index(const std::map<uint64_t, Journal::Block>& blocks) {
   std::string text;
   for (const auto& [number, block] : blocks) {
-    text += Json{{"case", number}, {"records", block.n_records}}.dump() + "\n";
+    text += json_line(Json{{"case", number}, {"records", block.n_records}}) + "\n";
   }
   return text;
 }
@@ -251,19 +284,23 @@ uint64_t count_records(const std::map<uint64_t, Journal::Block>& blocks) {
 SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = cases_of_shard(config);
   const PlanRunner runner(config);
-  claim_folder(config, runner.data_json());
+  const Json plan = plan_file(config, runner.data_json());
+  claim_folder(config, plan);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
   const fs::path records_path = config.out / "records.jsonl";
   const fs::path journal_path = config.out / "journal.jsonl";
   if (fs::exists(records_path) && !fs::exists(journal_path)) {  // finished before
     outcome.n_before = numbers.size();
-    const std::string text = read_file(records_path);
+    const std::string text = read_file(records_path, records_file);
     outcome.n_records = static_cast<uint64_t>(std::ranges::count(text, '\n'));
     return outcome;
   }
   {
-    Journal journal(journal_path);
+    Journal journal(journal_path, sha256(json_line(plan)), [&](uint64_t number, std::string_view lines) {
+      return std::ranges::binary_search(numbers, number) && runner.has_written(config.plan.at(number), lines);
+    });
+    remove_temporaries(config.out);
     std::vector<uint64_t> open;
     std::ranges::copy_if(numbers, std::back_inserter(open),
                          [&](uint64_t n) { return !journal.blocks().contains(n); });
@@ -285,9 +322,10 @@ SweepOutcome sweep(const SweepConfig& config) {
     outcome.n_records = count_records(journal.blocks());
     Json provenance = sweep_provenance(config, runner);
     provenance["records"] = outcome.n_records;
-    write_file(config.out / "run.json", provenance.dump(2) + "\n");
+    write_file(config.out / "run.json", json_text(provenance));
     write_file(config.out / "cases.jsonl", case_index(journal.blocks()));
     write_file(records_path, journal.ordered_lines());
+    sync_folder(config.out);
   }
   fs::remove(journal_path);
   return outcome;
@@ -323,26 +361,27 @@ namespace {
 
 /// The lines of a finished shard, by case.
 std::map<uint64_t, std::string> read_cases(const fs::path& folder) {
-  const std::string records = read_file(folder / "records.jsonl");
+  const std::string records = read_file(folder / "records.jsonl", records_file);
   const std::string index = read_file(folder / "cases.jsonl");
   const std::string name = (folder / "cases.jsonl").string();
   std::map<uint64_t, std::string> cases;
-  size_t at = 0, line = 0;
+  size_t at = 0;
+  int line = 0;
   for (const std::string& text : split(index, '\n')) {
     ++line;
     if (text.empty()) continue;
-    const Json entry = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-    if (!entry.is_object() || !entry.contains("case") || !entry.contains("records")) {
-      fail("{}:{}: expected {{\"case\",\"records\"}}", name, line);
-    }
+    const Json entry = parse_json(text, name, line);
+    const std::string where = fmt::format("{}:{}", name, line);
+    const auto number = json_member<uint64_t>(entry, "case", where);
     size_t end = at;
-    for (uint64_t n = entry["records"]; n > 0 && end != std::string::npos; --n) {
+    for (auto n = json_member<uint64_t>(entry, "records", where); n > 0 && end != std::string::npos; --n) {
       end = records.find('\n', end);
       if (end != std::string::npos) ++end;
     }
     if (end == std::string::npos)
       fail("{}: has fewer records than {} says", (folder / "records.jsonl").string(), name);
-    cases[entry["case"]] = records.substr(at, end - at);
+    if (!cases.emplace(number, records.substr(at, end - at)).second)
+      fail("{}: case {} is there twice", where, number);
     at = end;
   }
   if (at != records.size())
@@ -372,8 +411,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       }
     }
   }
-  const Json run = Json::parse(read_file(folders.front() / "run.json"), nullptr, /*allow_exceptions=*/false);
-  n_cases = run.is_object() ? run.value("cases", uint64_t{0}) : 0;
+  const Json run = read_run_json(folders.front());
+  n_cases = run.value("cases", uint64_t{0});
   for (uint64_t number = 0; number < n_cases; ++number) {
     if (!cases.contains(number)) {
       fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
@@ -385,7 +424,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   for (const auto& [number, lines] : cases) {
     const auto n = static_cast<uint64_t>(std::ranges::count(lines, '\n'));
     outcome.n_records += n;
-    index += Json{{"case", number}, {"records", n}}.dump() + "\n";
+    index += json_line(Json{{"case", number}, {"records", n}}) + "\n";
     records += lines;
   }
   Json provenance = run;
@@ -394,8 +433,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   Json plan = first;
   plan["shard"] = {0, 1};
   check_output_folder(out, provenance["configuration"], /*force=*/false);
-  write_output_folder(out, {{"plan.json", plan.dump(2) + "\n"},
-                            {"run.json", provenance.dump(2) + "\n"},
+  write_output_folder(out, {{"plan.json", json_text(plan)},
+                            {"run.json", json_text(provenance)},
                             {"cases.jsonl", index},
                             {"records.jsonl", records}});
   return outcome;

@@ -51,6 +51,41 @@ class SweepTest : public testing::Test {
 
   fs::path file(const std::string& name) const { return folder_.path() / name; }
 
+  /// The name under which the sweep in a folder writes its journal.
+  std::string owner(const std::string& out) const {
+    return sha256(json_line(read_json(file(out) / "plan.json")));
+  }
+  static bool any(uint64_t /*number*/, std::string_view /*lines*/) { return true; }
+
+  /// A folder as a killed sweep leaves it, with the blocks that `write` puts into its journal.
+  template <typename Write>
+  void make_unfinished(const std::string& out, const std::string& plan_of, const Write& write) const {
+    fs::remove_all(file(out));
+    fs::create_directories(file(out));
+    write_file(file(out) / "plan.json", read_file(file(plan_of) / "plan.json"));
+    Journal journal(file(out) / "journal.jsonl", owner(out), any);
+    write(journal);
+  }
+
+  /// The lines of a finished sweep, by case.
+  std::map<uint64_t, std::string> lines_of(const std::string& out) const {
+    const std::string records = read_file(file(out) / "records.jsonl");
+    std::map<uint64_t, std::string> lines;
+    size_t at = 0;
+    for (const std::string& line : split(read_file(file(out) / "cases.jsonl"), '\n')) {
+      if (line.empty()) continue;
+      const Json entry = Json::parse(line);
+      size_t end = at;
+      for (uint64_t n = entry["records"]; n > 0; --n) end = records.find('\n', end) + 1;
+      lines[entry["case"]] = records.substr(at, end - at);
+      at = end;
+    }
+    return lines;
+  }
+  static uint64_t n_lines(const std::string& text) {
+    return static_cast<uint64_t>(std::ranges::count(text, '\n'));
+  }
+
   /// The records' bytes without times.
   std::string untimed(const std::string& out) const {
     std::vector<Record> records;
@@ -149,22 +184,9 @@ TEST_F(SweepTest, ShardsMergeToTheWhole) {
 
 TEST_F(SweepTest, ResumesFromAnyCutOfTheJournal) {
   sweep(config("whole"));
-  // A journal of all cases, as it is before the end.
-  fs::create_directories(file("full"));
-  {
-    Journal journal(file("full") / "journal.jsonl");
-    const std::string records = read_file(file("whole") / "records.jsonl");
-    size_t at = 0;
-    uint64_t number = 0;
-    for (const std::string& line : split(read_file(file("whole") / "cases.jsonl"), '\n')) {
-      if (line.empty()) continue;
-      const uint64_t n = Json::parse(line)["records"];
-      size_t end = at;
-      for (uint64_t i = 0; i < n; ++i) end = records.find('\n', end) + 1;
-      journal.append(number++, n, std::string_view(records).substr(at, end - at));
-      at = end;
-    }
-  }
+  make_unfinished("full", "whole", [&](Journal& journal) {  // of all cases, as it is before the end
+    for (const auto& [number, lines] : lines_of("whole")) journal.append(number, n_lines(lines), lines);
+  });
   const std::string journal = read_file(file("full") / "journal.jsonl");
   const std::string plan = read_file(file("whole") / "plan.json");
   for (const size_t cut :
@@ -184,18 +206,77 @@ TEST_F(SweepTest, ADamagedBlockIsDoneAgain) {
   fs::create_directories(file("j"));
   const fs::path path = file("j") / "journal.jsonl";
   {
-    Journal journal(path);
+    Journal journal(path, "sweep", any);
     journal.append(4, 1, "{\"a\":1}\n");
     journal.append(2, 2, "{\"b\":1}\n{\"b\":2}\n");
     EXPECT_EQ(journal.ordered_lines(), "{\"b\":1}\n{\"b\":2}\n{\"a\":1}\n");
-    expect_error([&] { Journal second(path); }, "another sweep is writing here");
+    expect_error([&] { Journal second(path, "sweep", any); }, "another sweep is writing here");
   }
   std::string bytes = read_file(path);
   bytes[bytes.size() - 3] = '7';
   write_file(path, bytes);
-  const Journal journal(path);
+  const Journal journal(path, "sweep", any);
   EXPECT_EQ(journal.blocks().size(), 1U);
   EXPECT_TRUE(journal.blocks().contains(4));
+}
+
+TEST_F(SweepTest, ABlockOfAnotherCaseIsDoneAgain) {
+  sweep(config("whole"));
+  const std::map<uint64_t, std::string> lines = lines_of("whole");
+  make_unfinished("replaced", "whole", [&](Journal& journal) {
+    journal.append(3, n_lines(lines.at(4)), lines.at(4));  // its sum is right, its seed is not
+    journal.append(2, n_lines(lines.at(2)), lines.at(2));
+    journal.append(77, n_lines(lines.at(5)), lines.at(5));  // there is no such case
+    journal.append(6, 1, "no record\n");
+  });
+  const SweepOutcome outcome = sweep(config("replaced"));
+  EXPECT_EQ(outcome.n_before, 1U);
+  EXPECT_EQ(untimed("replaced"), untimed("whole"));
+  EXPECT_EQ(n_lines(read_file(file("replaced") / "cases.jsonl")), 12U);
+}
+
+TEST_F(SweepTest, ABlockOfAnotherSweepIsDoneAgain) {
+  sweep(config("whole"));
+  SweepConfig other = config("other");
+  std::string text = plan_text();
+  text.insert(text.size() - 1, R"(,"options":{"pipeline":{"min_object_points":7}})");
+  other.plan = parse_plan(text, "plan.json", "");
+  sweep(other);
+  // Same cases, same keys in every record, other results.
+  make_unfinished("foreign", "other", [&](Journal& journal) {
+    for (const auto& [number, lines] : lines_of("other")) journal.append(number, n_lines(lines), lines);
+  });
+  write_file(file("foreign") / "plan.json", read_file(file("whole") / "plan.json"));
+  EXPECT_EQ(sweep(config("foreign")).n_before, 0U);
+  EXPECT_EQ(untimed("foreign"), untimed("whole"));
+  // A header under another number.
+  make_unfinished("moved", "whole", [&](Journal& journal) {
+    for (const auto& [number, lines] : lines_of("whole")) journal.append(number, n_lines(lines), lines);
+  });
+  std::string bytes = read_file(file("moved") / "journal.jsonl");
+  bytes.replace(bytes.find("\"case\":5,"), 9, "\"case\":3,");
+  write_file(file("moved") / "journal.jsonl", bytes);
+  EXPECT_EQ(sweep(config("moved")).n_before, 5U);
+  EXPECT_EQ(untimed("moved"), untimed("whole"));
+}
+
+TEST_F(SweepTest, DamagedFilesOfASweepAreNamed) {
+  sweep(config("a"));
+  const std::string index = read_file(file("a") / "cases.jsonl");
+  const auto merge_with = [&](const std::string& text) {
+    write_file(file("a") / "cases.jsonl", text);
+    return [&] { merge_sweeps({file("a")}, file("m")); };
+  };
+  expect_error(merge_with("{\"case\":0,\"records\":3}\n{\"case\":1e400}\n"),
+               "cases.jsonl:2: the number 1e400");
+  expect_error(merge_with("{\"case\":0,\"records\":\"3\"}\n"),
+               "cases.jsonl:1: key 'records': expected a non-neg");
+  expect_error(merge_with("{\"case\":-1,\"records\":3}\n"), "cases.jsonl:1: key 'case'");
+  write_file(file("a") / "cases.jsonl", index);
+  write_file(file("a") / "run.json", "{\n\"cases\": \"many\"}");
+  expect_error([&] { merge_sweeps({file("a")}, file("m")); }, "run.json: key 'cases'");
+  write_file(file("a") / "plan.json", std::string(200000, '['));
+  expect_error([&] { sweep(config("a")); }, "plan.json:1: more than 100 levels");
 }
 
 TEST_F(SweepTest, AFolderOfAnotherSweepIsRefused) {
@@ -263,6 +344,18 @@ TEST_F(SweepTest, BadPlansNameLineAndKey) {
   expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
   expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "there are none");
+  expect_error([&] { parse(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":7})")); },
+               "p.json:4: seeds: key 'first': 18446744073709551610 and the 6 seeds after it go beyond");
+  EXPECT_EQ(parse_plan(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":6})"), "p", "")
+                .seeds.back(),
+            18446744073709551615U);
+  expect_error([&] { parse(plan_text("{\"level\":1e400}")); }, "p.json:3: the number 1e400");
+  expect_error([&] { parse(plan_text("[[[[\"" + std::string(20, 'x') + "\"]]]]")); }, "p.json:3: noise");
+  expect_error(
+      [&] { parse("{\"sources\":[{\"source\":\"synthetic:s18\",\"options\":3}],\n\"estimators\":[]}"); },
+      "option source: expected an object");
+  expect_error([&] { parse(plan_text("{\"level\":1}", "1,\"options\":{\"pipeline\":[]}")); },
+               "expected an object");
   std::string text = plan_text();
   text.insert(1, "\"optoins\":{},");
   expect_error([&] { parse(text); }, "p.json:1: unknown key 'optoins': did you mean 'options'");
@@ -272,7 +365,8 @@ TEST_F(SweepTest, BadPlansNameLineAndKey) {
 }
 
 TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
-  const std::string text = "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
+  const std::string text =
+      "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
       "estimators":["joint_flow",
         {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},"pipeline":{"refine_on":"all"}}]})";
   SweepConfig sweep_config = config("own");
@@ -311,8 +405,9 @@ TEST_F(SweepTest, AProcedureFillsInWhatThePlanDoesNotSay) {
   const Plan wider = plan(R"(,"options":{"pipeline":{"start":{"inlier_threshold_px":2}}})");
   EXPECT_EQ(wider.pipeline.start.inlier_threshold_px, 2);
   EXPECT_EQ(wider.pipeline.start.confidence, 0.98);
-  EXPECT_THROW(parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_relase\"}", "plan.json", ""),
-               Error);
+  EXPECT_THROW(
+      parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_relase\"}", "plan.json", ""),
+      Error);
 }
 
 TEST(Procedures, EachIsAPlanAndSaysWhatItFollows) {

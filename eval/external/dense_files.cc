@@ -1,5 +1,7 @@
 #include "sextant/eval/external/dense_files.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -47,29 +49,65 @@ Image<uint16_t> read_mask(const std::string& path) {
   return mask;
 }
 
+/// Extensions that files of a format may have: both where none is given.
+std::vector<std::string> extensions_of(const std::string& format) {
+  if (format == "flo") return {".flo"};
+  if (format.empty()) return {".png", ".flo"};
+  return {".png"};
+}
+
+/// Names of the images in a folder, in order. Throws Error where one stands there in two formats.
+std::vector<std::string> names_in(const std::string& folder, const std::string& format, const char* flag) {
+  const std::vector<std::string> extensions = extensions_of(format);
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (std::ranges::find(extensions, entry.path().extension().string()) == extensions.end()) continue;
+    const std::string name = entry.path().stem().string();
+    if (!names.insert(name).second)
+      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", folder, name, name, flag);
+  }
+  if (names.empty()) fail("{}: holds no {}", folder, fmt::join(extensions, " or "));
+  return {names.begin(), names.end()};
+}
+
 /// Names of the estimate's images; one empty name where the estimate is a file.
 std::vector<std::string> names_of(const DenseOptions& options) {
   std::error_code error;
   if (!fs::is_directory(options.estimate, error)) return {""};
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(options.estimate, error)) {
-    if (entry.path().extension() == ".png" || entry.path().extension() == ".flo")
-      names.push_back(entry.path().stem());
-  }
-  if (names.empty()) fail("{}: holds no .png or .flo", options.estimate);
-  std::sort(names.begin(), names.end());
-  return names;
+  return names_in(options.estimate, options.estimate_format, "--est-format");
 }
 
-/// The file of that name in a folder, whichever its kind; the path itself for an empty name.
-std::string file_of(const std::string& path, const std::string& name) {
+/// The file of that name in a folder; the path itself for an empty name. Throws Error where there are two.
+std::string file_of(const std::string& path, const std::string& name, const std::string& format,
+                    const char* flag) {
   if (name.empty()) return path;
-  for (const char* extension : {".png", ".flo"}) {
+  const std::vector<std::string> extensions = extensions_of(format);
+  std::string found;
+  for (const std::string& extension : extensions) {
     const fs::path file = fs::path(path) / (name + extension);
     std::error_code ignored;
-    if (fs::exists(file, ignored)) return file.string();
+    if (!fs::exists(file, ignored)) continue;
+    if (!found.empty())
+      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", path, name, name, flag);
+    found = file.string();
   }
-  fail("{}: has no {}.png or {}.flo, which the estimate has", path, name, name);
+  if (found.empty())
+    fail("{}: has no {}{}, which the estimate has", path, name,
+         fmt::join(extensions, fmt::format(" or {}", name)));
+  return found;
+}
+
+/// Where the truth has images that the estimate has not, they count in nothing: said below the table.
+void note_missing_images(const DenseOptions& options, Table& table) {
+  std::error_code error;
+  if (!fs::is_directory(options.estimate, error) || !fs::is_directory(options.truth, error)) return;
+  const size_t n_truth = names_in(options.truth, options.truth_format, "--gt-format").size();
+  const size_t n = names_of(options).size();
+  if (n < n_truth)
+    table.notes.push_back(fmt::format(
+        "{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n,
+        n_truth));
 }
 
 template <typename T, typename U>
@@ -98,20 +136,22 @@ Image<T> reduced(const Image<T>& truth, const Keep& keep) {
 template <typename T, typename Read, typename Take>
 void for_subsets(const DenseOptions& options, const Read& read, const Take& take) {
   for (const std::string& name : names_of(options)) {
-    const std::string path = file_of(options.estimate, name);
+    const std::string path = file_of(options.estimate, name, options.estimate_format, "--est-format");
     const Image<T> estimate = read(path, options.estimate_format);
-    const Image<T> truth = read(file_of(options.truth, name), options.truth_format);
+    const Image<T> truth =
+        read(file_of(options.truth, name, options.truth_format, "--gt-format"), options.truth_format);
     check_size(estimate, truth, path);
     take("all", estimate, truth);
     if (!options.visible_truth.empty()) {
-      const std::string visible_path = file_of(options.visible_truth, name);
+      const std::string visible_path =
+          file_of(options.visible_truth, name, options.truth_format, "--gt-format");
       const Image<T> visible = read(visible_path, options.truth_format);
       check_size(visible, truth, visible_path);
       take("noc", estimate, reduced(truth, [&](size_t i) { return has_value(visible.data()[i]); }));
       take("occ", estimate, reduced(truth, [&](size_t i) { return !has_value(visible.data()[i]); }));
     }
     if (options.mask.empty()) continue;
-    const std::string mask_path = file_of(options.mask, name);
+    const std::string mask_path = file_of(options.mask, name, "png", "");
     const Image<uint16_t> mask = read_mask(mask_path);
     check_size(mask, truth, mask_path);
     const std::set<uint16_t> labels(mask.data(), mask.data() + mask.size());
@@ -152,8 +192,10 @@ Table evaluate_flow(const DenseOptions& options) {
     const DenseFlowError e = pooled(images);
     if (subset == "all") check_any(e.n, options);
     table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px), percent(e.outlier_share)});
+                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px),
+                   percent(e.outlier_share)});
   }
+  note_missing_images(options, table);
   return table;
 }
 
@@ -199,6 +241,7 @@ Table evaluate_depth(const DenseOptions& options) {
                    finite_cell(e.mean_m), finite_cell(e.rmse_m), percent(e.relative), percent(e.bias),
                    percent(e.within_125), disparity, d1});
   }
+  note_missing_images(options, table);
   return table;
 }
 

@@ -3,6 +3,7 @@
 // Flow and depth images of any system against the truth, from files or folders of files with equal names.
 //
 //   flow   flo | kitti | vkitti         .flo is found by its name; the two kinds of PNG must be told apart
+//          in a folder an image may stand once: as .png and .flo only where the format decides
 //   depth  disparity256 | metres256 | cm   16-bit PNG; disparity needs bf (px m)
 //
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 background), and, with KITTI's flow_noc or

@@ -73,6 +73,27 @@ TEST(DenseFiles, FoldersArePooledOverPixels) {
   EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("has no 1.png"));
 }
 
+TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
+  const ScratchFolder folder;
+  DenseOptions o;
+  const Image<Flow> estimate(4, 1, Flow{2, 1}), other(4, 1, Flow{2, 8});
+  folder.write("est/0.flo", encode_flo(estimate));
+  folder.write("est/0.png", encode_png(kitti_from_flow(other)));
+  folder.write("gt/0.flo", encode_flo(true_flow()));
+  folder.write("gt/1.flo", encode_flo(true_flow()));
+  o.estimate = folder.path() / "est";
+  o.truth = folder.path() / "gt";
+  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("holds 0.png and 0.flo: give --est-format"));
+  o.estimate_format = "flo";
+  EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 1);
+  EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
+  o.estimate_format = "kitti";
+  EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
+  EXPECT_THAT(evaluate_flow(o).notes, testing::ElementsAre(HasSubstr("1 of 2 images of the truth")));
+  folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
+  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("give --gt-format"));
+}
+
 TEST(DenseFiles, Depth) {
   const ScratchFolder folder;
   Image<float> truth(2, 1, 10.0F), estimate(2, 1, 10.0F);

@@ -6,6 +6,9 @@
 #include <numbers>
 #include <numeric>
 
+#include "sextant/eval/external/trajectory_explanation.h"
+#include "sextant/geometry/pose_interpolation.h"
+
 namespace sextant {
 namespace {
 
@@ -82,6 +85,44 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   return {counted(reference.size()), counted(estimate.size())};
 }
 
+void match(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+           EgoResult& r) {
+  Association found = associate(reference, estimate, options, r.name);
+  r.reference = reference;
+  r.reference.keep(found.reference);
+  r.reference_rows = std::move(found.reference);
+  r.estimate = std::move(estimate);
+  r.estimate.keep(found.estimate);
+}
+
+void match_interpolated(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+                        double max_gap_s, EgoResult& r) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
+    fail("{}: --interpolate needs time stamps in both reference and estimate", r.name);
+  std::vector<double> times;
+  std::vector<int> kept;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    const double t = estimate.stamps_s[i] + options.offset_s;
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    times.push_back(t);
+    kept.push_back(static_cast<int>(i));
+  }
+  InterpolatedPoses found = interpolate_poses(reference, times, max_gap_s);
+  for (int& i : found.asked) i = kept[static_cast<size_t>(i)];
+  r.reference = std::move(found.poses);
+  r.reference_rows = std::move(found.rows);
+  r.estimate = std::move(estimate);
+  r.estimate.keep(found.asked);
+  r.interpolation = {found.largest_gap_s, found.n_outside, found.n_in_longer_gaps};
+}
+
+OffsetEstimate offset_of(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
+                         const std::string& name) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
+    fail("{}: --estimate-offset needs time stamps in both reference and estimate", name);
+  return estimate_offset(reference, estimate, initial_s, name);
+}
+
 /// See PerFrameErrors.
 std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
   std::vector<double> errors;
@@ -137,6 +178,22 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   }
 }
 
+/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began
+/// later.
+void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
+                  std::vector<TrajectoryWarning>& warnings) {
+  const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  if (by_time || reference.frames.empty() == estimate.frames.empty()) return;
+  const std::vector<int>& frames = reference.frames.empty() ? estimate.frames : reference.frames;
+  if (frames.front() == 0) return;
+  const char* without = reference.frames.empty() ? "reference" : "estimate";
+  warnings.push_back(
+      {"rows",
+       fmt::format("the {} has no frame numbers, so its first pose is taken as frame 0, but the other side "
+                   "begins at frame {}: put the frame number before the 12 values of each line",
+                   without, frames.front())});
+}
+
 /// What is left after the offset that the user gave.
 void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
@@ -152,7 +209,8 @@ void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
   }
   const auto lag = estimate_lag(reference, a, estimate, b);
   if (!lag) return;
-  const std::string remedy = seconds ? fmt::format("; try --offset {:.4g}", offset_s - lag->lag) : "";
+  const std::string remedy =
+      seconds ? fmt::format("; try --offset {:.4g}, or --estimate-offset", offset_s - lag->lag) : "";
   warnings.push_back(
       {"lag",
        fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
@@ -209,6 +267,10 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   return out;
 }
 
+void apply_reference_frame(EgoReference& reference, const EgoOptions& options) {
+  to_camera(reference.poses, options.reference_frame);
+}
+
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options) {
   EgoResult r;
@@ -219,26 +281,36 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   const auto add = [&](std::vector<TrajectoryWarning> more) {
     std::move(more.begin(), more.end(), std::back_inserter(r.warnings));
   };
+  to_camera(estimate.poses, options.estimate_frame);
   add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
                        {name, estimate.comments, estimate.format}));
-
-  Association match = associate(reference.poses, estimate.poses, options.association, name);
-  if (match.reference.empty()) {
-    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s)", name,
-         reference.side.name, options.association.max_difference_s);
+  AssociationOptions association = options.association;
+  if (options.estimate_offset) {
+    r.offset = offset_of(reference.poses, estimate.poses, association.offset_s, name);
+    association.offset_s = r.offset->offset_s;
   }
-  warn_of_lag(reference.poses, estimate.poses, options.association.offset_s, r.warnings);
-  r.reference = reference.poses;
-  r.reference.keep(match.reference);
-  r.reference_rows = std::move(match.reference);
-  r.estimate = std::move(estimate.poses);
-  r.estimate.keep(match.estimate);
+  warn_of_rows(reference.poses, estimate.poses, r.warnings);
+  warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings);
+  if (options.interpolate_max_gap_s)
+    match_interpolated(reference.poses, std::move(estimate.poses), association,
+                       *options.interpolate_max_gap_s, r);
+  else
+    match(reference.poses, std::move(estimate.poses), association, r);
+  if (r.estimate.empty()) {
+    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s){}",
+         name, reference.side.name, association.max_difference_s,
+         options.interpolate_max_gap_s ? fmt::format(", --interpolate ({} s)", *options.interpolate_max_gap_s)
+                                       : "");
+  }
   warn_of_share(r, reference.poses, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 
   if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
     r.umeyama_scale = u->y_from_x.scale;
-  r.alignment = align(r.estimate, r.reference, options.alignment, options.n_to_align);
+  const AlignmentChoice choice = {options.alignment, options.n_to_align,
+                                  options.up.value_or(Eigen::Vector3d::Zero())};
+  add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
+  r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {
     r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);

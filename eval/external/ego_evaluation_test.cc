@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <random>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/external/ego_json.h"
@@ -185,6 +186,85 @@ TEST(EgoEvaluation, WhatCannotBeMatchedIsAnError) {
               HasSubstr("only one of reference and estimate has time stamps"));
   fewer.stamps_s.clear();
   EXPECT_THAT(error_of([&] { evaluate(rows, fewer); }), HasSubstr("has 49 poses, the reference 50"));
+}
+
+TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreTold) {
+  PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
+  reference.stamps_s.clear();
+  estimate.stamps_s.clear();
+  for (int i = 0; i < 60; ++i) reference.frames.push_back(i);
+  EXPECT_THAT(evaluate(reference, estimate).warnings, IsEmpty());
+  for (int& frame : reference.frames) frame += 20;
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("rows")));
+}
+
+TEST(EgoEvaluation, StampsThatAreNoSecondsAreTold) {
+  PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
+  for (PoseSeries* s : {&reference, &estimate}) {
+    for (double& t : s->stamps_s) t *= 1e9;
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("clock")));
+}
+
+TEST(EgoEvaluation, AnInterpolatedReferenceIsAtTheEstimatesTimes) {
+  // The reference at 10 Hz, the estimate in between at 25 Hz: nearest poses are 9 cm off.
+  PoseSeries estimate = drive(600, 25, 0.013);
+  for (double& t : estimate.stamps_s) t += 0.013;
+  EgoOptions nearest;
+  nearest.association.max_difference_s = 0.06;
+  EXPECT_GT(evaluate(drive(300, 10), estimate, nearest).statistics.rmse, 0.05);
+  EgoOptions options{.interpolate_max_gap_s = 0.11};
+  const EgoResult r = evaluate(drive(300, 10), estimate, options);
+  EXPECT_LT(r.statistics.rmse, 0.02);
+  EXPECT_EQ(r.errors.size(), 600 - r.interpolation->n_outside);
+  EXPECT_NEAR(r.interpolation->largest_gap_s, 0.1, 1e-9);
+  EXPECT_EQ(r.reference_rows[1], 1) << "0.053 s: the pose at 0.1 s is nearer than that at 0";
+  EXPECT_EQ(r.reference_rows[0], 0);
+  options.interpolate_max_gap_s = 0.05;
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate (0.05 s)"));
+  options.interpolate_max_gap_s = 0.11;
+  options.association.start_s = 105;
+  options.association.end_s = 110;
+  EXPECT_EQ(evaluate(drive(300, 10), estimate, options).errors.size(), 125);
+  estimate.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate needs time stamps"));
+}
+
+TEST(EgoEvaluation, AnOffsetIsEstimatedWithItsInterval) {
+  for (const double late_s : {0.3, -0.047}) {
+    EgoOptions options{.interpolate_max_gap_s = 0.2, .estimate_offset = true};
+    const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -late_s)), options);
+    EXPECT_NEAR(r.offset->offset_s, -late_s, 0.002);
+    EXPECT_LE(r.offset->low_s, r.offset->offset_s);
+    EXPECT_LT(r.offset->high_s - r.offset->low_s, 0.02);
+    EXPECT_LT(r.statistics.rmse, 0.05);
+    EXPECT_THAT(r.warnings, IsEmpty());
+  }
+}
+
+TEST(EgoEvaluation, WhatDoesNotDetermineAnOffsetIsAnError) {
+  PoseSeries steady;
+  for (int i = 0; i < 200; ++i) {
+    steady.add(Eigen::Matrix3d::Identity(), {0, 0, 0.5 * i});
+    steady.stamps_s.push_back(0.1 * i);
+  }
+  const EgoOptions options{.estimate_offset = true};
+  EXPECT_THAT(error_of([&] { evaluate(steady, noisy(steady), options); }),
+              HasSubstr("do not determine a time offset"));
+  EXPECT_THAT(error_of([&] { evaluate(drive(30, 10), drive(30, 10), options); }), HasSubstr("40 needed"));
+  PoseSeries other = drive(300, 10);  // another motion
+  std::mt19937_64 random(3);
+  for (size_t i = 1; i < other.size(); ++i)
+    other.positions_m[i] =
+        other.positions_m[i - 1] + Eigen::Vector3d(0, 0, 0.1 * static_cast<double>(random() % 10));
+  for (Eigen::Matrix3d& R : other.rotations) R.setIdentity();
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), other, options); }),
+              HasSubstr("do not determine a time offset"));
+  PoseSeries rows = drive(300, 10);
+  rows.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, rows, options); }), HasSubstr("needs time stamps"));
 }
 
 TEST(EgoEvaluation, ATimeRangeLeavesOutTheRestOfTheReference) {

@@ -39,19 +39,51 @@ Json kitti_json(const KittiOdometryErrors& errors) {
   return json;
 }
 
+Json matrix_json(const Eigen::Matrix4d& m) {
+  Json json = Json::array();
+  for (int i = 0; i < 4; ++i) json.push_back(Json::array({m(i, 0), m(i, 1), m(i, 2), m(i, 3)}));
+  return json;
+}
+
+/// What was changed about a side's poses; nothing for a camera in opencv axes.
+void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
+  if (frame.is_default()) return;
+  json["frames"][prefix + "axes"] = frame.axes;
+  json["frames"][prefix + "body_from_camera"] = matrix_json(frame.matrix());
+}
+
 void put_metric(Json& json, const EgoOptions& options) {
   json["metric"] = options.rpe ? "rpe" : "ape";
   json["relation"] = std::string(to_string(options.relation));
   json["unit"] = std::string(unit_of(options.relation));
   json["align"] = std::string(to_string(options.alignment));
+  if (options.up) json["up"] = {(*options.up)[0], (*options.up)[1], (*options.up)[2]};
   if (options.n_to_align > 0) json["n_to_align"] = options.n_to_align;
+  put_frame(json, options.estimate_frame, "");
+  put_frame(json, options.reference_frame, "ref_");
   if (options.rpe) {
     json["delta"] = options.rpe->text();
     json["all_pairs"] = options.rpe->all_pairs;
   }
 }
 
-void put_run(Json& json, const EgoResult& r, const EgoReference& reference) {
+void put_times(Json& json, const EgoResult& r, const EgoOptions& options) {
+  if (r.offset) {
+    json["time_offset"] = {{"offset_s", r.offset->offset_s},
+                           {"interval", Json::array({r.offset->low_s, r.offset->high_s})},
+                           {"speed_correlation", r.offset->speed_correlation},
+                           {"rotation_correlation", r.offset->rotation_correlation},
+                           {"n", r.offset->n}};
+  }
+  if (r.interpolation) {
+    json["interpolation"] = {{"max_gap_s", *options.interpolate_max_gap_s},
+                             {"largest_gap_s", r.interpolation->largest_gap_s},
+                             {"n_outside", r.interpolation->n_outside},
+                             {"n_in_longer_gaps", r.interpolation->n_in_longer_gaps}};
+  }
+}
+
+void put_run(Json& json, const EgoResult& r, const EgoReference& reference, const EgoOptions& options) {
   json["n"] = r.errors.size();
   json["stats"] = to_json(r.statistics);
   json["reference"] = reference.side.name;
@@ -59,10 +91,9 @@ void put_run(Json& json, const EgoResult& r, const EgoReference& reference) {
   json["n_reference"] = r.n_reference;
   json["n_estimate"] = r.n_estimate;
   json["n_matched"] = r.estimate.size();
+  put_times(json, r, options);
   json["umeyama_scale"] = r.umeyama_scale;
-  json["alignment"] = Json::array();
-  const Eigen::Matrix4d m = r.alignment.ref_from_est.matrix();
-  for (int i = 0; i < 4; ++i) json["alignment"].push_back(Json::array({m(i, 0), m(i, 1), m(i, 2), m(i, 3)}));
+  json["alignment"] = matrix_json(r.alignment.ref_from_est.matrix());
   json["per_frame"] = per_frame_json(r.per_frame, reference);
   json["kitti_odometry"] = kitti_json(r.kitti);
   json["warnings"] = Json::array();
@@ -96,7 +127,7 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
   Json json;
   put_metric(json, options);
   if (runs.size() == 1) {
-    put_run(json, runs.front(), reference);
+    put_run(json, runs.front(), reference, options);
     return json;
   }
   const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
@@ -116,7 +147,7 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
   json["runs"] = Json::array();
   for (const EgoResult& r : runs) {
     Json run = {{"system", r.system}};
-    put_run(run, r, reference);
+    put_run(run, r, reference, options);
     json["runs"].push_back(std::move(run));
   }
   return json;
@@ -141,6 +172,20 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
     table.add_row(std::move(row));
   };
   for (const EgoResult& r : runs) add(r.name, number(r.estimate.size()), r.errors.size(), r.statistics);
+  for (const EgoResult& r : runs) {
+    if (r.offset) {
+      table.notes.push_back(
+          fmt::format("{}: {:+.6f} s added to its time stamps, 95 % interval {:+.6f} .. {:+.6f} s", r.name,
+                      r.offset->offset_s, r.offset->low_s, r.offset->high_s));
+    }
+    if (r.interpolation) {
+      table.notes.push_back(fmt::format(
+          "{}: reference interpolated over gaps up to {:.4g} s; {} poses lie outside of it, {} in gaps "
+          "longer than {:.4g} s",
+          r.name, r.interpolation->largest_gap_s, r.interpolation->n_outside,
+          r.interpolation->n_in_longer_gaps, *options.interpolate_max_gap_s));
+    }
+  }
   if (runs.size() == 1) return table;
   for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
     add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled);

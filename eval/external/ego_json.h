@@ -4,6 +4,9 @@
 //
 //   {"metric":"ape|rpe", "relation", "unit", "align", "delta","all_pairs" (rpe), "n",
 //    "stats":{"rmse","mean","median","std","min","max","sse"}, "reference","estimate", "n_reference",
+//    "frames":{"axes","ref_axes","body_from_camera":[[4x4]],"ref_body_from_camera"}, "up":[3],
+//    "time_offset":{"offset_s","interval":[low,high],"speed_correlation","rotation_correlation","n"},
+//    "interpolation":{"max_gap_s","largest_gap_s","n_outside","n_in_longer_gaps"},
 //    "n_estimate","n_matched", "umeyama_scale", "alignment":[[4x4]],
 //    "per_frame":{"n","Et_m":{"mean",..},"ER_deg":{..},"ER_float_acos_deg":{..},"step_floor_m"},
 //    "kitti_odometry":{"n","path_m","translation_percent","rotation_deg_per_m","by_length":[..]},

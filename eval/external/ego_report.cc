@@ -44,7 +44,7 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
   const Table errors = ego_error_table(runs, reference, options);
   std::string axis = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
                                  unit_of(options.relation));
-  std::ranges::replace(axis, '_', ' ');  // gnuplot would make it a subscript
+  std::ranges::replace(axis, '_', ' ');
   ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
   section.figures.push_back(cumulative_figure("error_cdf", axis, systems));
   section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs)));

@@ -66,7 +66,7 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
     figure.data.add_row(std::move(row));
   }
   figure.script = fmt::format(
-      "set xlabel {}\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
+      "set xlabel {} noenhanced\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
       "set key bottom right noenhanced\nplot {}\n",
       gp_text(axis), joined(lines));
   return figure;
@@ -92,7 +92,7 @@ Figure box_figure(const std::string& name, const std::string& axis,
     std::vector<Cell> row = {position, samples[i].title};
     for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) row.emplace_back(quantile_of_sorted(values, p));
     figure.data.add_row(std::move(row));
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_text(samples[i].title), position);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(samples[i].title), position);
   }
   parts.push_back(fmt::format(
       "data using "
@@ -105,7 +105,8 @@ Figure box_figure(const std::string& name, const std::string& axis,
       "(column(\"position\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")) "
       "with candlesticks lc rgb \"black\" lw 1.5 notitle");
   figure.script = fmt::format(
-      "set boxwidth 0.5\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {}\nplot {}\n",
+      "set boxwidth 0.5\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
+      "noenhanced\nplot {}\n",
       static_cast<double>(samples.size()) + 0.6, tics,
       samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis), joined(parts));
   return figure;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/report/hostile_testing.h"
+
 namespace sextant {
 namespace {
 
@@ -42,6 +45,15 @@ TEST(ErrorFigures, BothAreDrawnByGnuplot) {
     ASSERT_TRUE(files.contains(name));
     EXPECT_THAT(files.at(name), testing::HasSubstr("many"));
   }
+}
+
+TEST(ErrorFigures, NamesOfStrangersStayNames) {
+  const TempFolder folder;
+  const std::filesystem::path planted = folder.path() / "planted";
+  std::vector<Distribution> all;
+  for (const std::string& text : hostile_texts(planted)) all.push_back({text, {1, 2, 3}});
+  expect_drawn({cumulative_figure("cdf", all[0].title, all), box_figure("boxes", all[5].title, all)},
+               planted);
 }
 
 }  // namespace

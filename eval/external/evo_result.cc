@@ -102,8 +102,8 @@ void write_evo_result(const std::filesystem::path& path, const EgoResult& result
       {"ref_name", reference_name},
       {"est_name", result.name},
       {"label", fmt::format("{} ({})", options.rpe ? "RPE" : "APE", unit_of(options.relation))}};
-  zip.add("info.json", info.dump());
-  zip.add("stats.json", to_json(result.statistics).dump());
+  zip.add("info.json", json_line(info));
+  zip.add("stats.json", json_line(to_json(result.statistics)));
   zip.add("error_array.npy", encode_npy(result.errors));
   const std::vector<int> rows = rows_of_errors(result);
   if (!result.estimate.stamps_s.empty()) {

@@ -56,7 +56,7 @@ CaseFolder::~CaseFolder() {
 void write_case(const ProcessOutcome& outcome, const fs::path& folder) {
   const FinishedCase c{kEnds.at(static_cast<size_t>(outcome.end)), outcome.code, outcome.wall_s,
                        outcome.cpu_s, outcome.peak_memory_mb};
-  write_file(folder / "case.json", write_options(c).dump() + "\n");
+  write_file(folder / "case.json", json_line(write_options(c)) + "\n");
 }
 
 ProcessOutcome read_case(const fs::path& folder) {
@@ -64,9 +64,10 @@ ProcessOutcome read_case(const fs::path& folder) {
   if (!fs::exists(path)) fail("{}: is not there: expected the folder of a finished case", path.string());
   if (!fs::is_directory(folder / "output"))
     fail("{}: is not there: outputs are kept with \"keep\" output or all", (folder / "output").string());
+  const Json json = read_json(path);
   FinishedCase c;
   try {
-    read_options(Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false), c);
+    read_options(json, c);
   } catch (const Error& error) {
     fail("{}: {}", path.string(), error.what());
   }

@@ -4,7 +4,7 @@
 #include <cctype>
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
+#include "sextant/base/json.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -19,14 +19,7 @@ void check_choice(const char* name, const std::string& value, const std::vector<
 }
 
 Json read_object(const std::string& path) {
-  const std::string text = read_file(path);
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    const auto end = text.begin() + static_cast<ptrdiff_t>(std::min(error.byte, text.size()));
-    fail("{}:{}: not valid JSON here", path, 1 + std::count(text.begin(), end, '\n'));
-  }
+  Json json = read_json(path);
   if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
   return json;
 }

@@ -1,13 +1,14 @@
 #include "sextant/eval/external/number_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/external/trajectory_bytes.h"
 
 namespace sextant {
 namespace {
@@ -46,14 +47,9 @@ void check_size(const std::string& path, uint64_t bytes, const ReadRules& rules)
 
 NumberFile::NumberFile(std::string path, char separator, const ReadRules& rules)
     : path_(std::move(path)), separator_(separator), rules_(rules) {
-  file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
-  struct stat status {};
-  if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file_);
-    fail("{}: expected a file, got {}", path_, S_ISDIR(status.st_mode) ? "a folder" : "something else");
-  }
-  file_bytes_ = static_cast<size_t>(status.st_size);
+  const OpenFile file = open_file(path_);
+  file_ = file.descriptor;
+  file_bytes_ = static_cast<size_t>(file.size);
   try {
     check_size(path_, file_bytes_, rules_);
   } catch (...) {
@@ -73,6 +69,11 @@ NumberFile::~NumberFile() { ::close(file_); }
 
 bool NumberFile::refill() {
   if (at_end_) return false;
+  if (file_bytes_ > data_file.max_bytes) {  // before the first block
+    fail("{}: has {:.1f} GB, expected at most {:.2f} GB for {}", path_,
+         static_cast<double>(file_bytes_) / 1e9, static_cast<double>(data_file.max_bytes) / 1e9,
+         data_file.name);
+  }
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
@@ -118,6 +119,7 @@ bool NumberFile::next() {
     if (line.empty()) continue;
     if (line.front() == '#') {
       if (comments_.size() + line.size() < kMostComments) comments_.append(line).push_back('\n');
+      if (records_ == 0) last_comment_ = line.substr(0, kMostComments);
       continue;
     }
     if (records_ == 0 && header_.empty() && !begins_as_number(line)) {
@@ -126,6 +128,7 @@ bool NumberFile::next() {
       continue;
     }
     line_bytes_ = line.size();
+    if (separator_ == kEither) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
     parse(line);
     ++records_;
     return true;
@@ -174,10 +177,10 @@ double NumberFile::parse_field(std::string_view field) const {
               shown(field));
   }
   if (text.empty()) fail_here("value {} is empty: a number was expected", column);
-  if (text.find(',') != std::string_view::npos) {
+  if (text.find_first_of(", ") != std::string_view::npos) {
     fail_here(
         "expected a number for value {}, got '{}': write numbers with a decimal point and without thousands "
-        "separators; a comma between values is the euroc or dynosam format",
+        "separators, and one separator between all of them: blanks or commas",
         column, shown(field));
   }
   fail_here("expected a number for value {}, got '{}'", column, shown(field));

@@ -33,6 +33,9 @@ void check_size(const std::string& path, uint64_t bytes, const ReadRules& rules)
 
 class NumberFile {
  public:
+  /// A separator that the first record decides: a comma where it has one, else blanks.
+  static constexpr char kEither = '\0';
+
   /// `separator` ' ': runs of blanks and tabs; any other: exactly one between fields, which are trimmed.
   /// Throws Error when the file cannot be read.
   NumberFile(std::string path, char separator, const ReadRules& rules = {});
@@ -51,6 +54,9 @@ class NumberFile {
   const std::string& path() const { return path_; }
   const std::string& header() const { return header_; }      ///< without blanks at the ends; may be empty
   const std::string& comments() const { return comments_; }  ///< of the first lines, at most 4 kB
+  /// The header, else the last comment before the first record: where the columns have names, they are here.
+  const std::string& column_names() const { return header_.empty() ? last_comment_ : header_; }
+  char separator() const { return separator_; }
 
   template <typename... Args>
   [[noreturn]] void fail_here(fmt::format_string<Args...> format, Args&&... args) const {
@@ -78,6 +84,7 @@ class NumberFile {
   std::vector<double> values_;
   std::string header_;
   std::string comments_;
+  std::string last_comment_;  // before the first record
 };
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 
 #include "sextant/base/text.h"
 #include "sextant/eval/external/pose_collector.h"
+#include "sextant/eval/external/trajectory_columns.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {
@@ -64,6 +65,8 @@ void for_each_record(const LogFolder& folder, const std::string& name, char sepa
 }
 
 void expect(const NumberFile& file, size_t n, const char* what) {
+  if (file.separator() == ',' && header_contradicts(file.header(), what))
+    file.fail_here("the header names other columns than {}", what);
   if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
 }
 

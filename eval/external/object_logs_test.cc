@@ -287,8 +287,15 @@ TEST(ObjectLogs, DamageIsTold) {
   EXPECT_THAT(error("other"), HasSubstr("expected dynosam or vdo"));
   folder.write("m_object_motion_log.csv", "frame_id\n1,3,0,0\n");
   EXPECT_THAT(error("dynosam"), HasSubstr("m_object_motion_log.csv:2: expected frame_id,object_id"));
+  folder.write("m_object_motion_log.csv",
+               "frame_id,object_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
+               "1,3,0,0,0,1,0,0,0,0,0,1,1,0,0,0\n");
+  EXPECT_THAT(error("dynosam"), HasSubstr(":2: the header names other columns than frame_id,object_id"));
   folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(kError), matrix(kError)));
   EXPECT_THAT(error("vdo"), HasSubstr(":2: label 3 is given twice in frame 1"));
+  folder.write("a_refined_rgbd.txt", "");
+  folder.write("b_refined_rgbd.txt", "");
+  EXPECT_THAT(error("vdo"), HasSubstr("holds several refined_*.txt: keep one run a folder"));
   EXPECT_THAT(error_of([] { read_object_logs("/nowhere", {"vdo"}); }), HasSubstr("cannot read this folder"));
 }
 

@@ -56,11 +56,31 @@ std::vector<std::string> RepairLog::warnings(const std::string& path) const {
   return lines;
 }
 
+void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
+  if (!(p.cwiseAbs().maxCoeff() <= kFarthest_m) || !p.allFinite())
+    fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2],
+         kFarthest_m);
+}
+
+Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
+                                 RepairLog& log) {
+  const double off = std::abs(q.norm() - 1);
+  if (!(off <= kNormLimit)) {
+    fail(
+        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, expected 1 (limit {} off): are the columns "
+        "in "
+        "order?",
+        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), kNormLimit);
+  }
+  if (off > kNormSilent)
+    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", kNormSilent), number);
+  return q.normalized().toRotationMatrix();
+}
+
 Eigen::Vector3d position_at(const NumberFile& file, size_t first) {
   const std::span<const double> v = file.values();
   const Eigen::Vector3d p(v[first], v[first + 1], v[first + 2]);
-  if (p.cwiseAbs().maxCoeff() > kFarthest_m)
-    file.fail_here("position {} {} {} is beyond {} m: expected metres", p[0], p[1], p[2], kFarthest_m);
+  check_position(p, file.path(), file.line());
   return p;
 }
 
@@ -68,15 +88,7 @@ Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first
   const double* v = file.values().data() + first;
   const Eigen::Quaterniond q =
       w_first ? Eigen::Quaterniond(v[0], v[1], v[2], v[3]) : Eigen::Quaterniond(v[3], v[0], v[1], v[2]);
-  const double off = std::abs(q.norm() - 1);
-  if (!(off <= kNormLimit)) {
-    file.fail_here(
-        "quaternion {} {} {} {} has norm {:.4g}, expected 1 (limit {} off): are the columns in order?", v[0],
-        v[1], v[2], v[3], q.norm(), kNormLimit);
-  }
-  if (off > kNormSilent)
-    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", kNormSilent), file.line());
-  return q.normalized().toRotationMatrix();
+  return checked_rotation(q, file.path(), file.line(), log);
 }
 
 void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log) {
@@ -99,8 +111,7 @@ void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, Repair
   r << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
   check_rotation(r, file.path(), file.line(), log);
   const Eigen::Vector3d p(v[3], v[7], v[11]);
-  if (p.cwiseAbs().maxCoeff() > kFarthest_m)
-    file.fail_here("position {} {} {} is beyond {} m: expected metres", p[0], p[1], p[2], kFarthest_m);
+  check_position(p, file.path(), file.line());
   series.add(r, p);
 }
 

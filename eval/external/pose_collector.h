@@ -26,7 +26,13 @@ class RepairLog {
   std::map<std::string, Seen> seen_;
 };
 
-/// Position (3 values) of a record from `first` on. Throws Error beyond 1e7 m.
+/// Throws Error on what is not finite or beyond 1e7 m; "PATH:NUMBER" begins the message, a line or a message.
+void check_position(const Eigen::Vector3d& position_m, const std::string& path, int64_t number);
+/// Normalised; throws Error where the norm is off.
+Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
+                                 RepairLog& log);
+
+/// Position (3 values) of a record from `first` on.
 Eigen::Vector3d position_at(const NumberFile& file, size_t first);
 /// Four values; `w_first`: w x y z, else x y z w.
 Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first, RepairLog& log);

@@ -1,7 +1,6 @@
 #include "sextant/eval/external/rescore.h"
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
 #include "sextant/eval/external/external_config.h"
 
 namespace sextant {
@@ -10,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Json read_object(const fs::path& path) {
-  Json json = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  Json json = read_json(path);
   if (!json.is_object()) fail("{}: expected a JSON object", path.string());
   return json;
 }
@@ -55,14 +54,15 @@ RunConfig rescored_run(const RescoreRequest& request) {
     for (const Json& source : member(recorded, "sources", path))
       config.sources.push_back(find_source(source.get<std::string>(), request.data_root));
     Json name = member(recorded, "estimator", path);
-    if (!is_external(name)) fail("{}: estimator {} is no external program", path.string(), name.dump());
+    if (!is_external(name))
+      fail("{}: estimator {} is no external program", path.string(), json_excerpt(name));
     Json options = member(recorded, "options", path), changes = request.options;
     replace_estimator(request, name, options["estimator"]);
     changes.erase("estimator");
     options.merge_patch(changes);
     config.estimator = name.get<std::string>();
     config.options = options;
-    config.noise = Noise::parse(member(recorded, "noise", path).dump());
+    config.noise = Noise(member(recorded, "noise", path));
     config.level = member(recorded, "level", path).get<double>();
     config.n_seeds = member(recorded, "seeds", path).get<int>();
   } catch (const Json::exception& error) {
@@ -97,7 +97,7 @@ SweepConfig rescored_sweep(const RescoreRequest& request) {
   } catch (const Json::exception& error) {
     fail("{}: not the plan file of a sweep: {}", path.string(), error.what());
   }
-  config.plan = parse_plan(plan.dump(2), path.string(), request.data_root);
+  config.plan = parse_plan(json_text(plan), path.string(), request.data_root);
   config.rescored = request.folder;
   return config;
 }

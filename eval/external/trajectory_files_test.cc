@@ -29,7 +29,8 @@ class TrajectoryFiles : public testing::Test {
 
 TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
   const std::string euroc =
-      "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
+      "#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z,v_x,v_y\n1403636579763555584,1,2,3,1,0,0,0,9,"
+      "9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
   const std::string vdo = "4 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n5 1 0 0 2 0 1 0 2 0 0 1 3 0 0 0 1\n";
   const std::string dynosam =
       "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n"
@@ -132,6 +133,64 @@ TEST_F(TrajectoryFiles, StampsOutOfOrderAndTwice) {
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
   EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
   EXPECT_THAT(error(kTum, "kitty"), HasSubstr("did you mean 'kitti'"));
+}
+
+// The table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
+TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
+  const TrajectoryFile lab = read(
+      "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw\n1403636579763555584,1,2,3,0,0,0.6,0.8\n"
+      "1403636579863555584,1,2,3,0,0,0.6,0.8\n");
+  EXPECT_NEAR(lab.poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_EQ(lab.poses.stamps_s[0], 1403636579763555584 / 1e9);
+  const TrajectoryFile any = read("qw qx qy qz z y x time_ms more\n0.8 0.6 0 0 3 2 1 1500 7\n", "table");
+  EXPECT_NEAR(any.poses.rotations[0](1, 1), 1 - 2 * 0.36, 1e-15);
+  EXPECT_EQ(any.poses.positions_m[0], Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(any.poses.stamps_s, ElementsAre(1.5));
+  EXPECT_EQ(read("# t(s) x y z qw qx qy qz\n1 1 2 3 0.8 0 0 0.6\n").format, "table") << "blanks, but w first";
+  EXPECT_EQ(read("# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22\n1 1 2 3 0 0 0 1 1 2 3 4\n").format,
+            "table")
+      << "12 values, but no matrix";
+}
+
+TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
+  for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
+                           "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
+    EXPECT_THAT(error(text, "auto"),
+                testing::AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+        << text;
+  }
+  EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_NEAR(read("1e18,1,2,3,0.8,0,0,0.6\n", "euroc").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+}
+
+TEST_F(TrajectoryFiles, AFormatAgainstTheHeaderIsAnError) {
+  const std::string w_last = "t [ns],x,y,z,qx,qy,qz,qw\n1e18,1,2,3,0,0,0,1\n";
+  EXPECT_THAT(error(w_last, "euroc"), HasSubstr("the header names other columns than euroc"));
+  EXPECT_THAT(error(w_last, "tum"), HasSubstr("another unit of time than tum"));
+  EXPECT_THAT(error("t [s],x,y,z,qw,qx,qy,qz\n1e8,1,2,3,1,0,0,0\n", "euroc"),
+              HasSubstr("another unit of time"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n", "table"), HasSubstr("expected a header that names"));
+  EXPECT_THAT(error("t [s],x [cm],y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n", "auto"), HasSubstr("expected metres"));
+}
+
+TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
+  EXPECT_THAT(error("frame_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
+                    "4,1,2,3,1,0,0,0,5,2,3,1,0,0,0\n",
+                    "auto"),
+              HasSubstr("the header names other columns than frame_id,tx"));
+}
+
+TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
+  EXPECT_THAT(error("time,x,y,z,qx,qy,qz,qw\n1500,1,2,3,0,0,0,1\n", "auto"),
+              testing::AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
+  EXPECT_THAT(error("time,x,y,z,qw,qx,qy,qz\n1500,1,2,3,1,0,0,0\n", "auto"), HasSubstr("--format euroc"));
+  const std::string orb_slam3 =
+      "1403636579763555584.000000 1 2 3 0 0 0 1\n1403636579863555584.000000 1 2 3 0 0 0 1\n";
+  EXPECT_EQ(read(orb_slam3).format, "tum_ns");
+  EXPECT_EQ(read(orb_slam3).poses.stamps_s[0], 1403636579763555584 / 1e9);
+  EXPECT_THAT(error(orb_slam3, "tum"), HasSubstr("the format is tum_ns"));
+  EXPECT_THAT(error("1403636579763.5 1 2 3 0 0 0 1\n", "auto"), HasSubstr("no number of seconds"))
+      << "milliseconds";
 }
 
 TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {

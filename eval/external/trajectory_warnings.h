@@ -9,6 +9,9 @@
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
+//   rows            one side has frame numbers that do not begin at 0, the other has none: its rows are taken
+//                   as frames
+//   clock           median time steps of below 1e-5 s or above 1000 s: another unit than seconds?
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
 //   repeated_poses  the estimate stands still, exactly, while the reference moves: 5 poses or more
 //   identity        the reference holds exact identity poses after it, or the estimate, has left its origin:
@@ -37,7 +40,7 @@ struct TrajectorySide {
   std::string format;
 };
 
-/// Before association: swapped, rates.
+/// Before association: swapped, clock, rates.
 std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& reference_side,
                                                 const PoseSeries& estimate,
@@ -45,19 +48,5 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 
 /// After association, before alignment: repeated poses, identities.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
-
-/// The shift of the estimate's clock that makes motions agree best: its stamps are late by lag_s. Looked for
-/// up to 20 of the longer time steps, or 1 s where that is more. Empty when nothing stands out: too little
-/// motion, correlation below 0.8, or better than without a shift by neither 0.1 nor half of what is missing
-/// to 1.
-struct LagEstimate {
-  double lag = 0;            ///< in units of the times
-  double correlation = 0;    ///< of speeds and rotation rates at this lag
-  double correlation_0 = 0;  ///< without
-};
-std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
-                                        const std::vector<double>& reference_times,
-                                        const PoseSeries& estimate,
-                                        const std::vector<double>& estimate_times);
 
 }  // namespace sextant

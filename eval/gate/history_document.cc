@@ -69,7 +69,7 @@ std::string label_tics(const History& history) {
   const size_t step = (history.labels.size() + 7) / 8;
   std::string tics;
   for (size_t i = 0; i < history.labels.size(); i += step)
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_text(history.labels[i]), i);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(history.labels[i]), i);
   return fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);
 }
 

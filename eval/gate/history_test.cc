@@ -8,6 +8,7 @@
 
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/gate/testing.h"
+#include "sextant/eval/report/hostile_testing.h"
 #include "sextant/eval/report/html/html.h"
 
 namespace sextant {
@@ -73,6 +74,26 @@ TEST_F(Past, DisturbedCasesAreNoLevelOfARunsTimes) {
   EXPECT_THAT(changes(), ElementsAre());
   for (const int i : {8, 9, 10, 11}) slow_down(i, 1);
   EXPECT_THAT(changes(), ElementsAre(8));
+}
+
+TEST_F(Past, NamesOfStrangersStayNames) {
+  const std::filesystem::path planted = temp_.path() / "planted";
+  History history;
+  for (const std::string& text : hostile_texts(planted)) history.labels.push_back(text);
+  for (const std::string& text : hostile_texts(planted)) {
+    Series series{text, text, text};
+    for (size_t i = 0; i < history.labels.size(); ++i) series.values.emplace_back(static_cast<double>(i));
+    history.series.push_back(series);
+  }
+  std::vector<Figure> figures;
+  for (size_t shift = 0; shift < 3; ++shift) {  // every third label is on the axis
+    for (const ReportSection& section : history_document(history).sections)
+      figures.insert(figures.end(), section.figures.begin(),
+                     section.figures.begin() + (section.figures.empty() ? 0 : 8));
+    for (size_t i = 0; i < figures.size(); ++i) figures[i].name = fmt::format("series-{}", i);
+    std::ranges::rotate(history.labels, history.labels.begin() + 1);
+  }
+  expect_drawn(figures, planted);
 }
 
 TEST_F(Past, PageOpensInABrowser) {

@@ -20,15 +20,6 @@ struct Suite {
   std::vector<TestCase> cases;
 };
 
-/// html_escaped(), and without the control characters that XML 1.0 cannot hold at all.
-std::string xml(const std::string& text) {
-  std::string clean;
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') clean += c;
-  }
-  return html_escaped(clean);
-}
-
 int count(const Suite& suite, GateVerdict verdict) {
   int n = 0;
   for (const TestCase& test : suite.cases) n += test.verdict == verdict ? 1 : 0;
@@ -41,9 +32,9 @@ std::string test_case(const Suite& suite, const TestCase& test) {
                         : test.verdict == GateVerdict::inconclusive ? "skipped"
                                                                     : nullptr;
   const std::string head = fmt::format(R"(    <testcase name="{}" classname="sextant.{}" time="0")",
-                                       xml(test.name), xml(suite.name));
+                                       html_escaped(test.name), html_escaped(suite.name));
   if (element == nullptr) return head + "/>\n";
-  const std::string message = xml(test.message);
+  const std::string message = html_escaped(test.message);
   if (test.verdict == GateVerdict::inconclusive)
     return fmt::format("{}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", head, message);
   return fmt::format("{0}>\n      <{1} message=\"{2}\" type=\"{3}\">{2}</{1}>\n    </testcase>\n", head,
@@ -59,7 +50,7 @@ std::string suite_text(const Suite& suite, size_t id, const Comparison& c, const
   text += fmt::format(
       "    <properties>\n      <property name=\"base\" value=\"{}\"/>\n      <property name=\"new\" "
       "value=\"{}\"/>\n    </properties>\n",
-      xml(c.base), xml(c.fresh));
+      html_escaped(c.base), html_escaped(c.fresh));
   for (const TestCase& test : suite.cases) text += test_case(suite, test);
   return text + "    <system-out/>\n    <system-err/>\n  </testsuite>\n";
 }

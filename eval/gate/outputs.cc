@@ -62,8 +62,8 @@ Json github_entry(std::string name, std::string unit, double value, const std::o
 }  // namespace
 
 std::string comparison_markdown(const Comparison& c) {
-  std::string text = fmt::format("# sextant compare: {}\n\n{}\n\nBASE `{}`, NEW `{}`\n", to_string(c.verdict),
-                                 headline(c), c.base, c.fresh);
+  std::string text = fmt::format("# sextant compare: {}\n\n{}\n\nBASE {}, NEW {}\n", to_string(c.verdict),
+                                 markdown_text(headline(c)), markdown_text(c.base), markdown_text(c.fresh));
   const auto add = [&](const Table& table) {
     if (!table.rows.empty()) text += "\n" + to_markdown(table);
   };
@@ -116,10 +116,10 @@ Json comparison_github(const Comparison& c, const Policy& policy) {
 
 OutputFiles comparison_files(const Comparison& c, const Policy& policy, const std::string& timestamp) {
   return {{"comparison.md", comparison_markdown(c)},
-          {"comparison.json", comparison_json(c, policy).dump(2) + "\n"},
+          {"comparison.json", json_text(comparison_json(c, policy))},
           {"junit.xml", comparison_junit(c, timestamp)},
-          {"bmf.json", comparison_bmf(c).dump(2) + "\n"},
-          {"github.json", comparison_github(c, policy).dump(2) + "\n"}};
+          {"bmf.json", json_text(comparison_bmf(c))},
+          {"github.json", json_text(comparison_github(c, policy))}};
 }
 
 std::string utc_timestamp() {

@@ -105,10 +105,25 @@ TEST(Outputs, JUnitFollowsItsSchema) {
   const std::string xml = comparison_junit(every_verdict(), noon);
   EXPECT_EQ(problem(xml), "");
   EXPECT_EQ(problem(comparison_junit(Comparison{}, utc_timestamp())), "");
+  Comparison unprintable = every_verdict();
+  unprintable.base = "\uFFFE\uFFFF\xff\xed\xa0\x80\x1b[2J";
+  unprintable.findings[0].subject = unprintable.accuracy[0].subject.body = unprintable.base;
+  EXPECT_EQ(problem(comparison_junit(unprintable, noon)), "");
   EXPECT_NE(problem(comparison_junit(every_verdict(), "yesterday")), "");  // the schema does refuse
   EXPECT_THAT(xml, HasSubstr("tests=\"4\" failures=\"1\" errors=\"0\" skipped=\"1\""));
-  EXPECT_THAT(xml, HasSubstr("<error message=\"data &#39;a.png&#39;"));
+  EXPECT_THAT(xml, HasSubstr("<error message=\"data &#39;a.png\uFFFD&#39;"));
   EXPECT_THAT(xml, HasSubstr("<failure message=\"300.00 us -&gt; 360.00 us (+20.0 %)\" type=\"regressed\">"));
+}
+
+TEST(Outputs, MarkdownHoldsNoHtmlAndNoLinesOfStrangers) {
+  Comparison c = every_verdict();
+  c.base = "<img src=x>`\n\n# Heading";
+  c.findings[0].base = "<script>\nalert(1)</script> &lt; | x";
+  c.accuracy[1].subject.estimator = "a\n| b | <b>";
+  const std::string text = comparison_markdown(c);
+  for (const char* html : {"<img", "<script", "</script", "<b>", "\n# Heading", "&lt; |", "\nalert"})
+    EXPECT_THAT(text, ::testing::Not(HasSubstr(html)));
+  EXPECT_THAT(text, HasSubstr("BASE &lt;img src=x>`  # Heading, NEW new"));
 }
 
 TEST(Outputs, BencherMetricFormatFollowsItsDocumentation) {

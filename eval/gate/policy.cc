@@ -60,8 +60,7 @@ void SamenessPolicy::check() const {
 }
 
 Policy read_policy(const std::string& file) {
-  const Json json = Json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded()) fail("{}: not valid JSON", file);
+  const Json json = read_json(file);
   Policy policy;
   try {
     read_options(json, policy);

@@ -20,7 +20,7 @@ void collect(const Json& tree, const std::string& path, Leaves& leaves) {
       collect(item.value(), path.empty() ? item.key() : path + "." + item.key(), leaves);
     }
   } else if (!tree.is_null()) {
-    leaves[path] = tree.is_string() ? tree.get<std::string>() : tree.dump();
+    leaves[path] = tree.is_string() ? tree.get<std::string>() : json_line(tree);
   }
 }
 

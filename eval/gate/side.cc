@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/run_json.h"
 
 namespace sextant {
 namespace {
@@ -60,8 +61,7 @@ RunFolder read_run(const fs::path& folder) {
   }
   check_errors(run.records, file);
   if (!fs::exists(folder / "run.json")) return run;
-  run.provenance = Json::parse(read_file(folder / "run.json"), nullptr, /*allow_exceptions=*/false);
-  if (!run.provenance.is_object()) fail("{}: expected a JSON object", (folder / "run.json").string());
+  run.provenance = read_run_json(folder);
   return run;
 }
 
@@ -81,7 +81,7 @@ void read_folder(const fs::path& folder, Side& side) {
   }
   std::ranges::sort(files);
   for (const fs::path& file : files)
-    side.benchmarks.push_back(parse_benchmark_file(read_file(file), file.string()));
+    side.benchmarks.push_back(parse_benchmark_file(read_file(file, json_file), file.string()));
 }
 
 bool is_empty(const Side& side) { return side.runs.empty() && side.benchmarks.empty(); }
@@ -112,7 +112,7 @@ Side read_side(const fs::path& path) {
     fail("{}: expected its folder: run.json there says what the records are of", side.path);
   }
   if (fs::is_regular_file(path)) {
-    side.benchmarks.push_back(parse_benchmark_file(read_file(path), side.path));
+    side.benchmarks.push_back(parse_benchmark_file(read_file(path, json_file), side.path));
     return side;
   }
   read_folder(path, side);

@@ -25,14 +25,25 @@ std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
   return to_markdown(table) + "\n";
 }
 
+/// A bracket of a stranger would end the picture's text.
+std::string alt_text(const std::string& text) {
+  std::string out;
+  for (const char c : markdown_text(text))
+    out += c == '[' || c == ']' ? fmt::format("\\{}", c) : std::string(1, c);
+  return out;
+}
+
 std::string section_markdown(const ReportSection& section) {
-  std::string text = fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, section.heading);
-  for (const std::string& paragraph : section.paragraphs) text += paragraph + "\n\n";
+  std::string text =
+      fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, markdown_text(section.heading));
+  for (const std::string& paragraph : section.paragraphs) text += markdown_text(paragraph) + "\n\n";
   for (const Picture& picture : section.pictures) {
-    text += fmt::format("![{}](pictures/{}.png)\n\n*{}*\n\n", picture.alt, picture.name, picture.caption);
+    text += fmt::format("![{}](pictures/{}.png)\n\n*{}*\n\n", alt_text(picture.alt), picture.name,
+                        markdown_text(picture.caption));
   }
   for (const Figure& figure : section.figures) {
-    text += fmt::format("![{0}](figures/{1}.svg)\n\n*{0}*\n\n", figure.caption, figure.name);
+    text += fmt::format("![{}](figures/{}.svg)\n\n*{}*\n\n", alt_text(figure.caption), figure.name,
+                        markdown_text(figure.caption));
   }
   for (const NamedTable& named : section.tables) {
     // A table's own title is one level below the section's.
@@ -99,11 +110,13 @@ std::string citation() {
 }
 
 std::string to_markdown(const ReportDocument& document) {
-  std::string text = fmt::format("# {}\n\n{}\n\n", document.title, document.abstract);
+  std::string text =
+      fmt::format("# {}\n\n{}\n\n", markdown_text(document.title), markdown_text(document.abstract));
   text += verdicts_markdown(document.verdicts);
   for (const ReportSection& section : document.sections) text += section_markdown(section);
   if (!document.provenance.empty()) text += "## Provenance\n\n";
-  for (const auto& [key, value] : document.provenance) text += fmt::format("- **{}**: {}\n", key, value);
+  for (const auto& [key, value] : document.provenance)
+    text += fmt::format("- **{}**: {}\n", markdown_text(key), markdown_text(value));
   if (!document.citation.empty())
     text += fmt::format("\n## How to cite\n\n```bibtex\n{}```\n", document.citation);
   return text;

@@ -40,5 +40,19 @@ TEST(Document, MarkdownHasSummarySectionsAndCitation) {
   EXPECT_THAT(text, HasSubstr("```bibtex\n@misc{x}\n```\n"));
 }
 
+TEST(Document, MarkdownHoldsNoHtmlAndNoLinesOfStrangers) {
+  ReportDocument document;
+  document.title = document.abstract = "<img src=x>\n\n# Heading";
+  document.provenance = {{"<b>", "x\n- **y**: <script>"}};
+  ReportSection section{"section", "<i>\nheading", {"<u>\nparagraph"}, {}, {}, {}};
+  section.pictures = {{"picture", "</a>\ncaption", "](javascript:1) ![", "png"}};
+  document.sections = {section};
+  const std::string text = to_markdown(document);
+  for (const char* html :
+       {"<img", "<b>", "<script", "<i>", "<u>", "</a>\ncaption", "\n# Heading", "\n- **y**", "[](java"})
+    EXPECT_EQ(text.find(html), std::string::npos) << html << "\n" << text;
+  EXPECT_NE(text.find("![\\](javascript:1) !\\[](pictures/picture.png)"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace sextant

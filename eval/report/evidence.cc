@@ -16,10 +16,9 @@ std::vector<const EvidencePart*> Evidence::with(PartRole role) const {
 
 std::optional<double> published_number(const Json& table, const std::string& key) {
   const auto it = table.find(key);
-  if (it == table.end()) fail("published values: key '{}' is missing in {}", key, table.dump().substr(0, 80));
+  if (it == table.end()) fail("published values: key '{}' is missing in {}", key, json_excerpt(table));
   if (it->is_null()) return std::nullopt;
-  if (!it->is_number()) fail("published values: key '{}': expected a number, got {}", key, it->dump());
-  return it->get<double>();
+  return json_member<double>(table, key, "published values");
 }
 
 std::string data_title(const std::string& dataset, const std::string& sequence) {

@@ -3,11 +3,11 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <regex>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
 
 namespace sextant {
@@ -38,6 +38,7 @@ class ScratchFolder {
 constexpr const char* style = R"(set encoding utf8
 set datafile separator comma
 set datafile columnheaders
+set datafile commentschars ""
 set border 3 linecolor rgb "#404040"
 set tics nomirror out scale 0.5
 set grid ytics linecolor rgb "#E0E0E0" linewidth 0.5
@@ -50,7 +51,7 @@ std::string complete_script(const Figure& figure) {
   const auto pixels = [](double cm, double dpi) { return static_cast<int>(cm / 2.54 * dpi); };
   std::string script = fmt::format("# gnuplot {0}.gp draws {0}.svg, {0}.pdf and {0}.png from {0}.csv\n{1}",
                                    figure.name, style);
-  script += fmt::format("data = \"{}.csv\"\n", figure.name);
+  script += fmt::format("data = '{}.csv'\n", figure.name);
   const std::array<std::pair<const char*, std::string>, 3> terminals = {{
       {"svg", fmt::format("svg size {},{} font \"DejaVu Sans,11\" linewidth 1.2",
                           pixels(figure.width_cm, 127), pixels(figure.height_cm, 127))},
@@ -60,7 +61,7 @@ std::string complete_script(const Figure& figure) {
                    pixels(figure.width_cm, 300), pixels(figure.height_cm, 300))},
   }};
   for (const auto& [extension, terminal] : terminals) {
-    script += fmt::format("\nset terminal {}\nset output \"{}.{}\"\n{}", terminal, figure.name, extension,
+    script += fmt::format("\nset terminal {}\nset output '{}.{}'\n{}", terminal, figure.name, extension,
                           figure.script);
     script += "unset output\n";
   }
@@ -75,6 +76,40 @@ std::string without_date(std::string pdf) {
     if (at + key.size() + fixed.size() < pdf.size()) pdf.replace(at + key.size(), fixed.size(), fixed);
   }
   return pdf;
+}
+
+constexpr const char* apostrophe = "\u2019";
+
+std::string replaced(const std::string& text, char what, const char* by) {
+  std::string out;
+  for (const char c : text) {
+    if (c == what) out += by;
+    if (c != what) out += c;
+  }
+  return out;
+}
+
+/// gnuplot takes "< cmd" as data and "| cmd" as output for commands.
+bool is_name(const std::string& name) {
+  return file_stem(name) == name && name.front() != '.' && name.front() != '-';
+}
+
+std::string figure_csv(Table data) {
+  for (std::vector<Cell>& row : data.rows) {
+    for (Cell& cell : row) {
+      if (auto* text = std::get_if<std::string>(&cell)) *text = gp_cell(*text);
+    }
+  }
+  return to_csv(data);
+}
+
+/// What a whole picture ends with: gnuplot does not notice when it cannot write.
+constexpr std::array<std::pair<const char*, std::string_view>, 3> endings = {
+    {{".svg", "</svg>"}, {".pdf", "%%EOF"}, {".png", "IEND\xae\x42\x60\x82"}}};
+
+bool ends_with(std::string_view bytes, std::string_view end) {
+  while (!bytes.empty() && bytes.back() == '\n') bytes.remove_suffix(1);
+  return bytes.ends_with(end);
 }
 
 }  // namespace
@@ -104,24 +139,38 @@ int filled_point(size_t i) {
 
 int open_point(size_t i) { return filled_point(i) - 1; }
 
+// Doubled, as gnuplot's manual has it, a quote at the beginning of a string or beside another one still ends
+// it.
 std::string gp_text(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out.push_back('\\');
-    out.push_back(c == '\n' ? ' ' : c);
-  }
-  return out + "\"";
+  return "'" + replaced(one_line(text), '\'', apostrophe) + "'";
+}
+
+std::string gp_tic(const std::string& label) { return replaced(gp_text(label), '%', "%%"); }
+
+std::string gp_cell(const std::string& text) {
+  std::string cell =
+      replaced(replaced(replaced(one_line(text), ',', ";"), '"', apostrophe), '\'', apostrophe);
+  const size_t first = cell.find_first_not_of(' ');  // gnuplot leaves out what is before it
+  return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }
 
 OutputFiles draw(const Figure& figure) {
-  SEXTANT_CHECK(file_stem(figure.name) == figure.name || figure.name.find('-') != std::string::npos);
+  SEXTANT_CHECK(is_name(figure.name));
   const ScratchFolder scratch;
-  OutputFiles files = {{figure.name + ".csv", to_csv(figure.data)},
-                       {figure.name + ".gp", complete_script(figure)}};
+  const std::string script = figure.name + ".gp";
+  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure)}};
   for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);
-  run_gnuplot(files.at(figure.name + ".gp"), scratch.path());
-  for (const char* extension : {".svg", ".pdf", ".png"}) {
-    files[figure.name + extension] = read_file(scratch.path() / (figure.name + extension));
+  run_gnuplot(script, scratch.path());
+  for (const auto& [extension, end] : endings) {
+    const fs::path drawn = scratch.path() / (figure.name + extension);
+    files[figure.name + extension] = fs::exists(drawn) ? read_file(drawn) : "";
+    if (!ends_with(files[figure.name + extension], end)) {
+      fail(
+          "gnuplot wrote only a part of {}{}: is the disk of {} full? Make room, or choose another folder "
+          "with "
+          "TMPDIR",
+          figure.name, extension, scratch.path().parent_path().string());
+    }
   }
   files[figure.name + ".pdf"] = without_date(std::move(files[figure.name + ".pdf"]));
   return files;

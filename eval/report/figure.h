@@ -16,9 +16,9 @@
 namespace sextant {
 
 struct Figure {
-  std::string name;     ///< stem of the files: letters, digits, '.', '-', '_'
+  std::string name;     ///< stem of the files: letters, digits, '.', '-', '_'; no '.' or '-' first
   std::string caption;  ///< one paragraph, for the report
-  Table data;           ///< becomes <name>.csv
+  Table data;           ///< becomes <name>.csv, texts as gp_cell()
   std::string script;   ///< gnuplot commands; `data` is the CSV's name, `column("key")` works
   double width_cm = 8.8;
   double height_cm = 6.6;
@@ -32,11 +32,19 @@ std::string line_colour(size_t i);
 /// Filled gnuplot point type of the i-th line, and its open twin.
 int filled_point(size_t i);
 int open_point(size_t i);
-/// Text inside gnuplot's double quotes: quotes and backslashes escaped.
-std::string gp_text(const std::string& text);
 
-/// <name>.csv, .gp, .svg, .pdf, .png. Throws Error with gnuplot's own words when it refuses, and one that
-/// names the package when it is missing.
+/// A text, whosever it is, as a gnuplot string: on one line, in single quotes, where nothing is a command;
+/// its own are apostrophes (U+2019). Where it is shown `noenhanced` belongs beside it, or '_' and '{' are
+/// markup.
+std::string gp_text(const std::string& text);
+/// The same as the label of a tic, in which gnuplot takes '%' for a format.
+std::string gp_tic(const std::string& label);
+/// A text as it stands in a figure's CSV, and what strcol() there is compared with: gnuplot knows no quotes
+/// within quotes, so ',' is ';' and quotes are apostrophes.
+std::string gp_cell(const std::string& text);
+
+/// <name>.csv, .gp, .svg, .pdf, .png. Throws Error with gnuplot's own words when it refuses, one that names
+/// the package when it is missing, and one when a picture is not whole because the disk is full.
 OutputFiles draw(const Figure& figure);
 /// All of them, on up to `jobs` threads.
 OutputFiles draw(const std::vector<Figure>& figures, int jobs);

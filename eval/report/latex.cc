@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
@@ -72,9 +73,10 @@ std::string latex_cell(const Cell& cell, const Column& column) {
 
 std::string latex_escaped(const std::string& text) {
   std::string out;
-  for (size_t i = 0; i < text.size();) {
-    const size_t n = std::min(utf8_length(text[i]), text.size() - i);
-    out += latex_sign(text.substr(i, n));
+  const std::string line = one_line(text);
+  for (size_t i = 0; i < line.size();) {
+    const size_t n = utf8_length(line[i]);
+    out += latex_sign(line.substr(i, n));
     i += n;
   }
   // E_t, E_R, E_v and delta_d are symbols.

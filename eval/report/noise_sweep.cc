@@ -5,7 +5,8 @@
 #include <set>
 #include <tuple>
 
-#include "sextant/base/files.h"
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/run_json.h"
 
 namespace sextant {
 namespace {
@@ -19,21 +20,15 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
   }
 }
 
-Json read_run_json(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / "run.json";
-  if (!std::filesystem::exists(path)) return Json::object();
-  const Json run = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
-  if (!run.is_object()) fail("{}: expected a JSON object", path.string());
-  return run;
-}
-
 /// A sweep lists its noise by source and level; a run has one entry a source.
 std::vector<AchievedNoise> achieved_noise(const Json& run) {
   std::vector<AchievedNoise> achieved;
   const auto add = [&](const Json& entry, const Json& configuration) {
     if (!entry.is_object() || !entry.contains("noise") || !entry["noise"].is_object()) return;
-    achieved.push_back({entry.value("source", std::string()),
-                        entry.value("level", configuration.value("level", 0.0)), entry["noise"]});
+    achieved.push_back(
+        {entry.value("source", std::string()),
+         entry.value("level", json_member<double>(configuration, "level", "run.json: configuration", 0)),
+         entry["noise"]});
   };
   const Json configuration = run.value("configuration", Json::object());
   for (const char* list : {"noise", "sources"}) {
@@ -74,7 +69,9 @@ std::string swept_parameter(const Json& configuration) {
     collect_numbers(level["noise"], "", numbers);
     std::set<std::string> equal;
     for (const auto& [key, value] : numbers) {
-      if (value == level.value("level", 0.0) && (!candidates || candidates->contains(key))) equal.insert(key);
+      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0) &&
+          (!candidates || candidates->contains(key)))
+        equal.insert(key);
     }
     candidates = std::move(equal);
   }
@@ -88,7 +85,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     if (!std::filesystem::exists(folder / "records.jsonl")) {
       fail("{}: no records.jsonl: expected the folder of a finished run or sweep", folder.string());
     }
-    const Json run = read_run_json(folder);
+    const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
     NoiseSweep& sweep = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
     for (Record& record : read_records(folder / "records.jsonl")) {
       const auto [it, is_new] = folder_of.emplace(key_of(record), folder.string());

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
@@ -59,6 +61,25 @@ std::string exact(const Cell& cell) {
 
 }  // namespace
 
+std::string markdown_text(const std::string& text) {
+  const std::string line = one_line(text);
+  const auto letter_at = [&](size_t i) {
+    return i < line.size() && std::isalpha(static_cast<unsigned char>(line[i])) != 0;
+  };
+  std::string out;
+  for (size_t i = 0; i < line.size(); ++i) {  // "p < 0.05" and "A & B" are no HTML
+    const bool is_next = i + 1 < line.size();
+    if (line[i] == '<' && (letter_at(i + 1) || (is_next && std::strchr("/!?", line[i + 1]) != nullptr))) {
+      out += "&lt;";
+    } else if (line[i] == '&' && (letter_at(i + 1) || (is_next && line[i + 1] == '#'))) {
+      out += "&amp;";
+    } else {
+      out += line[i];
+    }
+  }
+  return out;
+}
+
 Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 
 void Table::add_row(std::vector<Cell> row) {
@@ -93,8 +114,8 @@ std::string to_text(const Table& whole) {
   const auto [table, folded] = fold_columns(for_people(whole));
   const Layout layout = lay_out(table, 1);
   std::string text;
-  if (!table.title.empty()) text += table.title + "\n";
-  if (!table.caption.empty()) text += table.caption + "\n";
+  if (!table.title.empty()) text += page_text(table.title) + "\n";
+  if (!table.caption.empty()) text += page_text(table.caption) + "\n";
   if (!folded.empty()) text += folded + "\n";
   if (!text.empty()) text += "\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
@@ -110,7 +131,7 @@ std::string to_text(const Table& whole) {
     text += "\n";
   }
   if (!table.notes.empty()) text += "\n";
-  for (const std::string& note : table.notes) text += note + "\n";
+  for (const std::string& note : table.notes) text += page_text(note) + "\n";
   return text;
 }
 
@@ -118,11 +139,11 @@ std::string to_markdown(const Table& whole) {
   const Table table = for_people(whole);
   const Layout layout = lay_out(table, 3);
   std::string text;
-  if (!table.title.empty()) text += fmt::format("## {}\n\n", table.title);
-  if (!table.caption.empty()) text += table.caption + "\n\n";
+  if (!table.title.empty()) text += fmt::format("## {}\n\n", markdown_text(table.title));
+  if (!table.caption.empty()) text += markdown_text(table.caption) + "\n\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
-      std::string cell = layout.lines[i][j];
+      std::string cell = markdown_text(layout.lines[i][j]);
       for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
         cell.insert(at, 1, '\\');
       text += fmt::format("| {} ", padded(cell, layout.widths[j], table.columns[j].align));
@@ -135,7 +156,7 @@ std::string to_markdown(const Table& whole) {
     }
     text += "|\n";
   }
-  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", note);
+  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", markdown_text(note));
   return text;
 }
 

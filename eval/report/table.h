@@ -55,6 +55,8 @@ std::vector<Table> split_rows(const Table& table, const std::vector<std::string>
 
 std::string to_text(const Table& table);
 std::string to_markdown(const Table& table);
+/// A text, whosever it is, as one line of Markdown in which nothing is HTML.
+std::string markdown_text(const std::string& text);
 /// RFC 4180, header line first; title, caption and notes are not written.
 std::string to_csv(const Table& table);
 /// An array with one object a row.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
@@ -45,7 +46,7 @@ std::string rounded_to_digits(double number, int digits) {
 }  // namespace
 
 std::string shown(const Cell& cell, const Column& column) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : *text;
+  if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : one_line(*text);
   const auto* number = std::get_if<double>(&cell);
   if (number == nullptr) return "-";
   if (column.significant > 0) return rounded_to_digits(*number, column.significant);

@@ -57,6 +57,15 @@ TEST(Table, MarkdownEscapesBars) {
             "\nn\n");
 }
 
+TEST(Table, TextsOfStrangersAreOneLineWithoutControlCharacters) {
+  Table table = example();
+  table.rows[0][0] = std::string("a\nb\x1b[2J\xff<i>&amp;");
+  EXPECT_NE(to_text(table).find("a b [2J\uFFFD<i>&amp;"), std::string::npos);
+  EXPECT_NE(to_markdown(table).find("| a b [2J\uFFFD&lt;i>&amp;amp; |"), std::string::npos);
+  EXPECT_EQ(markdown_text("p < 0.05 & q <3, A&B &#1; <!-- -->"),
+            "p < 0.05 & q <3, A&amp;B &amp;#1; &lt;!-- -->");
+}
+
 TEST(Table, CsvKeepsEveryDigitAndQuotes) {
   EXPECT_EQ(to_csv(example()), "name,x_m\n\"a,\"\"b|\",0.3333333333333333\né,\n");
 }

@@ -22,7 +22,7 @@ std::vector<std::string> decisions_of(const Paths& paths) {
   return decisions;
 }
 
-std::string panel_name(const AttributionPath& path) { return path.set + ", " + path.body; }
+std::string panel_name(const AttributionPath& path) { return path.set + " " + path.body; }
 
 Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
   Table data;
@@ -32,8 +32,8 @@ Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
     for (const AttributionStep& step : path->steps) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
       const Interval around = step.Et_interval.value_or(Interval{step.Et_m, step.Et_m});
-      data.add_row({panel_name(*path), path->path, step.decision, static_cast<double>(x), step.Et_m, around.low,
-                    around.high});
+      data.add_row({panel_name(*path), path->path, step.decision, static_cast<double>(x), step.Et_m,
+                    around.low, around.high});
     }
   }
   return data;
@@ -54,13 +54,14 @@ Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {
     const std::string x =
         only_where({{"panel", name}, {"path", path.path}},
                    fmt::format("column(\"x\")+{}", gp_number(0.12 * (static_cast<double>(i) - 0.5))));
+    panel.plots.push_back(fmt::format(
+        "data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) with vectors nohead lc "
+        "rgb \"{}\" lw 1",
+        x, colour));
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) with vectors nohead lc "
-                    "rgb \"{}\" lw 1",
-                    x, colour));
-    panel.plots.push_back(fmt::format("data using {}:(column(\"Et\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps "
-                                      "0.5",
-                                      x, colour, estimator_point(path.path)));
+        fmt::format("data using {}:(column(\"Et\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps "
+                    "0.5",
+                    x, colour, estimator_point(path.path)));
     for (const AttributionStep& step : path.steps) {
       low = std::min(low, step.Et_m);
       high = std::max(high, step.Et_m);
@@ -93,20 +94,22 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   }
   std::vector<LegendEntry> legend;
   for (const char* path : {"motion_only", "joint_flow"}) {
-    legend.push_back({"from " + estimator_title(path),
-                      fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", estimator_colour(path),
-                                  estimator_point(path))});
+    legend.push_back(
+        {"from " + estimator_title(path), fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5",
+                                                      estimator_colour(path), estimator_point(path))});
     legend.push_back({"printed for " + estimator_title(path),
                       fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", estimator_colour(path))});
   }
   PanelLayout layout;
   layout.columns = std::min<size_t>(3, panels.size());
   layout.width_cm = 18.0;
-  layout.panel_height_cm = 7.2;
-  layout.bottom_cm = 3.0;
+  layout.panel_height_cm = 7.0;
+  layout.bottom_cm = 2.7;
+  layout.left_cm = 1.7;
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
-      "Mean E_t with 95 % intervals over {} seeds, from the published code (left) to our default (right): each step "
+      "Mean E_t with 95 % intervals over {} seeds, from the published code (left) to our default (right): "
+      "each step "
       "makes one decision more as we do. Dashed: the values that the paper prints. Data: {}s.",
       paths.front()->n_seeds, kind);
   return figure;
@@ -115,7 +118,8 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
 }  // namespace
 
 std::vector<Figure> attribution_figures(const std::vector<AttributionPath>& paths) {
-  std::vector<std::pair<std::string, Paths>> kinds;  // "scenario", "replay": the first word of the data's title
+  std::vector<std::pair<std::string, Paths>>
+      kinds;  // "scenario", "replay": the first word of the data's title
   for (const AttributionPath& path : paths) {
     const std::string kind = path.data.substr(0, path.data.find(' '));
     auto of_kind = std::ranges::find(kinds, kind, &std::pair<std::string, Paths>::first);

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
+#include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/reproduce/figures.h"
@@ -18,7 +18,7 @@ Json read_data_json(const fs::path& folder) {
   if (!fs::exists(path)) {
     fail("{}: no data.json: expected a folder that `sextant reproduce` has written", folder.string());
   }
-  const Json data = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  const Json data = read_json(path);
   if (!data.is_array()) fail("{}: expected a JSON array; remove it and run again", path.string());
   return data;
 }
@@ -49,15 +49,16 @@ Table data_table(const Json& data, const Evidence& evidence) {
                    {"state", "state", Align::left},     {"records", "records", Align::right, 0},
                    {"missing", "missing", Align::left}, {"fetch", "how to get it", Align::left}};
   for (const Json& entry : data) {
-    const std::string name = entry.at("part");
+    const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
+    const std::string name = text("part");
     const auto part = std::find_if(evidence.parts.begin(), evidence.parts.end(),
                                    [&](const EvidencePart& p) { return p.name == name; });
     const bool measured = part != evidence.parts.end();
-    const std::string missing = entry.at("missing");
+    const std::string missing = text("missing");
     const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
-    table.add_row({name, entry.at("title").get<std::string>(), state,
+    table.add_row({name, text("title"), state,
                    measured ? Cell(static_cast<double>(part->sweep.records.size())) : Cell(), missing,
-                   missing.empty() ? std::string() : entry.at("fetch").get<std::string>()});
+                   missing.empty() ? std::string() : text("fetch")});
   }
   return table;
 }

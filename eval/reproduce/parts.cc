@@ -37,7 +37,7 @@ std::string replaced(std::string text, const std::string& word, const std::strin
 Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
                 const char* fetch = "") {
   Part part{name, role, PartKind::sweep, "", needs, fetch, plan_text(plan)};
-  part.title = Json::parse(part.plan).at("name").get<std::string>();
+  part.title = json_member<std::string>(parse_json(part.plan, plan), "name", plan);
   return part;
 }
 
@@ -96,7 +96,8 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       replay_part("sets_release_replay", PartRole::sets_paper, "sets_release_replay", data_root),
       replay_part("sets_table_replay", PartRole::sets_paper, "sets_table_replay", data_root),
       replay_part("sets_text_replay", PartRole::sets_paper, "sets_text_replay", data_root),
-      replay_part("attribution_release_replay", PartRole::attribution, "attribution_release_replay", data_root),
+      replay_part("attribution_release_replay", PartRole::attribution, "attribution_release_replay",
+                  data_root),
       replay_part("attribution_draws_replay", PartRole::attribution, "attribution_draws_replay", data_root),
       replay_part("attribution_replay", PartRole::attribution, "attribution_replay", data_root),
       replay_part("depth_replay", PartRole::noise, "depth_vkitti18", data_root),

@@ -5,21 +5,13 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/options.h"
+#include "sextant/eval/experiment/run_json.h"
 #include "sextant/eval/experiment/version.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
-
-Json read_run_json(const fs::path& folder) {
-  const fs::path path = folder / "run.json";
-  Json run = Json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
-  if (!run.is_object())
-    fail("{}: expected a JSON object; remove {} and run again", path.string(), folder.string());
-  return run;
-}
 
 std::string text_at(const Json& run, const char* key) { return run.value(key, std::string("unknown")); }
 

@@ -122,7 +122,7 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
   Json run = build_provenance();
   run["inputs"] = recorded_inputs(data_root);
   run["warnings"] = warnings;
-  files["run.json"] = run.dump(2) + "\n";
+  files["run.json"] = json_text(run);
   return files;
 }
 

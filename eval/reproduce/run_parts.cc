@@ -4,6 +4,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/output.h"
+#include "sextant/eval/experiment/run_json.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/report/showcase.h"
 #include "sextant/eval/reproduce/recorded.h"
@@ -36,7 +37,7 @@ Json stamp_of(const Part& part, const ReproduceConfig& config) {
 
 bool has_stamp(const fs::path& folder, const Json& stamp) {
   if (!fs::exists(folder / stamp_name)) return false;
-  return Json::parse(read_file(folder / stamp_name), nullptr, /*allow_exceptions=*/false) == stamp;
+  return try_parse_json(read_file(folder / stamp_name, json_file)) == stamp;
 }
 
 /// Removes what another program or other inputs have left; says whether anything of this part is there.
@@ -44,7 +45,7 @@ void prepare_folder(const fs::path& folder, const Json& stamp) {
   if (has_stamp(folder, stamp)) return;
   fs::remove_all(folder);
   fs::create_directories(folder);
-  write_file(folder / stamp_name, stamp.dump(2) + "\n");
+  write_file(folder / stamp_name, json_text(stamp));
 }
 
 void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
@@ -60,15 +61,17 @@ void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::p
 
 /// The files that a run has read are as its run.json says.
 bool same_inputs(const fs::path& folder) {
-  const Json run = Json::parse(read_file(folder / "run.json"), nullptr, /*allow_exceptions=*/false);
-  if (!run.is_object()) return false;
-  for (const Json& source : run.value("sources", Json::array())) {
-    const Json inputs = source.value("inputs", Json::object());
-    for (const auto& [path, input] : inputs.items()) {
-      if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
+  try {
+    for (const Json& source : json_list(read_run_json(folder), "sources", "run.json")) {
+      const Json inputs = json_object(source, "inputs", "run.json");
+      for (const auto& [path, input] : inputs.items()) {
+        if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
+      }
     }
+    return true;
+  } catch (const Error&) {
+    return false;  // damaged: made anew
   }
-  return true;
 }
 
 /// Files that are written together, at once.
@@ -101,7 +104,7 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
     run_config.quiet = config.quiet;
     const RunResult result = run(run_config);
     records += write_records(result.records);
-    files["run.json"] = run_provenance(result).dump(2) + "\n";
+    files["run.json"] = json_text(run_provenance(result));
   }
   files["records.jsonl"] = std::move(records);
   return files;
@@ -173,7 +176,7 @@ void run_parts(const ReproduceConfig& config) {
     if (missing.empty()) available.push_back(&part);
     if (!missing.empty()) fs::remove_all(config.out / "parts" / part.name);
   }
-  write_file(config.out / "data.json", data.dump(2) + "\n");
+  write_file(config.out / "data.json", json_text(data));
   PartLines lines(available.size(), config.quiet);
   for (const Part* part : available) {
     const fs::path folder = config.out / "parts" / part->name;

@@ -101,5 +101,23 @@ TEST(Split, KeepsEmptyPieces) {
   EXPECT_THAT(split("abc", ','), ElementsAre("abc"));
 }
 
+TEST(Text, Utf8IsTheShortestForm) {
+  EXPECT_TRUE(is_utf8(""));
+  EXPECT_TRUE(is_utf8("a\u00e9\u0394\U0001F600"));
+  for (const char* text :
+       {"\xff", "a\x80", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"})
+    EXPECT_FALSE(is_utf8(text)) << text;
+}
+
+TEST(Text, PagesHoldWhatXmlKnows) {
+  EXPECT_EQ(page_text("a\n\t\u0394"), "a\n\t\u0394");
+  EXPECT_EQ(page_text("a\x01\uFFFE\uFFFF\xff"), "a\uFFFD\uFFFD\uFFFD\uFFFD");
+}
+
+TEST(Text, OneLineHasNoControlCharacters) {
+  EXPECT_EQ(one_line("a\nb\r\tc\x1b[2J\x7f\u0085"), "a b  c [2J  ");
+  EXPECT_EQ(one_line("\u0394\xe2\x82"), "\u0394\uFFFD\uFFFD");
+}
+
 }  // namespace
 }  // namespace sextant

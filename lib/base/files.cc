@@ -32,7 +32,7 @@ class Descriptor {
 
 }  // namespace
 
-std::string read_file(const std::filesystem::path& path) {
+std::string read_file(const std::filesystem::path& path, const FileKind& kind) {
   // O_NONBLOCK: a pipe without a writer would be waited for.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) fail("{}: cannot open: {}", path.string(), std::strerror(errno));
@@ -41,7 +41,12 @@ std::string read_file(const std::filesystem::path& path) {
   if (S_ISDIR(info.st_mode)) fail("{}: is a folder, expected a file", path.string());
   if (!S_ISREG(info.st_mode))
     fail("{}: is a pipe or device, expected a file: write it to one", path.string());
-  std::string bytes(static_cast<size_t>(info.st_size), '\0');
+  const auto size = static_cast<uint64_t>(info.st_size);
+  if (size > kind.max_bytes) {
+    fail("{}: has {:.1f} GB, expected at most {:.2f} GB for {}", path.string(),
+         static_cast<double>(size) / 1e9, static_cast<double>(kind.max_bytes) / 1e9, kind.name);
+  }
+  std::string bytes(static_cast<size_t>(size), '\0');
   size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
@@ -73,8 +78,16 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
       if (n < 0) give_up("write");
       done += static_cast<size_t>(n);
     }
+    if (::fsync(file.get()) != 0) give_up("write");
   }
   if (::rename(temporary.c_str(), path.c_str()) != 0) give_up("rename");
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+  const Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  // EINVAL: some file systems of networks know no such thing.
+  if (file.get() < 0 || (::fsync(file.get()) != 0 && errno != EINVAL))
+    fail("{}: cannot write: {}", folder.string(), std::strerror(errno));
 }
 
 std::string sha256(std::string_view bytes) {

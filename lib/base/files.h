@@ -11,11 +11,25 @@
 
 namespace sextant {
 
-/// The bytes of a file. Throws Error that names the path and the system's reason.
-std::string read_file(const std::filesystem::path& path);
+/// What a file is read as, and how large it may be then: a larger one is refused before anything of it is
+/// read.
+struct FileKind {
+  const char* name;
+  uint64_t max_bytes;
+};
+inline constexpr FileKind data_file = {"a file of data", uint64_t{1} << 30U};
+inline constexpr FileKind json_file = {"a JSON file", uint64_t{1} << 28U};
+inline constexpr FileKind records_file = {"a file of records, a journal or a pack", uint64_t{1} << 33U};
 
-/// Writes to a temporary name in the same folder, then renames. Throws Error; leaves no temporary behind.
+/// The bytes of a file. Throws Error that names the path and the system's reason, or the limit.
+std::string read_file(const std::filesystem::path& path, const FileKind& kind = data_file);
+
+/// Writes to a temporary name in the same folder, makes it durable, then renames: after a power cut either
+/// the old or the new file is there. Throws Error; leaves no temporary behind.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Makes names durable: files that were made, renamed or removed in `folder` before are so after a power cut.
+void sync_folder(const std::filesystem::path& folder);
 
 /// Lower-case hexadecimal SHA-256.
 std::string sha256(std::string_view bytes);
@@ -28,7 +42,7 @@ class InputLog {
     std::string sha256;
   };
 
-  /// read_file() that remembers size and SHA-256.
+  /// read_file() of data that remembers size and SHA-256.
   std::string read(const std::filesystem::path& path);
 
   /// What was read, in order of path.

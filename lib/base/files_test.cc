@@ -10,6 +10,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -33,16 +34,6 @@ class Files : public ::testing::Test {
   fs::path folder_;
 };
 
-template <typename Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST_F(Files, RoundTripBytes) {
   std::string bytes = "line\nwith\0zero and \xff";
   bytes.push_back('\0');
@@ -51,6 +42,19 @@ TEST_F(Files, RoundTripBytes) {
   EXPECT_EQ(entries(), 1);
   write_file(folder_ / "a", "");
   EXPECT_EQ(read_file(folder_ / "a"), "");
+}
+
+// The file is a hole: it takes no room, and reading it would take 20 GB of memory.
+TEST_F(Files, TooLargeIsRefusedBeforeReading) {
+  const fs::path path = folder_ / "huge.txt";
+  write_file(path, "x");
+  fs::resize_file(path, 20'000'000'000);
+  EXPECT_EQ(error_of([&] { read_file(path); }),
+            path.string() + ": has 20.0 GB, expected at most 1.07 GB for a file of data");
+  EXPECT_THAT(error_of([&] { read_file(path, json_file); }), HasSubstr("at most 0.27 GB for a JSON file"));
+  EXPECT_THAT(error_of([&] { read_file(path, records_file); }),
+              HasSubstr("at most 8.59 GB for a file of records"));
+  EXPECT_THAT(error_of([&] { InputLog().read(path); }), HasSubstr("has 20.0 GB"));
 }
 
 TEST_F(Files, ReadNamesThePathAndTheReason) {

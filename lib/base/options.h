@@ -21,8 +21,6 @@
 // structs is an object whose keys the user chooses; the owner's check() judges them. Reading replaces the
 // whole map.
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
@@ -32,11 +30,10 @@
 #include <vector>
 
 #include "sextant/base/error.h"
+#include "sextant/base/json.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
-
-using Json = nlohmann::ordered_json;
 
 namespace internal {
 
@@ -51,11 +48,6 @@ concept OptionStruct = requires(T t, NoVisitor v) {
 };
 
 [[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
-void read_leaf(const std::string& where, const Json& value, bool& field);
-void read_leaf(const std::string& where, const Json& value, int& field);
-void read_leaf(const std::string& where, const Json& value, uint64_t& field);
-void read_leaf(const std::string& where, const Json& value, double& field);
-void read_leaf(const std::string& where, const Json& value, std::string& field);
 
 }  // namespace internal
 
@@ -125,7 +117,7 @@ struct Reader {
     } else if constexpr (OptionMap<T>) {
       read_map(*it, field, path);
     } else {
-      read_leaf(path, *it, field);
+      if (const char* expected = read_value(*it, field)) wrong_type(path, expected, *it);
     }
   }
 };
@@ -157,7 +149,7 @@ struct Describer {
       using Value = typename MapValue<T>::type;
       for (OptionHelp& line : describe_options(Value{}, key + ".NAME")) lines.push_back(std::move(line));
     } else {
-      lines.push_back({key, Json(field).dump(), unit, meaning});
+      lines.push_back({key, json_line(field), unit, meaning});
     }
   }
 };

@@ -4,9 +4,54 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
 
 namespace sextant {
+namespace {
+
+struct Character {
+  uint32_t code = 0;
+  size_t bytes = 0;  ///< 0: what is there is no UTF-8
+};
+
+/// The character at the beginning of a text that is not empty. Shortest form only, no surrogates.
+Character first_character(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return {first, 1};
+  const size_t n = first >= 0xF8 ? 0 : first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : first >= 0xC2 ? 2 : 0;
+  if (n == 0 || text.size() < n) return {};
+  uint32_t code = first & (0xFFU >> (n + 1));
+  for (size_t i = 1; i < n; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80) return {};
+    code = (code << 6U) | (byte(i) & 0x3FU);
+  }
+  constexpr uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+  const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
+  return code < least[n] || code > 0x10FFFF || is_surrogate ? Character{} : Character{code, n};
+}
+
+bool is_control(uint32_t code) { return code < 0x20 || (code >= 0x7F && code < 0xA0); }
+
+bool is_in_xml(uint32_t code) {
+  return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
+}
+
+template <typename Leave>
+std::string cleaned(std::string_view text, std::string_view replacement, const Leave& leave) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    const size_t n = std::max<size_t>(1, c.bytes);
+    out.append(c.bytes > 0 && leave(c.code) ? text.substr(0, n) : replacement);
+    text.remove_prefix(n);
+  }
+  return out;
+}
+
+}  // namespace
 
 int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> row(b.size() + 1);
@@ -51,6 +96,22 @@ std::vector<std::string> split(std::string_view text, char separator) {
     if (end == std::string_view::npos) return pieces;
     begin = end + 1;
   }
+}
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    if (c.bytes == 0) return false;
+    text.remove_prefix(c.bytes);
+  }
+  return true;
+}
+
+std::string page_text(std::string_view text) { return cleaned(text, "\uFFFD", is_in_xml); }
+
+std::string one_line(std::string_view text) {
+  std::string blank = cleaned(text, "\uFFFD", [](uint32_t c) { return is_in_xml(c) || is_control(c); });
+  return cleaned(blank, " ", [](uint32_t c) { return !is_control(c); });
 }
 
 }  // namespace sextant

@@ -1,6 +1,6 @@
 #pragma once
 
-// Small text helpers for messages.
+// Small text helpers: for messages, and for texts of strangers on their way to a page or a terminal.
 
 #include <span>
 #include <string>
@@ -20,5 +20,13 @@ std::string suggest(std::string_view word, std::span<const std::string> names);
 
 /// The pieces of `text` between `separator`s (n separators give n + 1 pieces).
 std::vector<std::string> split(std::string_view text, char separator);
+
+bool is_utf8(std::string_view text);
+
+/// What a page can hold: UTF-8 of characters that XML 1.0 knows; every other byte or character as U+FFFD.
+std::string page_text(std::string_view text);
+
+/// page_text() with every control character as a blank: nothing in it breaks a line or talks to a terminal.
+std::string one_line(std::string_view text);
 
 }  // namespace sextant

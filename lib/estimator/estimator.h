@@ -29,8 +29,8 @@ class Estimator {
   virtual ~Estimator() = default;
   /// Refines the motion on the starting point's inliers. Never throws for bad measurements: see status.
   virtual MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const = 0;
-  /// Whether it looks at all points and chooses among them itself, from the inliers of RANSAC; else the pipeline
-  /// chooses for it (point_choice.h).
+  /// Whether it looks at all points and chooses among them itself, from the inliers of RANSAC; else the
+  /// pipeline chooses for it (point_choice.h).
   virtual bool chooses_points() const { return false; }
   /// All options with their values, for provenance.
   virtual Json options() const = 0;

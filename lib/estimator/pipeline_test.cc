@@ -163,7 +163,8 @@ class Listener : public Estimator {
   mutable std::vector<size_t> n_inliers;
 };
 
-/// Inliers that an estimator is given of the background and of an object, a third of whose flows are off by 2 px.
+/// Inliers that an estimator is given of the background and of an object, a third of whose flows are off by 2
+/// px.
 std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses = false) {
   ObjectObservation object = observe(4, moving);
   FramePair pair = make_pair(0, {object});

@@ -88,8 +88,7 @@ TEST(PointChoice, FindsTheScaleOfEachAxis) {
   RandomProblem random = make_random_problem(3, {.n_points = 2000, .flow_noise_px = 0.2});
   const RandomProblem wider = make_random_problem(3, {.n_points = 2000, .flow_noise_px = 2.0});
   random.problem.points.flow_u = wider.problem.points.flow_u;
-  const StartingPoint chosen =
-      choose_points(random.problem, start_of(random.problem, 0.5), "reselected");
+  const StartingPoint chosen = choose_points(random.problem, start_of(random.problem, 0.5), "reselected");
   EXPECT_GT(count(chosen), 0.99 * 2000);
   random.problem.points.flow_v[0] += 4 * 0.2 + 1;  // half a sigma of u, nine of v
   EXPECT_EQ(choose_points(random.problem, start_of(random.problem, 0.5), "reselected").inliers[0], 0);
@@ -108,9 +107,7 @@ TEST(PointChoice, TooFewPointsLeaveTheStart) {
   EXPECT_EQ(chosen.T_curr_prev.matrix(), start.T_curr_prev.matrix());
 }
 
-TEST(PointChoice, UnknownNamesAreRefused) {
-  EXPECT_THROW(check_refine_on("refine_on", "some"), Error);
-}
+TEST(PointChoice, UnknownNamesAreRefused) { EXPECT_THROW(check_refine_on("refine_on", "some"), Error); }
 
 }  // namespace
 }  // namespace sextant

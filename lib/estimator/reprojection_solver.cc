@@ -222,8 +222,10 @@ void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr
   eu.resize(data.padded_size());
   ev.resize(data.padded_size());
   component_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
-  std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(), std::numeric_limits<Real>::infinity());
-  std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(), std::numeric_limits<Real>::infinity());
+  std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(),
+            std::numeric_limits<Real>::infinity());
+  std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(),
+            std::numeric_limits<Real>::infinity());
 }
 
 template <typename Real>

@@ -1,7 +1,9 @@
 #include "sextant/geometry/umeyama.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <cmath>
 #include <limits>
 
 #include "sextant/base/error.h"
@@ -54,6 +56,25 @@ std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::sp
   out.translation_m = mean_y - out.scale * (out.rotation * mean_x);
   result.flatness = d[1] / d[0];
   return result;
+}
+
+std::optional<Similarity> rotation_about(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> x,
+                                         std::span<const Eigen::Vector3d> y) {
+  SEXTANT_CHECK(x.size() == y.size());
+  if (x.empty()) return std::nullopt;
+  const Eigen::Vector3d mean_x = mean_of(x), mean_y = mean_of(y);
+  double sine = 0, cosine = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d dx = x[i] - mean_x, dy = y[i] - mean_y;
+    sine += axis.dot(dx.cross(dy));
+    cosine += dx.dot(dy) - axis.dot(dx) * axis.dot(dy);
+  }
+  const double extent = std::hypot(sine, cosine) / static_cast<double>(x.size());
+  if (!(extent > std::numeric_limits<double>::epsilon())) return std::nullopt;
+  Similarity out;
+  out.rotation = Eigen::AngleAxisd(std::atan2(sine, cosine), axis).toRotationMatrix();
+  out.translation_m = mean_y - out.rotation * mean_x;
+  return out;
 }
 
 }  // namespace sextant

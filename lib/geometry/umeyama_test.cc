@@ -56,5 +56,44 @@ TEST(Umeyama, FlatnessTellsALine) {
   EXPECT_GT(umeyama(x, x, false)->flatness, 0.05);
 }
 
+TEST(RotationAbout, RecoversAnAngleAndLeavesTheAxis) {
+  const Eigen::Vector3d up = Eigen::Vector3d(0.1, -2, 0.3).normalized();
+  const SE3 T(Eigen::Quaterniond(Eigen::AngleAxisd(2.3, up)), {4, 5, -6});
+  const std::vector<Eigen::Vector3d> x = cloud(40);
+  std::vector<Eigen::Vector3d> y, tilted;
+  const Eigen::AngleAxisd tilt(0.2, up.unitOrthogonal());
+  for (const Eigen::Vector3d& p : x) y.push_back(T * p);
+  const auto found = rotation_about(up, x, y);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(found->rotation, EigenNear(T.rotation().toRotationMatrix(), 1e-12));
+  EXPECT_THAT(found->translation_m, EigenNear(T.translation(), 1e-11));
+  for (const Eigen::Vector3d& p : y) tilted.push_back(tilt * p);
+  EXPECT_THAT(rotation_about(up, x, tilted)->rotation * up, EigenNear(up, 1e-14)) << "a tilt stays an error";
+}
+
+TEST(RotationAbout, IsTheLeastOfAllAngles) {
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const std::vector<Eigen::Vector3d> x = cloud(30);
+  std::vector<Eigen::Vector3d> y = cloud(60);
+  y.erase(y.begin(), y.begin() + 30);
+  const auto found = rotation_about(up, x, y);
+  const auto squares = [&](double more) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(more, up).toRotationMatrix() * found->rotation;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    for (size_t i = 0; i < x.size(); ++i) shift += (y[i] - R * x[i]) / static_cast<double>(x.size());
+    double sum = 0;
+    for (size_t i = 0; i < x.size(); ++i) sum += (R * x[i] + shift - y[i]).squaredNorm();
+    return sum;
+  };
+  for (double more = 0.05; more < 6.25; more += 0.1) EXPECT_GT(squares(more), squares(0)) << more;
+}
+
+TEST(RotationAbout, PointsOnTheAxisGiveNothing) {
+  const std::vector<Eigen::Vector3d> x = cloud(10);
+  std::vector<Eigen::Vector3d> on_axis;
+  for (const Eigen::Vector3d& p : x) on_axis.emplace_back(1, 2, p[2]);
+  EXPECT_FALSE(rotation_about(Eigen::Vector3d::UnitZ(), x, on_axis));
+}
+
 }  // namespace
 }  // namespace sextant

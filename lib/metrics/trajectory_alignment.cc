@@ -1,6 +1,8 @@
 #include "sextant/metrics/trajectory_alignment.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -8,7 +10,7 @@
 namespace sextant {
 namespace {
 
-constexpr std::array<std::string_view, 5> kNames = {"none", "origin", "se3", "sim3", "scale"};
+constexpr std::array<std::string_view, 6> kNames = {"none", "origin", "se3", "sim3", "scale", "yaw"};
 
 Similarity origin_alignment(const PoseSeries& estimate, const PoseSeries& reference) {
   Similarity s;
@@ -17,15 +19,34 @@ Similarity origin_alignment(const PoseSeries& estimate, const PoseSeries& refere
   return s;
 }
 
+size_t count_to_align(const PoseSeries& estimate, int first_n) {
+  return first_n > 0 ? std::min(static_cast<size_t>(first_n), estimate.size()) : estimate.size();
+}
+
 UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& reference, bool with_scale,
                                 int first_n) {
-  const size_t n = first_n > 0 ? std::min(static_cast<size_t>(first_n), estimate.size()) : estimate.size();
+  const size_t n = count_to_align(estimate, first_n);
   const auto result = umeyama(std::span(estimate.positions_m).first(n),
                               std::span(reference.positions_m).first(n), with_scale);
   if (!result) {
     fail(
         "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which "
         "leaves the rotation open; use --align origin or --align none",
+        n);
+  }
+  return *result;
+}
+
+Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference, int first_n,
+                         const Eigen::Vector3d& up) {
+  const size_t n = count_to_align(estimate, first_n);
+  const auto result =
+      rotation_about(up, std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
+  if (!result) {
+    fail(
+        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
+        "angle "
+        "open; use --align origin or --align none",
         n);
   }
   return *result;
@@ -48,7 +69,8 @@ Alignment alignment_from_string(std::string_view name) {
        suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
 }
 
-AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n) {
+AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n,
+                      const Eigen::Vector3d& up) {
   SEXTANT_CHECK(!estimate.empty() && estimate.size() == reference.size());
   AlignmentResult result;
   switch (alignment) {
@@ -70,6 +92,10 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
       for (Eigen::Vector3d& p : estimate.positions_m) p *= u.y_from_x.scale;
       return result;
     }
+    case Alignment::yaw:
+      SEXTANT_CHECK(std::abs(up.norm() - 1) < 1e-9);
+      result.ref_from_est = yaw_alignment(estimate, reference, first_n, up);
+      break;
   }
   apply(estimate, result.ref_from_est);
   return result;

@@ -7,8 +7,12 @@
 //   se3      p <- R p + t of Umeyama's similarity with s = 1
 //   sim3     positions <- s positions, then R, t, of the similarity with scale
 //   scale    positions <- s positions alone, s as in sim3
+//   yaw      p <- R p + t nearest in the sense of least squares with R a rotation about `up` alone: for
+//   systems
+//            that know gravity, whose roll and pitch are part of what they claim
 //
-// se3, sim3 and scale look at the positions of the first `first_n` poses (0: all). As evo defines them.
+// se3, sim3, scale and yaw look at the positions of the first `first_n` poses (0: all). As evo defines them
+// (yaw: ours).
 
 #include <string_view>
 
@@ -17,7 +21,7 @@
 
 namespace sextant {
 
-enum class Alignment { none, origin, se3, sim3, scale };
+enum class Alignment { none, origin, se3, sim3, scale, yaw };
 std::string_view to_string(Alignment alignment);
 /// Throws Error on an unknown name.
 Alignment alignment_from_string(std::string_view name);
@@ -27,8 +31,9 @@ struct AlignmentResult {
   double flatness = 1;      ///< UmeyamaResult::flatness, where Umeyama was used
 };
 
-/// Both of one length, >= 1. Throws Error where the positions determine no rotation.
-AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment,
-                      int first_n = 0);
+/// Both of one length, >= 1. `up`: unit vector of both worlds, for yaw alone. Throws Error where the
+/// positions determine no rotation.
+AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n = 0,
+                      const Eigen::Vector3d& up = Eigen::Vector3d::Zero());
 
 }  // namespace sextant

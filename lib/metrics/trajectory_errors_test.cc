@@ -70,9 +70,31 @@ TEST(TrajectoryAlignment, StandingStillCannotBeAligned) {
   EXPECT_EQ(estimate.positions_m[2], moving.positions_m[0]);
 }
 
+TEST(TrajectoryAlignment, YawTurnsAboutUpAlone) {
+  const PoseSeries truth = at({{0, 0, 0}, {3, 0, 1}, {3, 4, 2}, {1, 7, 0}}, 0.3);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                        tilt = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  PoseSeries turned = truth, tilted = truth;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    turned.positions_m[i] = turn * truth.positions_m[i] + Eigen::Vector3d(5, -6, 7);
+    turned.rotations[i] = turn * truth.rotations[i];
+    tilted.positions_m[i] = tilt * truth.positions_m[i];
+  }
+  const AlignmentResult r = align(turned, truth, Alignment::yaw, 0, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(r.ref_from_est.scale, 1);
+  for (size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_NEAR((turned.positions_m[i] - truth.positions_m[i]).norm(), 0, 1e-14);
+    EXPECT_NEAR((turned.rotations[i] - truth.rotations[i]).norm(), 0, 1e-14);
+  }
+  align(tilted, truth, Alignment::yaw, 0, Eigen::Vector3d::UnitZ());
+  EXPECT_GT(absolute_errors(tilted, truth, PoseRelation::trans_part)[3], 0.1) << "a tilt stays an error";
+  PoseSeries rising = at({{1, 1, 0}, {1, 1, 2}, {1, 1, 3}, {1, 1, 5}});
+  EXPECT_THROW(align(rising, truth, Alignment::yaw, 0, Eigen::Vector3d::UnitZ()), Error);
+}
+
 TEST(TrajectoryAlignment, NamesRoundTrip) {
-  for (const Alignment how :
-       {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3, Alignment::scale})
+  for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3,
+                              Alignment::scale, Alignment::yaw})
     EXPECT_EQ(alignment_from_string(to_string(how)), how);
   EXPECT_THROW(alignment_from_string("sim2"), Error);
   EXPECT_THROW(relation_from_string("trans"), Error);

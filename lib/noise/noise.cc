@@ -11,7 +11,8 @@ namespace {
 constexpr const char* correlation_key = "correlation";
 
 Correlation read_correlation(const Json& value) {
-  if (!value.is_string()) fail("option noise.{}: expected a text, got {}", correlation_key, value.dump());
+  if (!value.is_string())
+    fail("option noise.{}: expected a text, got {}", correlation_key, json_excerpt(value));
   return correlation_from_string(value.get<std::string>());
 }
 
@@ -33,7 +34,7 @@ bool changes_something(const NoiseModel& model) {
 }  // namespace
 
 Noise::Noise(const Json& options) {
-  if (!options.is_object()) fail("option noise: expected an object, got {}", options.dump());
+  if (!options.is_object()) fail("option noise: expected an object, got {}", json_excerpt(options));
   refuse_unknown_keys(options);
   if (options.contains(correlation_key)) correlation_ = read_correlation(options.at(correlation_key));
   for (const NoiseModelEntry& entry : noise_models()) {
@@ -45,14 +46,11 @@ Noise::Noise(const Json& options) {
 
 Noise Noise::parse(std::string_view text) {
   if (text.empty() || text == "none") return Noise();
-  Json options;
   try {
-    options = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    fail("noise '{}': not JSON at byte {}: expected none or an object such as {}", text, error.byte,
-         R"({"depth":{"delta_d_px":0.2}})");
+    return Noise(parse_json(text, "noise"));
+  } catch (const Error& error) {
+    fail("{}: expected none or an object such as {}", error.what(), R"({"depth":{"delta_d_px":0.2}})");
   }
-  return Noise(options);
 }
 
 Json Noise::options() const {

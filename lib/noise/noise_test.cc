@@ -328,7 +328,7 @@ TEST(Noise, RefusesUnknownModelsAndBadText) {
   EXPECT_THAT(message(R"({"correlation": "shared"})"), HasSubstr("shared_per_frame"));
   EXPECT_THAT(message(R"({"correlation": 1})"), HasSubstr("noise.correlation"));
   EXPECT_THAT(message("[1]"), HasSubstr("expected an object"));
-  EXPECT_THAT(message(R"({"depth": )"), HasSubstr("not JSON at byte"));
+  EXPECT_THAT(message(R"({"depth": )"), HasSubstr("noise:1: not valid JSON"));
   EXPECT_THAT(message(R"({"depth": {"delta_d_px": "a"}})"), HasSubstr("noise.depth.delta_d_px"));
 }
 

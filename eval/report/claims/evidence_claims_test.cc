@@ -38,7 +38,8 @@ TEST(SetsClaims, GainIsSelectionWhereEqualPointsGainNothing) {
   };
   const std::vector<ClaimResult> selection = results(4, 1);
   ASSERT_EQ(selection.size(), 10U);  // four bodies on two choices of points; the camera with two functions
-  for (const ClaimResult& result : selection) EXPECT_EQ(result.verdict, Verdict::reproduced) << result.quantity;
+  for (const ClaimResult& result : selection)
+    EXPECT_EQ(result.verdict, Verdict::reproduced) << result.quantity;
   EXPECT_NEAR(selection.front().value, 0, 1e-9);
   EXPECT_NEAR(selection.back().value, 300, 1e-9);
   EXPECT_EQ(results(1, 1).back().verdict, Verdict::not_reproduced);

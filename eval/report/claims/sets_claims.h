@@ -6,9 +6,10 @@
 //   joint_camera      100 (E_t of motion_only / E_t of joint_flow - 1) %, means over the pairs that both
 //                     estimated. "About 300 %" is read as at least 100 %: a third of it
 //   joint_objects     the same of objects; stated 10 .. 20 %
-//   gain_is_selection  (a) that gain with both functions of the published code on equal points, RANSAC inliers at
-//                     0.3 px or all: 0, read as within 5 % (their kernels differ); (b) what one function loses on
-//                     the inliers against all points: the camera's 300 %
+//   gain_is_selection  (a) that gain with both functions of the published code on equal points, RANSAC
+//   inliers at
+//                     0.3 px or all: 0, read as within 5 % (their kernels differ); (b) what one function
+//                     loses on the inliers against all points: the camera's 300 %
 //   joint_is_matched  the largest difference of E_t of a pair, below 1e-6 m: with the default options the
 //                     effective kernel of joint_flow (estimator/huber.h) is that of motion_only
 //   epe_falls         change of the mean EPE of joint_flow by refinement, in %, below 0

@@ -93,7 +93,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
     for (const Kind& kind : kinds) {
       panels.push_back(panel_of(kind, body, estimators, low, high, lowest, highest));
       const std::string title = body == bodies.back() ? parameter_title(first.parameter) : "";
-      panels.back().settings += fmt::format("set xlabel {} offset 0,0.4\n", gp_text(title));
+      panels.back().settings += fmt::format("set xlabel {} noenhanced offset 0,0.4\n", gp_text(title));
     }
   }
   std::vector<LegendEntry> legend;

@@ -31,7 +31,7 @@ std::string short_title(const std::string& title) {
 std::string category_axis(const std::vector<BodyRecords>& bodies) {
   std::string tics;
   for (size_t c = 0; c < bodies.size(); ++c)
-    tics += fmt::format("{}{} {}", c > 0 ? ", " : "", gp_text(short_title(bodies[c].title)), c);
+    tics += fmt::format("{}{} {}", c > 0 ? ", " : "", gp_tic(short_title(bodies[c].title)), c);
   return fmt::format("set xrange [-0.6:{}]\nset xtics scale 0 ({}) noenhanced\n",
                      static_cast<double>(bodies.size()) - 0.4, tics);
 }

@@ -12,6 +12,7 @@ namespace {
 
 /// One curve with its bars: what changes from level to level.
 struct Line {
+  std::string name;
   std::string title;
   std::string key;  ///< prefix of its columns in the CSV
   std::map<double, const NoiseLevelRow*> by_level;
@@ -113,8 +114,8 @@ std::string axes_script(const Table& data, const std::string& x_title, const Con
   const double highest_Et =
       std::max({largest(data, "_Et_high_m"), largest(data, "_Et_m"), largest(data, "_Et_bound_m")});
   const double highest_ER = std::max(largest(data, "_ER_high_deg"), largest(data, "_ER_deg"));
-  std::string script = fmt::format("set xlabel {}\nset xrange [{}:{}]\n{}", gp_text(x_title), first - half,
-                                   last + half, level_tics(data));
+  std::string script = fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
+                                   first - half, last + half, level_tics(data));
   script += fmt::format("set ylabel \"{} error E_t [m]{}\"\nset yrange [0:{}]\n", content.word,
                         content.bars ? " (curves)" : "", highest_Et > 0 ? 1.45 * highest_Et : 1.0);
   if (!content.bars) return script;
@@ -185,10 +186,12 @@ std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
   std::vector<Line> lines;
   for (const NoiseLevelRow* row : rows) {
     const std::string& name = row->*member;
-    auto it = std::ranges::find(lines, column_key(name), &Line::key);
+    auto it = std::ranges::find(lines, name, &Line::name);
     if (it == lines.end()) {
       const std::string title = member == &NoiseLevelRow::body ? body_title(name) : name;
-      it = lines.insert(lines.end(), {title, column_key(name), {}});
+      std::string key = column_key(name);
+      if (std::ranges::find(lines, key, &Line::key) != lines.end()) key += fmt::format("_{}", lines.size());
+      it = lines.insert(lines.end(), {name, title, key, {}});
     }
     it->by_level[row->level] = row;
   }

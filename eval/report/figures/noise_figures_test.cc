@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "sextant/datasets/codec/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/report/hostile_testing.h"
 
 namespace sextant {
 namespace {
@@ -34,7 +36,7 @@ TEST(NoiseFigures, OneAnEstimatorAndOneABody) {
   EXPECT_EQ(figures[2].name, "estimators_depth.delta_d_px_vkitti1_0018-clone_ego");
   EXPECT_EQ(figures[0].data.rows.size(), 3U);
   EXPECT_THAT(figures[0].script, HasSubstr("[deg]"));
-  EXPECT_THAT(figures[0].script, HasSubstr("\"object 2\""));
+  EXPECT_THAT(figures[0].script, HasSubstr("'object 2'"));
 }
 
 TEST(NoiseFigures, DrawnTwiceTheBytesAreTheSameAndFollowTheData) {
@@ -57,7 +59,7 @@ TEST(NoiseFigures, GnuplotsWordsReachTheUser) {
   figure.name = "broken";
   figure.data.columns = {{"x", "x"}};
   figure.script = "plot nonsense nonsense\n";
-  expect_error([&] { draw(figure); }, "gnuplot refused a figure");
+  expect_error([&] { draw(figure); }, "gnuplot refused broken.gp");
 }
 
 TEST(NoiseFigures, AchievedNoiseIsDrawnByChannel) {
@@ -71,6 +73,32 @@ TEST(NoiseFigures, AchievedNoiseIsDrawnByChannel) {
   ASSERT_EQ(figures.size(), 1U);
   EXPECT_EQ(figures[0].name, "achieved_depth.delta_d_px_synthetic-s18");
   EXPECT_THAT(figures[0].script, HasSubstr("column(\"depth\")"));
+}
+
+TEST(NoiseFigures, NamesOfStrangersStayNames) {
+  const TempFolder folder;
+  const std::filesystem::path planted = folder.path() / "planted";
+  std::vector<NoiseLevelRow> all;
+  for (const std::string& text : hostile_texts(planted)) {
+    for (NoiseLevelRow row : rows()) {
+      row.estimator = text;
+      all.push_back(row);
+    }
+  }
+  std::vector<Figure> figures = noise_level_figures(all);
+  EXPECT_GT(figures.size(), 10U);
+  expect_drawn(figures, planted);
+  for (NoiseLevelRow& row : all) row.dataset = row.sequence = row.parameter = row.estimator;
+  figures = noise_level_figures(all);
+  figures.resize(8);
+  expect_drawn(figures, planted);
+}
+
+TEST(NoiseFigures, NamesThatAreAlikeAsColumnsStayTwoLines) {
+  std::vector<NoiseLevelRow> all = rows();
+  for (NoiseLevelRow& row : all) row.estimator = row.estimator == "joint_flow" ? "a b" : "a-b";
+  const std::vector<Figure> figures = noise_level_figures(all);
+  EXPECT_EQ(figures.back().data.columns.size(), 15U);  // level, and seven of each estimator
 }
 
 }  // namespace

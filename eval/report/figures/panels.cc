@@ -103,7 +103,8 @@ std::string only_where(const std::vector<std::pair<std::string, std::string>>& c
                        const std::string& expression) {
   std::string test;
   for (const auto& [column, value] : conditions) {
-    test += fmt::format("{}strcol(\"{}\") eq {}", test.empty() ? "" : " && ", column, gp_text(value));
+    test +=
+        fmt::format("{}strcol(\"{}\") eq {}", test.empty() ? "" : " && ", column, gp_text(gp_cell(value)));
   }
   return fmt::format("({} ? {} : NaN)", test, expression);
 }

@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
 #include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/figures/speed_figures.h"
 #include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/hostile_testing.h"
 
 namespace sextant {
 namespace {
@@ -155,6 +157,35 @@ TEST(ReportFigures, EstimatorsHaveTheirColours) {
   EXPECT_NE(estimator_colour("joint_flow"), estimator_colour("motion_only"));
   EXPECT_EQ(in_order({"mine", "joint_flow_depth", "motion_only"}),
             (std::vector<std::string>{"motion_only", "joint_flow_depth", "mine"}));
+}
+
+TEST(ReportFigures, NamesOfStrangersStayNames) {
+  const TempFolder folder;
+  const std::filesystem::path planted = folder.path() / "planted";
+  const std::vector<std::string> texts = hostile_texts(planted);
+  std::vector<Record> all;
+  std::vector<NoiseLevelRow> levels;
+  TopView view{texts[0], {{truth_path, {{0, 0, 0}, {0, 0, 10}}}}};
+  for (size_t i = 0; i < texts.size(); ++i) {
+    for (Record record : records()) {
+      if (record.estimator != "joint_flow" || record.seed > 0) continue;
+      record.estimator = texts[i];
+      record.sequence = texts[i / 8];
+      record.dataset = texts[i / 12];
+      all.push_back(record);
+    }
+    for (NoiseLevelRow row : level_rows()) {
+      row.estimator = texts[i];
+      row.parameter = row.sequence = texts[i / 8];
+      levels.push_back(row);
+    }
+    view.paths.push_back({texts[i], {{0, 0, 0}, {1, 0, 10}}});
+  }
+  const std::vector<RecordSet> sets = record_sets(all);
+  for (const auto& figures :
+       {epe_figures(sets), distribution_figures(sets), speed_figures(all, {}), efficiency_figures(levels),
+        top_view_figures({view}), showcase_figures(texts[0] + texts[5] + texts[14], tracks(), records())})
+    expect_drawn(figures, planted);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/html/page_style.h"
 #include "sextant/eval/report/table_layout.h"
 
@@ -195,7 +196,7 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
 
 std::string html_escaped(const std::string& text) {
   std::string out;
-  for (const char c : text) {
+  for (const char c : page_text(text)) {
     switch (c) {
       case '&':
         out += "&amp;";

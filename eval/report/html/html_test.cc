@@ -135,5 +135,17 @@ TEST(ReportFolder, RefusesANameTwiceAndOneThatIsNoFile) {
   EXPECT_THROW(report_folder(document, {}), InternalError);
 }
 
+// Sequences "a b" and "a-b" have the same stem.
+TEST(ReportFolder, FiguresOfTheSameStemAreBothThere) {
+  ReportDocument document = document_of(small_table());
+  std::vector<Figure>& figures = document.sections.front().figures;
+  figures.push_back(figures.front());
+  figures.back().data.rows.pop_back();
+  const OutputFiles files = report_folder(document, {});
+  ASSERT_TRUE(files.contains("figures/line-2.svg"));
+  EXPECT_NE(files.at("figures/line-2.csv"), files.at("figures/line.csv"));
+  EXPECT_NE(files.at("report.html").find("id=\"line-2\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace sextant

@@ -1,5 +1,7 @@
 #include "sextant/eval/report/html/report_folder.h"
 
+#include <set>
+
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex.h"
 
@@ -24,12 +26,25 @@ void add_table_files(const NamedTable& named, OutputFiles& files) {
   files[stem + ".md"] = to_markdown(named.table);
   files[stem + ".tex"] = latex_of(named);
   files[stem + ".csv"] = to_csv(named.table);
-  files[stem + ".json"] = rows_to_json(named.table).dump(2) + "\n";
+  files[stem + ".json"] = json_text(rows_to_json(named.table));
+}
+
+/// Names of data that differ in signs alone are the same stem: figures after the first get a number.
+ReportDocument with_distinct_figures(ReportDocument document) {
+  std::set<std::string> names;
+  for (ReportSection& section : document.sections) {
+    for (Figure& figure : section.figures) {
+      const std::string stem = figure.name;
+      for (int i = 2; !names.insert(figure.name).second; ++i) figure.name = fmt::format("{}-{}", stem, i);
+    }
+  }
+  return document;
 }
 
 }  // namespace
 
-OutputFiles report_folder(const ReportDocument& document, const ReportFolderOptions& options) {
+OutputFiles report_folder(const ReportDocument& given, const ReportFolderOptions& options) {
+  const ReportDocument document = with_distinct_figures(given);
   check_names(document);
   OutputFiles files;
   std::vector<Figure> figures;

@@ -54,7 +54,8 @@ void keep_common(std::vector<ErrorOfPair>& steps) {
         if (!b.contains(pair)) missing.insert(pair);
     }
   }
-  for (ErrorOfPair& step : steps) std::erase_if(step, [&](const auto& e) { return missing.contains(e.first); });
+  for (ErrorOfPair& step : steps)
+    std::erase_if(step, [&](const auto& e) { return missing.contains(e.first); });
 }
 
 /// Per seed: number of pairs, and the sum of errors at each step.
@@ -147,8 +148,7 @@ std::vector<AttributionPath> attribution_paths(const Evidence& evidence) {
         std::optional<AttributionPath> path = path_of(steps, data, printed == "Obj" ? "Obj1" : printed);
         if (!path) continue;
         path->path = name;
-        path->published_m =
-            published_number(row.at(name == "motion_only" ? "motion_only" : "joint"), "Et_m");
+        path->published_m = published_number(row.at(name == "motion_only" ? "motion_only" : "joint"), "Et_m");
         out.push_back(std::move(*path));
       }
     }

@@ -1,8 +1,9 @@
 #pragma once
 
-// From the published code's procedure to ours, one decision at a time: what each does to E_t. Evidence: the parts of
-// role `attribution`. Their estimators are called "PATH > DECISION"; in the order of parts and plans, each has made
-// one decision more than the one before. The first of a path is the published code, the last is ours.
+// From the published code's procedure to ours, one decision at a time: what each does to E_t. Evidence: the
+// parts of role `attribution`. Their estimators are called "PATH > DECISION"; in the order of parts and
+// plans, each has made one decision more than the one before. The first of a path is the published code, the
+// last is ours.
 //
 // Means are over the pairs and seeds that every step of a path has estimated, so that changes add up to the
 // whole. Intervals: 95 %, bootstrap over seeds, paired.

@@ -7,8 +7,10 @@ std::span<const EmbeddedFile> published_files();
 
 std::span<const EmbeddedFile> system_description_files();
 
-Json published_values() { return Json::parse(published_files().front().text); }
-Json system_descriptions() { return Json::parse(system_description_files().front().text); }
+Json published_values() { return parse_json(published_files().front().text, "published values"); }
+Json system_descriptions() {
+  return parse_json(system_description_files().front().text, "results/systems/systems.json");
+}
 
 std::span<const PaperTable> paper_tables() {
   static const std::string vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";

@@ -78,8 +78,9 @@ inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n
   add("timing", PartRole::timing, "synthetic", "s18", two, bodies, 1);
   add("systems_run", PartRole::systems, "synthetic", "s18", {"joint_flow", "VDO_SLAM 9d33024.front"}, bodies, 3);
   add("attribution", PartRole::attribution, "synthetic", "s18",
-      {"motion_only > published code", "motion_only > kernel", "joint_flow > published code", "joint_flow > kernel",
-       "motion_only on inliers", "motion_only on all", "joint_flow on inliers", "joint_flow on all"},
+      {"motion_only > published code", "motion_only > kernel", "joint_flow > published code",
+       "joint_flow > kernel", "motion_only on inliers", "motion_only on all", "joint_flow on inliers",
+       "joint_flow on all"},
       bodies, n_seeds);
   return evidence;
 }

@@ -1,0 +1,37 @@
+#pragma once
+
+// Which columns of a table hold time, position and quaternion, from the names in its header:
+//
+//   time        t, time, stamp, timestamp, ..; its unit in brackets or at its end: s, ms, us, ns
+//   position    x, tx, px, p_x, pos_x, p_RS_R_x, ..       in m
+//   quaternion  qx, q_x, quat_x, q_RS_x, orientation.x, ..
+//
+// Other columns may stand anywhere. Brackets hold units, cases do not matter.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sextant {
+
+struct PoseColumns {
+  size_t time = 0;
+  double seconds_per_unit = 0;  ///< 0: the header does not say
+  std::array<size_t, 3> position{};
+  std::array<size_t, 4> quaternion{};  ///< x, y, z, w
+
+  /// time, x y z, then the quaternion with w last, or first.
+  bool in_order(bool w_first) const;
+};
+
+/// Empty when the header does not name each of the eight once, or has another number of names than the table
+/// has columns. Throws Error where it says that positions are not in metres; `place` begins the message.
+std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place);
+
+/// Whether a header names as many columns as `names` ("a,b,c"), but others or in another order; blanks,
+/// quotes and cases do not matter.
+bool header_contradicts(std::string_view header, std::string_view names);
+
+}  // namespace sextant
