@@ -103,9 +103,9 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   PanelLayout layout;
   layout.columns = std::min<size_t>(3, panels.size());
   layout.width_cm = 18.0;
-  layout.panel_height_cm = 7.0;
-  layout.bottom_cm = 2.7;
-  layout.left_cm = 1.7;
+  layout.panel_height_cm = 7.2;
+  layout.bottom_cm = 2.9;
+  layout.left_cm = 2.0;
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Mean E_t with 95 % intervals over {} seeds, from the published code (left) to our default (right): "
