@@ -15,7 +15,7 @@ import json
 import pathlib
 import sys
 
-TABLES = ["table_1_classification", "table_2_flow_error", "table_3_sets", "table_6_limit", "claims"]
+TABLES = ["table_1_classification", "table_2_flow_error", "table_3_sets", "table_6_limit", "table_8_attribution", "claims"]
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
 
 
