@@ -136,14 +136,15 @@ void measure(const Pairs& pairs,
   result.interval = cluster_bootstrap(by_seed.size(), of_seeds);
 }
 
-/// 100 (sum of first / sum of second - 1).
+/// 100 (sum of first / sum of second - 1), to six decimals: what is less is rounding.
 double percent_above(const std::vector<const PairOfValues*>& pairs) {
   double first = 0, second = 0;
   for (const PairOfValues* pair : pairs) {
     first += pair->first;
     second += pair->second;
   }
-  return 100 * (first / second - 1);
+  constexpr double resolution = 1e6;
+  return std::round(resolution * 100 * (first / second - 1)) / resolution + 0.0;  // no -0
 }
 
 constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
