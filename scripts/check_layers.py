@@ -9,6 +9,8 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
 5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program.
+6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
+   called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 
 Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
 """
