@@ -8,7 +8,8 @@
 //   @@ oxts/0000.txt
 //   ...
 //
-// A line "@@ NAME" begins a file; its content ends before the newline before the next such line, or at the end.
+// A line "@@ NAME" begins a file; its content ends before the newline before the next such line, or at the
+// end.
 
 #include <filesystem>
 #include <string>

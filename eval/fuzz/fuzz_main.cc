@@ -1,4 +1,5 @@
-// The program that scripts/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET; "list" prints them.
+// The program that scripts/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET; "list" prints
+// them.
 
 #include <cstdio>
 #include <cstdlib>

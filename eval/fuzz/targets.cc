@@ -32,18 +32,22 @@
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/journal.h"
 #include "sextant/eval/experiment/pack.h"
+#include "sextant/eval/experiment/pack_cache.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/record.h"
 #include "sextant/eval/experiment/record_scanner.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/run_json.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/experiment/tracks.h"
 #include "sextant/eval/external/dense_files.h"
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_config.h"
+#include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/object_logs.h"
 #include "sextant/eval/external/pose_frames.h"
+#include "sextant/eval/external/rescore.h"
 #include "sextant/eval/external/trajectory_bytes.h"
 #include "sextant/eval/external/trajectory_files.h"
 #include "sextant/eval/fuzz/folder.h"
@@ -145,6 +149,26 @@ void run_folder(Bytes bytes) {
 void sweep_folder(Bytes bytes) {
   const FuzzFolder folder(bytes);
   merge_sweeps({folder.path() / "a", folder.path() / "b"}, folder.path() / "out");
+}
+
+/// Whatever lies beside the packs, a file of the cache's own form or not, is passed over.
+void pack_cache(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  PackCache(folder.path()).list();
+  PackCache(folder.path()).prune(false);
+}
+
+void rescore(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  RescoreRequest request;
+  request.folder = folder.path();
+  if (is_sweep(folder.path())) {
+    const SweepConfig config = rescored_sweep(request);
+    SEXTANT_CHECK(config.shard < config.n_shards);
+    json_text(config.plan.json());
+  } else {
+    resolve_options(rescored_run(request).options);
+  }
 }
 
 void benchmark_file(Bytes bytes) { parse_benchmark_file(bytes, "benchmark"); }
@@ -355,6 +379,7 @@ void dense(Bytes bytes, const std::string& extension, bool is_flow) {
 }
 
 std::vector<FuzzTarget> make_targets() {
+  add_external_estimators();
   std::vector<FuzzTarget> table = {
       {"json", json},
       {"options", options},
@@ -366,6 +391,8 @@ std::vector<FuzzTarget> make_targets() {
       {"pack", pack},
       {"run_folder", run_folder},
       {"sweep_folder", sweep_folder},
+      {"pack_cache", pack_cache},
+      {"rescore", rescore},
       {"benchmark_file", benchmark_file},
       {"policy", policy},
       {"tracks", tracks},

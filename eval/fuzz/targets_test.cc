@@ -60,7 +60,8 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay, testing::ValuesIn(fuzz_targets().begin(),
 
 TEST(FuzzCorpus, BelongsToTargetsAndIsSmall) {
   std::set<std::string> names;
-  for (const FuzzTarget& target : fuzz_targets()) EXPECT_TRUE(names.insert(target.name).second) << target.name;
+  for (const FuzzTarget& target : fuzz_targets())
+    EXPECT_TRUE(names.insert(target.name).second) << target.name;
   for (const auto& folder : fs::directory_iterator(corpus))
     EXPECT_TRUE(names.contains(folder.path().filename())) << folder.path() << ": no such target";
   uintmax_t bytes = 0;
