@@ -96,6 +96,8 @@ TEST(YamlCamera, ReadsOrbSlamFilesWithCommentsAndOtherKeys) {
 }
 
 TEST(YamlCameraErrors, NameFileAndKeys) {
+  for (const char* no_keys : {"%YAML:1.0\n---\n- 1\n", "%YAML:1.0\n--Camera.fy: 1\nCamera.fps: 10."})
+    expect_error([&] { decode_yaml_camera(no_keys, "c.yaml"); }, "c.yaml: ");
   expect_error(
       [] { decode_yaml_camera("%YAML:1.0\n---\nCamera.fx: 700\nCamera.fy: 700\nCamera.cx: 1\n", "c.yaml"); },
       "c.yaml: missing Camera.cy, Camera.bf");

@@ -15,11 +15,7 @@ cv::FileStorage open_storage(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   if (!text.starts_with("%YAML"))
     fail("{}: expected an OpenCV YAML file, whose first line is %YAML:1.0", name);
-  try {
-    return cv::FileStorage(std::string(text), cv::FileStorage::READ | cv::FileStorage::MEMORY);
-  } catch (const cv::Exception& e) {
-    fail("{}: not valid OpenCV YAML: {}", name, e.err);
-  }
+  return cv::FileStorage(std::string(text), cv::FileStorage::READ | cv::FileStorage::MEMORY);
 }
 
 double positive(const cv::FileNode& node, const std::string& name, const char* key) {
@@ -29,9 +25,7 @@ double positive(const cv::FileNode& node, const std::string& name, const char* k
   return value;
 }
 
-}  // namespace
-
-YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
+YamlCamera decode(std::string_view text, const std::string& name) {
   const cv::FileStorage storage = open_storage(text, name);
   std::vector<std::string> missing;
   for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "Camera.bf"}) {
@@ -45,6 +39,16 @@ YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
   out.camera.bf = read("Camera.bf");
   if (!storage["Camera.fps"].empty()) out.rate_hz = read("Camera.fps");
   return out;
+}
+
+}  // namespace
+
+YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
+  try {
+    return decode(text, name);
+  } catch (const cv::Exception& e) {  // also where the file holds no keys at all
+    fail("{}: not valid OpenCV YAML, lines of 'KEY: number': {}", name, e.err);
+  }
 }
 
 std::string encode_yaml_camera(const YamlCamera& camera) {

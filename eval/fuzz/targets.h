@@ -26,4 +26,8 @@ struct FuzzTarget {
 
 std::span<const FuzzTarget> fuzz_targets();
 
+/// Why the target refuses the bytes; empty: it takes them. Lets every other exception through. The file
+/// system's own errors (a name too long) are a refusal: programs report them as they report Error.
+std::string refusal(const FuzzTarget& target, std::string_view bytes);
+
 }  // namespace sextant
