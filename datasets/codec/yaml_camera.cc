@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -18,10 +19,19 @@ cv::FileStorage open_storage(std::string_view text, const std::string& name) {
   return cv::FileStorage(std::string(text), cv::FileStorage::READ | cv::FileStorage::MEMORY);
 }
 
-double positive(const cv::FileNode& node, const std::string& name, const char* key) {
+/// OpenCV wraps integers of more than 32 bits around without a word: their digits are counted in the text.
+bool is_wrapped(std::string_view text, const std::string& key) {
+  const size_t at = text.find(key + ":");
+  if (at == std::string_view::npos) return true;
+  const size_t begin = std::min(text.find_first_not_of(" \t+0", at + key.size() + 1), text.size());
+  return text.find_first_not_of("0123456789", begin) - begin > 9;
+}
+
+double positive(const cv::FileNode& node, std::string_view text, const std::string& name, const char* key) {
   if (!node.isReal() && !node.isInt()) fail("{}: {}: expected a number", name, key);
   const double value = node.real();
-  if (!(std::isfinite(value) && value > 0)) fail("{}: {} = {}: expected a positive number", name, key, value);
+  if (!(std::isfinite(value) && value > 0 && value < 1e9) || (node.isInt() && is_wrapped(text, key)))
+    fail("{}: {} = {}: expected a positive number below 1e9", name, key, value);
   return value;
 }
 
@@ -34,7 +44,7 @@ YamlCamera decode(std::string_view text, const std::string& name) {
   if (!missing.empty()) fail("{}: missing {}: add it as 'KEY: number'", name, fmt::join(missing, ", "));
 
   YamlCamera out;
-  const auto read = [&](const char* key) { return positive(storage[key], name, key); };
+  const auto read = [&](const char* key) { return positive(storage[key], text, name, key); };
   out.camera.left = {read("Camera.fx"), read("Camera.fy"), read("Camera.cx"), read("Camera.cy")};
   out.camera.bf = read("Camera.bf");
   if (!storage["Camera.fps"].empty()) out.rate_hz = read("Camera.fps");
