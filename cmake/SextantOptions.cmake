@@ -29,7 +29,7 @@ target_compile_features(sextant_flags INTERFACE cxx_std_20)
 # -ffp-contract=off: a fused multiply-add on one machine and none on another
 # would give different last digits for the same seed.
 # -Wno-restrict: g++ 12 gives false alarms on string + string (GCC bug 105651).
-target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;-Wno-restrict;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>)
+target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>)
 if(SEXTANT_WERROR)
   target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
 endif()

@@ -93,7 +93,8 @@ class Stage {
       if (entry.is_regular_file()) files.push_back(entry.path());
     }
     std::ranges::sort(files);
-    std::ranges::stable_partition(files, [](const fs::path& file) { return file.extension() != ".txt"; });
+    std::stable_partition(files.begin(), files.end(),
+                          [](const fs::path& file) { return file.extension() != ".txt"; });
     for (const fs::path& file : files) {
       const fs::path to = out_ / file.lexically_relative(folder_);
       fs::create_directories(to.parent_path());

@@ -9,6 +9,8 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
 5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program.
+6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
+   called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 
 Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
 """
@@ -49,6 +51,7 @@ LAYERS = {
                                     "eval/report/tables", "eval/report/claims", "eval/external"],
     "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures",
                                "eval/report/claims", "eval/report/html", "eval/gate", "eval/external", "eval/reproduce"],
+    "eval/fuzz": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/gate", "eval/external"],
 }
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".
@@ -74,6 +77,20 @@ DOORS = {
                         "eval/cli/main.cc"]),
 }
 
+# Readers that need no call of their own in TARGETS -> what leads to them, or why they are none.
+TARGETS = "eval/fuzz/targets.cc"
+READERS_WITHIN = {
+    "read_file": "bytes, whatever they are", "read_json": "parse_json", "read_records": "parse_records",
+    "read_bag": "trajectory format bag", "read_mcap": "trajectory format mcap",
+    "read_vdo_frontend_xml": "trajectory format vdo_xml", "read_trajectory": "decode_trajectory",
+    "parse_body_from_camera": "decode_body_from_camera", "read_kitti_truth": "adapter kitti",
+    "read_vkitti1_truth": "adapter vkitti1", "read_vkitti2_truth": "adapter vkitti2",
+    "read_image": "adapters vkitti1 and vkitti2", "parse_field": "every trajectory format of numbers",
+    "parse_estimate": "an argument of the command line",
+}
+
+_READER = re.compile(r"\b((?:decode|parse|read)_\w+)\(\s*(?:std::string_view|(?:const )?std::string|ByteSource"
+                     r"|(?:const )?(?:std::filesystem|fs)::path|(?:const )?std::vector<(?:std::filesystem|fs)::path)\b")
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
@@ -86,7 +103,9 @@ def folder_of(name):
 
 
 def read_tree(root):
-    """{"geometry/se3.h": (path, [(line, include text), ...], [(line, DOORS key), ...])}, tests left out."""
+    """{"geometry/se3.h": (path, [(line, include text), ...], [(line, problem), ...])}, tests left out."""
+    targets = root / TARGETS
+    targets = targets.read_text(encoding="utf-8") if targets.exists() else ""
     files = {}
     for top in ("lib", "datasets", "eval"):
         for path in sorted((root / top).rglob("*")):
@@ -99,6 +118,11 @@ def read_tree(root):
             includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
             doors = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in DOORS.items()
                      if name not in users for m in pattern.finditer(text)]
+            if path.suffix == ".h":
+                doors += [(text.count("\n", 0, m.start()) + 1,
+                           f"{m.group(1)}() reads files of strangers and has no target in {TARGETS}")
+                          for m in _READER.finditer(text)
+                          if m.group(1) not in READERS_WITHIN and not re.search(rf"\b{m.group(1)}\b", targets)]
             files[name] = (path.relative_to(root).as_posix(), includes, doors)
     return files
 
@@ -164,6 +188,8 @@ def self_test():
         "lib/noise/verification.h": '#include "sextant/truth/truth.h"\n',
         "datasets/dataset.h": '#include "sextant/truth/truth.h"\n',
         "eval/report/table.h": '#include "sextant/base/error.h"\n',
+        "eval/gate/policy.h": "int read_policy(const std::string& file);\n",
+        "eval/fuzz/targets.cc": "void policy() { read_policy(file); }\n",
     }
     planted = [
         ("upward include", "lib/base/error.h", "sextant/geometry/se3.h", "base may not include geometry"),
@@ -176,6 +202,8 @@ def self_test():
         ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
         ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),
         ("another door for JSON", "eval/report/table.h", 'base/x"\nauto j = Json::parse(text);//', "parses JSON"),
+        ("a reader that nothing fuzzes", "lib/geometry/se3.h", 'base/x"\nint decode_x(std::string_view bytes);//',
+         "decode_x() reads files of strangers and has no target"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

@@ -2,8 +2,9 @@
 
 #include <fmt/ranges.h>
 
-#include <cmath>
-#include <opencv2/core.hpp>
+#include <algorithm>
+#include <charconv>
+#include <map>
 #include <vector>
 
 #include "sextant/base/error.h"
@@ -11,39 +12,58 @@
 namespace sextant {
 namespace {
 
-cv::FileStorage open_storage(std::string_view text, const std::string& name) {
+// A reader of our own for lines "KEY: number": OpenCV's hangs on damaged files, and wraps large integers
+// around.
+
+std::string_view trimmed(std::string_view text) {
+  const size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+/// The text behind each key that begins a line, without comments.
+std::map<std::string, std::string_view> top_level(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   if (!text.starts_with("%YAML"))
     fail("{}: expected an OpenCV YAML file, whose first line is %YAML:1.0", name);
-  try {
-    return cv::FileStorage(std::string(text), cv::FileStorage::READ | cv::FileStorage::MEMORY);
-  } catch (const cv::Exception& e) {
-    fail("{}: not valid OpenCV YAML: {}", name, e.err);
+  std::map<std::string, std::string_view> values;
+  for (int line = 1; !text.empty(); ++line) {
+    const std::string_view row = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(row.size() + 1, text.size()));
+    const size_t colon = row.find(':');
+    if (line == 1 || row.empty() || row[0] == '#' || row[0] == ' ' || colon == std::string_view::npos)
+      continue;
+    const std::string key(trimmed(row.substr(0, colon)));
+    const std::string_view value = row.substr(colon + 1);
+    if (!values.emplace(key, trimmed(value.substr(0, value.find('#')))).second)
+      fail("{}:{}: key {} is there twice", name, line, key);
   }
+  return values;
 }
 
-double positive(const cv::FileNode& node, const std::string& name, const char* key) {
-  if (!node.isReal() && !node.isInt()) fail("{}: {}: expected a number", name, key);
-  const double value = node.real();
-  if (!(std::isfinite(value) && value > 0)) fail("{}: {} = {}: expected a positive number", name, key, value);
+double positive(std::string_view text, const std::string& name, const char* key) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) fail("{}: {}: expected a number", name, key);
+  if (!(value > 0 && value < 1e9))
+    fail("{}: {} = {}: expected a positive number below 1e9", name, key, value);
   return value;
 }
 
 }  // namespace
 
 YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
-  const cv::FileStorage storage = open_storage(text, name);
+  const std::map<std::string, std::string_view> values = top_level(text, name);
   std::vector<std::string> missing;
-  for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "Camera.bf"}) {
-    if (storage[key].empty()) missing.emplace_back(key);
-  }
+  for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "Camera.bf"})
+    if (!values.contains(key)) missing.emplace_back(key);
   if (!missing.empty()) fail("{}: missing {}: add it as 'KEY: number'", name, fmt::join(missing, ", "));
 
   YamlCamera out;
-  const auto read = [&](const char* key) { return positive(storage[key], name, key); };
+  const auto read = [&](const char* key) { return positive(values.at(key), name, key); };
   out.camera.left = {read("Camera.fx"), read("Camera.fy"), read("Camera.cx"), read("Camera.cy")};
   out.camera.bf = read("Camera.bf");
-  if (!storage["Camera.fps"].empty()) out.rate_hz = read("Camera.fps");
+  if (values.contains("Camera.fps")) out.rate_hz = read("Camera.fps");
   return out;
 }
 

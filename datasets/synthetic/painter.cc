@@ -206,7 +206,7 @@ class Painter final : private Shader::Sink {
   }
 
   bool on_edge(const Edge& edge) const {
-    const auto [x, y] = edge.pixel;
+    const auto x = edge.pixel.x, y = edge.pixel.y;
     const uint32_t own = view_.seen(x, y);
     const bool own_lit = sun_(x, y) == lit;
     const auto breaks = [&](uint32_t other) {

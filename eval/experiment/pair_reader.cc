@@ -37,7 +37,7 @@ void add_samples(const Image<Flow>& dense, const Correspondences& points,
 FlowSamples::FlowSamples(std::vector<Sample> samples) : samples_(std::move(samples)) {
   std::ranges::stable_sort(samples_, earlier);
   const auto same = [](const Sample& a, const Sample& b) { return a.x == b.x && a.y == b.y; };
-  samples_.erase(std::ranges::unique(samples_, same).begin(), samples_.end());
+  samples_.erase(std::unique(samples_.begin(), samples_.end(), same), samples_.end());
 }
 
 Flow FlowSamples::at(int x, int y) const {

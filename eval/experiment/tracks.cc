@@ -11,6 +11,14 @@ namespace {
 
 constexpr const char* header = "body,frame,x_m,y_m,z_m,x_gt_m,y_gt_m,z_gt_m";
 
+int frame_number(const std::string& text, const std::string& where) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    fail("{}: expected a frame number, got '{}'", where, text);
+  return value;
+}
+
 std::optional<Eigen::Vector3d> position(const std::optional<SE3>& pose) {
   if (!pose) return std::nullopt;
   return pose->translation();
@@ -98,7 +106,7 @@ std::vector<BodyTrack> parse_tracks(const std::string& text, const std::string& 
     if (parts.size() != 8) fail("{}: expected 8 fields, got {}", where, parts.size());
     if (tracks.empty() || tracks.back().body != parts[0]) tracks.push_back({parts[0], {}});
     tracks.back().points.push_back(
-        {static_cast<int>(number(parts[1], where)), position(parts, 2, where), position(parts, 5, where)});
+        {frame_number(parts[1], where), position(parts, 2, where), position(parts, 5, where)});
   }
   return tracks;
 }

@@ -55,6 +55,9 @@ TEST(Tracks, DamagedFilesNameTheirLine) {
   expect_error([] { parse_tracks("frame,x\n", "t.csv"); }, "t.csv:1");
   const std::string header = write_tracks({});
   expect_error([&] { parse_tracks(header + "ego,1,2,3\n", "t.csv"); }, "t.csv:2: expected 8 fields, got 4");
+  for (const char* frame : {"1.5", "1417361967514044.7", "3000000000"})
+    expect_error([&] { parse_tracks(header + "ego," + frame + ",1,2,3,,,\n", "t.csv"); },
+                 "t.csv:2: expected a frame");
   expect_error([&] { parse_tracks(header + "ego,1,nan,3,4,,,\n", "t.csv"); }, "'nan'");
   expect_error([&] { parse_tracks(header + "ego,1,2,3,,,,\n", "t.csv"); }, "expected a number, got ''");
 }

@@ -1,6 +1,7 @@
 #include "sextant/eval/external/rescore.h"
 
 #include "sextant/base/error.h"
+#include "sextant/base/json.h"
 #include "sextant/eval/external/external_config.h"
 
 namespace sextant {
@@ -63,8 +64,8 @@ RunConfig rescored_run(const RescoreRequest& request) {
     config.estimator = name.get<std::string>();
     config.options = options;
     config.noise = Noise(member(recorded, "noise", path));
-    config.level = member(recorded, "level", path).get<double>();
-    config.n_seeds = member(recorded, "seeds", path).get<int>();
+    config.level = json_member<double>(recorded, "level", path.string());
+    config.n_seeds = json_member<int>(recorded, "seeds", path.string());
   } catch (const Json::exception& error) {
     fail("{}: not the configuration of a run: {}", path.string(), error.what());
   }
@@ -92,8 +93,11 @@ SweepConfig rescored_sweep(const RescoreRequest& request) {
     changes.erase("estimator");
     plan["options"].merge_patch(changes);
     const Json& shard = member(file, "shard", path);
-    config.shard = shard.at(0).get<uint64_t>();
-    config.n_shards = shard.at(1).get<uint64_t>();
+    const char* wrong = nullptr;
+    for (const auto& [i, number] : {std::pair{0, &config.shard}, std::pair{1, &config.n_shards}})
+      if (const char* expected = internal::read_value(shard.at(i), *number)) wrong = expected;
+    if (wrong != nullptr || shard.size() != 2 || config.shard >= config.n_shards)
+      fail("{}: key 'shard': expected [I, N] with 0 <= I < N, got {}", path.string(), json_excerpt(shard));
   } catch (const Json::exception& error) {
     fail("{}: not the plan file of a sweep: {}", path.string(), error.what());
   }

@@ -72,7 +72,7 @@ Table findings_table(const Comparison& c) {
                    {"new", "NEW", Align::left}};
   std::vector<const Mismatch*> sorted;
   for (const Mismatch& f : c.findings) sorted.push_back(&f);
-  std::ranges::stable_partition(sorted, [](const Mismatch* f) { return f->invalidates; });
+  std::stable_partition(sorted.begin(), sorted.end(), [](const Mismatch* f) { return f->invalidates; });
   for (const Mismatch* f : sorted)
     table.add_row({f->invalidates ? "invalid" : "note", f->what, f->subject, f->base, f->fresh});
   return table;

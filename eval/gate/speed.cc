@@ -135,7 +135,7 @@ std::map<std::string, RunTime> run_times(const std::vector<Record>& records,
   }
   std::map<std::string, RunTime> result;
   for (const auto& [name, times] : stages_of) {
-    const auto at = [&](double p) { return std::exp(quantile(times.log_ratios, p)); };
+    const auto at = [&ratios = times.log_ratios](double p) { return std::exp(quantile(ratios, p)); };
     result[name] = {median(times.reference_ms), at(0.5), {at(0.1), at(0.9)}};
   }
   return result;

@@ -1,0 +1,61 @@
+#include "sextant/eval/fuzz/folder.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMark = "@@ ";
+constexpr size_t kMostFiles = 64;
+
+bool is_name(std::string_view name) {
+  const auto is_good = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("._-/").find(c) != std::string_view::npos;
+  };
+  return !name.empty() && name.size() < 200 && name.front() != '/' && name.back() != '/' &&
+         name.find("..") == std::string_view::npos && std::ranges::all_of(name, is_good);
+}
+
+}  // namespace
+
+FuzzFolder::FuzzFolder(std::string_view text) {
+  std::string name = (fs::temp_directory_path() / "sextant_fuzz_XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make a folder", name);
+  path_ = name;
+  try {
+    write_files(text);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+    throw;
+  }
+}
+
+FuzzFolder::~FuzzFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void FuzzFolder::write_files(std::string_view text) {
+  for (size_t n = 0; !text.empty(); ++n) {
+    const size_t line_end = text.find('\n');
+    if (!text.starts_with(kMark) || line_end == std::string_view::npos) fail("expected '@@ NAME'");
+    const std::string_view name = text.substr(kMark.size(), line_end - kMark.size());
+    if (!is_name(name) || n == kMostFiles) fail("no name of a file, or too many");
+    text.remove_prefix(line_end + 1);
+    const size_t end = std::min(text.find("\n@@ "), text.size());
+    std::error_code error;
+    fs::create_directories((path_ / name).parent_path(), error);
+    std::ofstream(path_ / name, std::ios::binary) << text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+}  // namespace sextant

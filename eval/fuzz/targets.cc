@@ -1,0 +1,484 @@
+#include "sextant/eval/fuzz/targets.h"
+
+#include <libdeflate.h>
+
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/json.h"
+#include "sextant/base/options.h"
+#include "sextant/base/text.h"
+#include "sextant/datasets/channels/onnx_header.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/jpeg.h"
+#include "sextant/datasets/codec/kitti_calibration.h"
+#include "sextant/datasets/codec/kitti_labels.h"
+#include "sextant/datasets/codec/kitti_oxts.h"
+#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/mots.h"
+#include "sextant/datasets/codec/object_pose_text.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/vkitti1_text.h"
+#include "sextant/datasets/codec/vkitti2_text.h"
+#include "sextant/datasets/codec/yaml_camera.h"
+#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/vdo_truth.h"
+#include "sextant/datasets/vkitti_names.h"
+#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/experiment/journal.h"
+#include "sextant/eval/experiment/pack.h"
+#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/experiment/record_scanner.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/run_json.h"
+#include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/experiment/tracks.h"
+#include "sextant/eval/external/dense_files.h"
+#include "sextant/eval/external/external_case.h"
+#include "sextant/eval/external/external_config.h"
+#include "sextant/eval/external/external_estimator.h"
+#include "sextant/eval/external/external_results.h"
+#include "sextant/eval/external/object_logs.h"
+#include "sextant/eval/external/pose_frames.h"
+#include "sextant/eval/external/rescore.h"
+#include "sextant/eval/external/trajectory_bytes.h"
+#include "sextant/eval/external/trajectory_files.h"
+#include "sextant/eval/fuzz/folder.h"
+#include "sextant/eval/gate/baseline.h"
+#include "sextant/eval/gate/benchmark_file.h"
+#include "sextant/eval/gate/history.h"
+#include "sextant/eval/gate/policy.h"
+#include "sextant/eval/gate/side.h"
+#include "sextant/eval/report/noise_sweep.h"
+#include "sextant/noise/noise.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::string_view;
+
+// ---- JSON and results of ours
+
+void json(Bytes bytes) {
+  const Json value = parse_json(bytes, "json");
+  const std::string text = json_text(value);
+  SEXTANT_CHECK(json_text(parse_json(text, "written")) == text);
+}
+
+void options(Bytes bytes) {
+  const Json tree = parse_json(bytes, "options");
+  ExtractionOptions extraction;
+  read_options(json_object(tree, "extraction", "options"), extraction, "extraction");
+  PipelineOptions pipeline;
+  read_options(json_object(tree, "pipeline", "options"), pipeline, "pipeline");
+  SourceSpec source = SourceSpec::parse("vdo:x");
+  source.add_options(json_object(tree, "source", "options"));
+}
+
+void noise(Bytes bytes) {
+  const Noise noise = Noise::parse(bytes);
+  SEXTANT_CHECK(Noise(noise.options()).options() == noise.options());
+}
+
+void plan(Bytes bytes) {
+  const Plan plan = parse_plan(bytes, "plan", "");
+  for (uint64_t i = 0; i < std::min<uint64_t>(plan.n_cases(), 10); ++i) plan.at(i);
+  json_text(plan.json());
+}
+
+void records(Bytes bytes) {
+  const std::vector<Record> records = parse_records(bytes, "records");
+  SEXTANT_CHECK(parse_records(write_records(records), "written") == records);
+}
+
+/// The fast reader of a line against the general one.
+void record_scanner(Bytes bytes) {
+  const std::optional<Record> scanned = scan_record(bytes);
+  if (scanned) SEXTANT_CHECK(*scanned == record_from_json(parse_json(bytes, "line"), "line"));
+}
+
+void journal(Bytes bytes) {
+  const FuzzFolder folder("@@ journal.jsonl\n" + std::string(bytes));
+  const Journal::Fits fits = [](uint64_t, std::string_view lines) {
+    try {
+      parse_records(lines, "journal");
+      return true;
+    } catch (const Error&) {
+      return false;
+    }
+  };
+  Journal journal(folder.path() / "journal.jsonl", "owner", fits);
+  const std::string before = journal.ordered_lines();
+  const uint64_t number = journal.blocks().empty() ? 0 : journal.blocks().rbegin()->first;
+  if (number == UINT64_MAX) return;
+  journal.append(number + 1, 0, "");
+  SEXTANT_CHECK(journal.ordered_lines() == before);
+}
+
+/// The sum at a pack's end is put right, else nothing behind it would ever be reached.
+void pack(Bytes bytes) { decode_pack(std::string(bytes) + sha256(bytes), "pack"); }
+
+/// Every reader of such a folder has its turn, also when one before has refused it.
+void run_folder(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  static const Policy policy;
+  std::optional<Error> first;
+  const auto each = [&](const auto& read) {
+    try {
+      read();
+    } catch (const Error& error) {
+      if (!first) first = error;
+    }
+  };
+  each([&] { read_run_json(folder.path()); });
+  each([&] { read_side(folder.path()); });
+  each([&] { read_history({folder.path(), folder.path()}, policy); });
+  each([&] { read_noise_sweeps({folder.path()}); });
+  each([&] { baseline_files(folder.path()); });
+  if (first) throw *first;
+}
+
+void sweep_folder(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  merge_sweeps({folder.path() / "a", folder.path() / "b"}, folder.path() / "out");
+}
+
+/// Whatever lies beside the packs, a file of the cache's own form or not, is passed over.
+void pack_cache(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  PackCache(folder.path()).list();
+  PackCache(folder.path()).prune(false);
+}
+
+void rescore(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  RescoreRequest request;
+  request.folder = folder.path();
+  if (is_sweep(folder.path())) {
+    const SweepConfig config = rescored_sweep(request);
+    SEXTANT_CHECK(config.shard < config.n_shards);
+    json_text(config.plan.json());
+  } else {
+    resolve_options(rescored_run(request).options);
+  }
+}
+
+void benchmark_file(Bytes bytes) { parse_benchmark_file(bytes, "benchmark"); }
+void policy(Bytes bytes) { read_policy(MemoryFile(bytes).path()); }
+void tracks(Bytes bytes) { parse_tracks(std::string(bytes), "tracks"); }
+
+// ---- files of data sets
+
+void append32(std::string& out, uint32_t x) {
+  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>(x >> shift));
+}
+
+void append_chunk(std::string& out, Bytes type, Bytes body) {
+  append32(out, static_cast<uint32_t>(body.size()));
+  const std::string summed = std::string(type) + std::string(body);
+  out += summed;
+  append32(out, libdeflate_crc32(0, summed.data(), summed.size()));
+}
+
+/// One image that each reader of PNG may take; at least one must.
+void read_png(Bytes png) {
+  int taken = 0;
+  const auto each = [&](const auto& decode) {
+    try {
+      decode(png, "png");
+      ++taken;
+    } catch (const Error&) {
+    }
+  };
+  each(png_header);
+  each(decode_png16);
+  each(decode_png_rgb16);
+  each(decode_png_rgb);
+  each(decode_png_gray);
+  each(decode_png_index);
+  each([](Bytes b, const std::string& name) { mask_from_mots(decode_png16(b, name), name); });
+  if (taken < 2) fail("no PNG");
+}
+
+void png(Bytes bytes) { read_png(bytes); }
+
+/// Width, height, depth, kind, length of the palette; palette; pixels: what the sums of a PNG keep a fuzzer
+/// from.
+void png_pixels(Bytes bytes) {
+  if (bytes.size() < 5) fail("too short");
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
+  std::string header;
+  append32(header, byte(0));
+  append32(header, byte(1));
+  header += {bytes[2], bytes[3], '\0', '\0', '\0'};
+  const Bytes palette = bytes.substr(5, byte(4));
+  const Bytes pixels = bytes.substr(std::min(bytes.size(), size_t{5} + byte(4)));
+  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
+      libdeflate_alloc_compressor(1), libdeflate_free_compressor);
+  std::string data(libdeflate_zlib_compress_bound(compressor.get(), pixels.size()), '\0');
+  data.resize(
+      libdeflate_zlib_compress(compressor.get(), pixels.data(), pixels.size(), data.data(), data.size()));
+  std::string png("\x89PNG\r\n\x1a\n", 8);
+  append_chunk(png, "IHDR", header);
+  if (!palette.empty()) append_chunk(png, "PLTE", palette);
+  append_chunk(png, "IDAT", data.substr(0, data.size() / 2));
+  append_chunk(png, "IDAT", data.substr(data.size() / 2));
+  append_chunk(png, "IEND", "");
+  read_png(png);
+}
+
+void flo(Bytes bytes) {
+  const Image<Flow> flow = decode_flo(bytes, "flo");
+  SEXTANT_CHECK(encode_flo(flow).size() == bytes.size());
+}
+
+void jpeg(Bytes bytes) { decode_jpeg_rgb(bytes, "jpeg"); }
+void onnx(Bytes bytes) { read_onnx_header(bytes, "onnx"); }
+
+/// Equal but for the last digits of numbers, and the sign of 0.
+bool equal_texts(const std::string& a, const std::string& b) {
+  std::istringstream words_a(a), words_b(b);
+  for (std::string x, y; true;) {
+    const bool more_a = static_cast<bool>(words_a >> x), more_b = static_cast<bool>(words_b >> y);
+    if (more_a != more_b) return false;
+    if (!more_a) return true;
+    const double u = std::atof(x.c_str()), v = std::atof(y.c_str());
+    if (x != y && !(std::abs(u - v) <= 1e-9 * (1 + std::abs(u)))) return false;
+  }
+}
+
+/// What was taken, written, must be taken again, and be the same.
+template <typename Decode, typename Encode>
+std::function<void(Bytes)> both_ways(Decode decode, Encode encode) {
+  return [=](Bytes bytes) {
+    const std::string written = encode(decode(bytes, "file"));
+    std::string again;
+    try {
+      again = encode(decode(written, "written"));
+    } catch (const Error& error) {
+      throw InternalError(fmt::format("what was written is refused: {}", error.what()));
+    }
+    SEXTANT_CHECK(equal_texts(again, written));
+  };
+}
+
+void mask_text(Bytes bytes) {
+  const Image<uint16_t> mask = decode_mask_text(bytes, "mask");
+  SEXTANT_CHECK(decode_mask_text(encode_mask_text(mask), "written") == mask);
+}
+
+void mots_text(Bytes bytes) {
+  for (const MotsIds ids : {MotsIds::tracks, MotsIds::detections}) {
+    const MotsText text(bytes, "mots", ids);
+    for (const int frame : text.frames()) {
+      const auto& row = text.rows(frame).front();
+      if (static_cast<int64_t>(row.width) * row.height > 1'000'000) continue;  // time, not what is right
+      text.mask(frame, row.width, row.height);
+    }
+  }
+}
+
+/// A line "WIDTH HEIGHT" before the run lengths.
+void mots_rle(Bytes bytes) {
+  const size_t line = bytes.find('\n');
+  if (line == Bytes::npos) fail("no size");
+  const std::vector<std::string> size = split(std::string(bytes.substr(0, line)), ' ');
+  if (size.size() != 2 || size[0].size() > 4 || size[1].size() > 4) fail("no size");
+  const int width = std::atoi(size[0].c_str()), height = std::atoi(size[1].c_str());
+  const std::vector<uint32_t> runs = decode_rle(bytes.substr(line + 1), width, height, "rle");
+  SEXTANT_CHECK(decode_rle(encode_rle(runs), width, height, "written") == runs);
+}
+
+void vdo_objects(Bytes bytes) { decode_vdo_objects(bytes, "objects"); }
+
+void source(Bytes bytes) {
+  const SourceSpec spec = SourceSpec::parse(std::string(bytes));
+  if (spec.adapter == "vkitti1") parse_vkitti1_name(spec.sequence);
+  if (spec.adapter == "vkitti2") parse_vkitti2_name(spec.sequence);
+}
+
+/// A whole folder of a data set: its truth, and two frames unless they are rendered. Its file `source` holds
+/// what follows the path in a SOURCE.
+void dataset(const std::string& adapter, Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  const std::string rest = read_file(folder.path() / "source");
+  const auto sequence = open_source(SourceSpec::parse(adapter + ":" + folder.path().string() + rest));
+  const SequenceInfo& info = sequence->info();
+  SEXTANT_CHECK(std::isfinite(info.rate_hz) && info.first_frame <= info.last_frame);
+  sequence->truth();
+  if (adapter.starts_with("replay-")) return;
+  sequence->check_files();
+  for (int frame = info.first_frame; frame <= std::min(info.last_frame, info.first_frame + 1); ++frame) {
+    sequence->read(frame, info.channels);
+    sequence->true_flow(frame);
+    sequence->true_depth(frame);
+  }
+}
+
+// ---- results of other systems
+
+void check_poses(const PoseSeries& poses) {
+  const size_t n = poses.size();
+  SEXTANT_CHECK(n > 0 && poses.rotations.size() == n);
+  SEXTANT_CHECK(poses.stamps_s.empty() || poses.stamps_s.size() == n);
+  SEXTANT_CHECK(poses.frames.empty() || poses.frames.size() == n);
+  for (size_t i = 0; i < n; ++i)
+    SEXTANT_CHECK(poses.positions_m[i].allFinite() && poses.rotations[i].allFinite());
+  for (const double t : poses.stamps_s) SEXTANT_CHECK(std::isfinite(t));
+}
+
+void trajectory(const std::string& format, Bytes bytes) {
+  const TrajectoryFile file = decode_trajectory(bytes, format);
+  check_poses(file.poses);
+  if (file.truth) check_poses(*file.truth);
+  encode_tum(file.poses);
+}
+
+void object_log(const std::string& format, Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  ObjectLogRequest request;
+  request.format = format;
+  for (const ObjectLog& log : read_object_logs(folder.path(), request)) {
+    for (const auto& [key, motion] : log.motions) SEXTANT_CHECK(motion.estimate.matrix().allFinite());
+    chained_poses(log);
+  }
+}
+
+void body_from_camera(Bytes bytes) {
+  const BodyFromCamera body = decode_body_from_camera(std::string(bytes), "body");
+  SEXTANT_CHECK(body.position_m.allFinite() && (!body.rotation || body.rotation->allFinite()));
+}
+
+void direction(Bytes bytes) { SEXTANT_CHECK(parse_direction(std::string(bytes)).allFinite()); }
+
+void external_config(Bytes bytes) {
+  const MemoryFile file(bytes);
+  json_text(write_options(read_external_config(file.path())));
+}
+
+/// config.json says how output/ is to be read; a case.json beside it how the program ended.
+void external_results(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  const ExternalConfig config = read_external_config(folder.path() / "config.json");
+  ResultFolder results;
+  results.path = folder.path() / "output";
+  results.numbers = {.first = 0, .last = 3, .in_files = 0, .in_results = 0, .rate_hz = 10};
+  results.finished = read_case(folder.path()).end == ProcessOutcome::End::exited;
+  const ExternalResults read = read_external_results(config.set, results, SequenceTruth{});
+  for (const auto& [key, motion] : read.motions) SEXTANT_CHECK(motion.matrix().allFinite());
+  const FrameTimes times = read_frame_times(config.times, results);
+  for (const auto& [frame, ms] : times.ms) SEXTANT_CHECK(std::isfinite(ms));
+  if (!read.problems.empty()) fail("{}", read.problems.front());
+}
+
+/// estimate.EXT and truth.EXT, perhaps mask.png.
+void dense(Bytes bytes, const std::string& extension, bool is_flow) {
+  const FuzzFolder folder(bytes);
+  DenseOptions options;
+  options.estimate = folder.path() / ("estimate" + extension);
+  options.truth = folder.path() / ("truth" + extension);
+  if (fs::exists(folder.path() / "mask.png")) options.mask = folder.path() / "mask.png";
+  if (extension == ".png") options.estimate_format = options.truth_format = is_flow ? "kitti" : "metres256";
+  is_flow ? evaluate_flow(options) : evaluate_depth(options);
+}
+
+std::vector<FuzzTarget> make_targets() {
+  add_external_estimators();
+  std::vector<FuzzTarget> table = {
+      {"json", json},
+      {"options", options},
+      {"noise", noise},
+      {"plan", plan},
+      {"records", records},
+      {"record_scanner", record_scanner},
+      {"journal", journal},
+      {"pack", pack},
+      {"run_folder", run_folder},
+      {"sweep_folder", sweep_folder},
+      {"pack_cache", pack_cache},
+      {"rescore", rescore},
+      {"benchmark_file", benchmark_file},
+      {"policy", policy},
+      {"tracks", tracks},
+      {"png", png},
+      {"png_pixels", png_pixels},
+      {"flo", flo},
+      {"jpeg", jpeg},
+      {"onnx", onnx},
+      {"mask_text", mask_text},
+      {"mots_text", mots_text},
+      {"mots_rle", mots_rle},
+      {"pose_text", both_ways(decode_pose_text, encode_pose_text)},
+      {"object_poses", both_ways(decode_object_poses, encode_object_poses)},
+      {"vdo_objects", vdo_objects},
+      {"yaml_camera", both_ways(decode_yaml_camera, encode_yaml_camera)},
+      {"kitti_calibration",
+       both_ways(decode_kitti_calibration,
+                 [](const KittiCalibration& calibration) { return encode_kitti_calibration(calibration); })},
+      {"kitti_labels", both_ways(decode_kitti_labels, encode_kitti_labels)},
+      {"kitti_oxts", both_ways(decode_kitti_oxts, encode_kitti_oxts)},
+      {"vkitti1_extrinsics", both_ways(decode_vkitti1_extrinsics, encode_vkitti1_extrinsics)},
+      {"vkitti1_objects", both_ways(decode_vkitti1_objects, encode_vkitti1_objects)},
+      {"vkitti1_colors", both_ways(decode_vkitti1_colors, encode_vkitti1_colors)},
+      {"vkitti2_extrinsics", both_ways(decode_vkitti2_extrinsics, encode_vkitti2_extrinsics)},
+      {"vkitti2_intrinsics", both_ways(decode_vkitti2_intrinsics, encode_vkitti2_intrinsics)},
+      {"vkitti2_poses", both_ways(decode_vkitti2_poses, encode_vkitti2_poses)},
+      {"vkitti2_boxes", both_ways(decode_vkitti2_boxes, encode_vkitti2_boxes)},
+      {"vkitti2_infos", both_ways(decode_vkitti2_infos, encode_vkitti2_infos)},
+      {"vkitti2_colors", both_ways(decode_vkitti2_colors, encode_vkitti2_colors)},
+      {"source", source},
+      {"trajectory_auto", [](Bytes bytes) { trajectory("auto", bytes); }},
+      {"object_log_dynosam", [](Bytes bytes) { object_log("dynosam", bytes); }},
+      {"object_log_vdo", [](Bytes bytes) { object_log("vdo", bytes); }},
+      {"body_from_camera", body_from_camera},
+      {"direction", direction},
+      {"external_config", external_config},
+      {"external_results", external_results},
+      {"dense_flow_flo", [](Bytes bytes) { dense(bytes, ".flo", true); }},
+      {"dense_flow_png", [](Bytes bytes) { dense(bytes, ".png", true); }},
+      {"dense_depth", [](Bytes bytes) { dense(bytes, ".png", false); }},
+  };
+  for (const TrajectoryFormat& format : trajectory_formats()) {
+    table.push_back(
+        {"trajectory_" + format.name, [name = format.name](Bytes bytes) { trajectory(name, bytes); }});
+  }
+  for (const Adapter& adapter : adapters()) {
+    if (adapter.name == "synthetic") continue;  // reads no files
+    table.push_back(
+        {"dataset_" + adapter.name, [name = adapter.name](Bytes bytes) { dataset(name, bytes); }});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string refusal(const FuzzTarget& target, std::string_view bytes) {
+  const auto words = [](const std::exception& error) {
+    SEXTANT_CHECK(*error.what() != '\0');
+    return std::string(error.what());
+  };
+  try {
+    target.read(bytes);
+    return "";
+  } catch (const Error& error) {
+    return words(error);
+  } catch (const fs::filesystem_error& error) {
+    return words(error);
+  }
+}
+
+std::span<const FuzzTarget> fuzz_targets() {
+  static const std::vector<FuzzTarget> table = make_targets();
+  return table;
+}
+
+}  // namespace sextant
