@@ -103,8 +103,8 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   PanelLayout layout;
   layout.columns = std::min<size_t>(3, panels.size());
   layout.width_cm = 18.0;
-  layout.panel_height_cm = 7.2;
-  layout.bottom_cm = 2.9;
+  layout.panel_height_cm = 7.6;
+  layout.bottom_cm = 3.3;
   layout.left_cm = 2.0;
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
