@@ -1,15 +1,11 @@
 // Which decision makes the difference between the published code and ours.
 
+#include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/attribution.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
 namespace {
-
-void add_interval_cells(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
-  cells.push_back(interval ? Cell(interval->low) : Cell());
-  cells.push_back(interval ? Cell(interval->high) : Cell());
-}
 
 void add_range_columns(const std::string& key, Table& table) {
   table.columns.push_back({key + "_low", "low", Align::right, 4});
@@ -41,16 +37,16 @@ Table attribution_table(const Evidence& evidence) {
     for (size_t k = 0; k < path.steps.size(); ++k) {
       const AttributionStep& step = path.steps[k];
       std::vector<Cell> cells = {path.set, path.data, path.body, path.path, step.decision, step.Et_m};
-      add_interval_cells(step.Et_interval, cells);
+      add_interval(step.Et_interval, cells);
       cells.push_back(k > 0 ? Cell(step.change_m) : Cell());
-      add_interval_cells(step.change_interval, cells);
+      add_interval(step.change_interval, cells);
       cells.push_back(k > 0 ? Cell(step.Et_m / path.steps[k - 1].Et_m) : Cell());
       table.add_row(std::move(cells));
     }
     std::vector<Cell> cells = {path.set, path.data, path.body, path.path, std::string("all of them"), Cell()};
-    add_interval_cells(std::nullopt, cells);
+    add_interval(std::nullopt, cells);
     cells.emplace_back(path.whole_m);
-    add_interval_cells(path.whole_interval, cells);
+    add_interval(path.whole_interval, cells);
     cells.emplace_back(path.steps.back().Et_m / path.steps.front().Et_m);
     table.add_row(std::move(cells));
   }

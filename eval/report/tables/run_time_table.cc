@@ -17,17 +17,15 @@ constexpr double ms_per_s = 1000;
 /// Of the published systems, measured once and stored: their own time of a frame, the best of its rounds.
 void add_systems(const Evidence& evidence, double published_ms, Table& table) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
-    std::map<std::pair<std::string, std::string>, std::map<int, double>> frames;
+    std::map<std::pair<std::string, std::string>, RoundTimes> frames;
     for (const Record& record : part->sweep.records) {
       const auto ms = find_number(record.time_ms, "program");
       if (!ms) continue;
-      auto& of_estimator = frames[{data_title(record.dataset, record.sequence), record.estimator}];
-      const auto [at, added] = of_estimator.emplace(record.frame, *ms);
-      if (!added) at->second = std::min(at->second, *ms);
+      frames[{data_title(record.dataset, record.sequence), record.estimator}][{record.seed, record.frame}] =
+          *ms;
     }
-    for (const auto& [key, by_frame] : frames) {
-      std::vector<double> ms;
-      for (const auto& [frame, best] : by_frame) ms.push_back(best);
+    for (const auto& [key, rounds] : frames) {
+      const std::vector<double> ms = best_rounds_ms(rounds);
       table.add_row({key.first, key.second, "frame, stored", median(ms), quantile(ms, 0.95), published_ms,
                      static_cast<double>(ms.size())});
     }
@@ -35,6 +33,17 @@ void add_systems(const Evidence& evidence, double published_ms, Table& table) {
 }
 
 }  // namespace
+
+std::vector<double> best_rounds_ms(const RoundTimes& rounds) {
+  std::map<int, double> best;
+  for (const auto& [key, ms] : rounds) {
+    const auto [at, added] = best.emplace(key.second, ms);
+    if (!added) at->second = std::min(at->second, ms);
+  }
+  std::vector<double> all;
+  for (const auto& [frame, ms] : best) all.push_back(ms);
+  return all;
+}
 
 std::vector<RunTimes> run_times(const Evidence& evidence) {
   std::vector<RunTimes> all;

@@ -5,6 +5,7 @@
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -35,7 +36,7 @@ struct Errors {
 /// What one estimator did on one kind of data.
 struct Row {
   Errors camera, objects;
-  std::map<std::pair<uint64_t, int>, double> frame_ms;  ///< by seed and frame
+  RoundTimes frame_ms;
 
   void add(const Record& record) {
     if (has_truth(record)) (record.is_ego() ? camera : objects).add(record);
@@ -46,16 +47,9 @@ struct Row {
       if (ms && stage == std::string_view("program")) break;
     }
   }
-  /// Of a frame the best round counts: other work on the machine only adds.
   std::optional<double> median_ms() const {
-    std::map<int, double> best;
-    for (const auto& [key, ms] : frame_ms) {
-      const auto [at, added] = best.emplace(key.second, ms);
-      if (!added) at->second = std::min(at->second, ms);
-    }
-    std::vector<double> all;
-    for (const auto& [frame, ms] : best) all.push_back(ms);
-    return all.empty() ? std::nullopt : std::optional(median(all));
+    const std::vector<double> best = best_rounds_ms(frame_ms);
+    return best.empty() ? std::nullopt : std::optional(median(best));
   }
 };
 
