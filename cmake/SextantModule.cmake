@@ -1,11 +1,16 @@
-# sextant_module(NAME [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
+# sextant_module(NAME [PAGES] [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
 #
 # Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the
 # current folder, and the test program NAME_test from its *_test.cc files. ctest
 # names are NAME/Suite.Case. Headers are included as "sextant/<folder>/file.h",
-# where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h".
+# where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h". PAGES: arguments
+# and pages, which have little to gain from optimising.
 function(sextant_module NAME)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "PAGES" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
+  set(kind library)
+  if(ARG_PAGES)
+    set(kind pages)
+  endif()
   file(GLOB headers CONFIGURE_DEPENDS *.h)
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
   file(GLOB tests CONFIGURE_DEPENDS *_test.cc)
@@ -32,6 +37,10 @@ function(sextant_module NAME)
     $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} ${scope} sextant_flags ${ARG_DEPENDS})
+  if(sources)
+    sextant_optimise(${target} ${kind})
+    sextant_precompile(${target} ${kind})
+  endif()
   if(ARG_PRIVATE AND sources)  # a header-only module has nothing to link
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
   endif()
@@ -41,6 +50,8 @@ function(sextant_module NAME)
   if(SEXTANT_TESTS AND tests)
     add_executable(${NAME}_test ${tests})
     target_link_libraries(${NAME}_test PRIVATE ${target} GTest::gtest GTest::gmock GTest::gtest_main ${ARG_TEST_DEPENDS})
+    sextant_optimise(${NAME}_test test)
+    sextant_precompile(${NAME}_test test)
     set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
     include(GoogleTest)
     # Without a cache: a test must not pass on what an earlier build has rendered.
