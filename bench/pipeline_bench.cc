@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
 
 namespace sextant {

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <ctime>
 
-#include "sextant/estimator/estimator.h"
-#include "sextant/estimator/joint_flow_depth.h"
-#include "sextant/estimator/reprojection_solver.h"
-#include "sextant/estimator/robust_start.h"
-#include "sextant/estimator/testing.h"
+#include "sextant/estimator/registry.h"
+#include "sextant/estimator/estimators/joint_flow_depth.h"
+#include "sextant/estimator/solvers/reprojection_solver.h"
+#include "sextant/estimator/start/robust_start.h"
+#include "sextant/estimator/solvers/testing.h"
 
 namespace sextant {
 namespace {

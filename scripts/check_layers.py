@@ -24,49 +24,57 @@ import tempfile
 
 # Folder -> the folders it may include, bottom to top. A folder may always include itself.
 _MEASUREMENT = ["base", "geometry", "measurement"]
-_LIB = _MEASUREMENT + ["truth", "noise", "estimator", "metrics", "stats"]
+_ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/estimators", "estimator"]
 _DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
+_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html"]
 LAYERS = {
     "base": [],
     "geometry": ["base"],
     "measurement": ["base", "geometry"],
     "truth": _MEASUREMENT,
-    "noise": _MEASUREMENT + ["truth"],  # truth: *verification* only, see TRUTH_READERS
-    "estimator": _MEASUREMENT,
-    "metrics": _MEASUREMENT + ["truth", "noise", "estimator"],
+    "noise": _MEASUREMENT,
+    "estimator/points": _MEASUREMENT,
+    "estimator/solvers": _MEASUREMENT,
+    "estimator/start": _MEASUREMENT + ["estimator/solvers"],
+    "estimator/estimators": _MEASUREMENT + ["estimator/solvers"],
+    "estimator/reference": _MEASUREMENT + ["estimator/solvers", "estimator/estimators"],
+    "estimator": _MEASUREMENT + ["estimator/points", "estimator/solvers", "estimator/start", "estimator/estimators",
+                                 "estimator/reference"],
+    "metrics": _MEASUREMENT + ["truth"],
     "stats": ["base"],
     "datasets/codec": _MEASUREMENT,
     "datasets/channels": _MEASUREMENT + ["datasets/codec"],
-    "datasets/synthetic": _MEASUREMENT + ["truth", "noise", "datasets/codec"],
-    "datasets": _MEASUREMENT + ["truth", "noise", "datasets/codec", "datasets/channels", "datasets/synthetic"],
-    "eval/experiment": _LIB + _DATASETS,
-    "eval/report": ["base", "geometry", "stats", "metrics", "datasets/codec", "eval/experiment"],
-    "eval/report/figures": ["base", "stats", "eval/experiment", "eval/report"],
-    "eval/report/tables": ["base", "stats", "eval/experiment", "eval/report"],
-    "eval/report/claims": ["base", "stats", "eval/experiment", "eval/report", "eval/report/tables"],
-    "eval/report/html": ["base", "eval/experiment", "eval/report"],
-    "eval/gate": ["base", "stats", "metrics", "eval/experiment", "eval/report", "eval/report/html"],
-    "eval/external": _LIB + _DATASETS + ["eval/experiment", "eval/report"],
-    "eval/reproduce": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures", "eval/report/html",
-                                    "eval/report/tables", "eval/report/claims", "eval/external"],
-    "eval/cli": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/report/figures",
-                               "eval/report/claims", "eval/report/html", "eval/gate", "eval/external", "eval/reproduce"],
-    "eval/fuzz": _LIB + _DATASETS + ["eval/experiment", "eval/report", "eval/gate", "eval/external"],
+    "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
+    "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
+    "eval/records": ["base", "metrics"],
+    "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats"],
+    "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records"],
+    "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],
+    "eval/report": ["base", "stats", "metrics", "eval/records"],
+    "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
+    "eval/report/html": ["base", "eval/records", "eval/report"],
+    "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
+    "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/tables"],
+    "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
+    "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics"],
+    "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/logs", "eval/report"],
+    "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
+                                                              "eval/logs"],
+    "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
+                       "eval/report"] + _PAPER,
+    "eval/cli": ["base", "geometry", "noise", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/pictures",
+                 "eval/logs", "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce"] + _PAPER,
+    "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
+                  "eval/records", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
+                  "eval/report"],
 }
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".
-TRUTH_READERS = [
-    "truth/*",
-    "metrics/*",
-    "noise/*verification*",
-    "datasets/*",
-    "eval/experiment/*",
-    "eval/external/*",
-]
+TRUTH_READERS = ["truth/*", "metrics/*", "datasets/*", "eval/check/*", "eval/experiment/*", "eval/logs/*",
+                 "eval/evaluation/*", "eval/external/*"]
 TRUTH_READERS_EXCEPT = ["datasets/codec/*", "datasets/channels/*"]
 TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*", "datasets/codec/*",
               "datasets/channels/*"]
-TRUTH_FREE_EXCEPT = ["noise/*verification*"]
 
 # What -> (pattern, files that may).
 DOORS = {
@@ -169,7 +177,7 @@ def check(root):
                 not matches(name, TRUTH_READERS) or matches(name, TRUTH_READERS_EXCEPT)
             ):
                 problems.append(f"{where}: {folder} may not see the ground truth")
-        if matches(name, TRUTH_FREE) and not matches(name, TRUTH_FREE_EXCEPT):
+        if matches(name, TRUTH_FREE):
             chain = path_to_truth(files, name)
             if chain:
                 problems.append(f"{path}: reaches the ground truth: {' -> '.join(chain)}")
@@ -182,10 +190,10 @@ def self_test():
         "lib/base/error.h": "",
         "lib/geometry/se3.h": '#include "sextant/base/error.h"\n',
         "lib/truth/truth.h": '#include "sextant/geometry/se3.h"\n',
-        "lib/estimator/estimator.h": '#include "sextant/geometry/se3.h"\n',
+        "lib/estimator/estimators/estimator.h": '#include "sextant/geometry/se3.h"\n',
         "lib/estimator/estimator_test.cc": '#include "sextant/truth/truth.h"\n',
         "lib/noise/depth.h": "#include <vector>\n",
-        "lib/noise/verification.h": '#include "sextant/truth/truth.h"\n',
+        "lib/metrics/errors.h": '#include "sextant/truth/truth.h"\n',
         "datasets/dataset.h": '#include "sextant/truth/truth.h"\n',
         "eval/report/table.h": '#include "sextant/base/error.h"\n',
         "eval/gate/policy.h": "int read_policy(const std::string& file);\n",
@@ -193,11 +201,11 @@ def self_test():
     }
     planted = [
         ("upward include", "lib/base/error.h", "sextant/geometry/se3.h", "base may not include geometry"),
-        ("truth in the estimator", "lib/estimator/estimator.h", "sextant/truth/truth.h", "may not see"),
+        ("truth in the estimator", "lib/estimator/estimators/estimator.h", "sextant/truth/truth.h", "may not see"),
         ("truth in the report", "eval/report/table.h", "sextant/truth/truth.h", "may not see"),
-        ("truth through a header", "lib/noise/depth.h", "sextant/noise/verification.h", "reaches the ground"),
-        ("truth in the estimator through a data set", "lib/estimator/estimator.h", "sextant/datasets/dataset.h",
-         "estimator/estimator.h -> datasets/dataset.h -> truth/truth.h"),
+        ("truth through a header", "lib/noise/depth.h", "sextant/metrics/errors.h", "reaches the ground"),
+        ("truth in the estimator through a data set", "lib/estimator/estimators/estimator.h", "sextant/datasets/dataset.h",
+         "estimator/estimators/estimator.h -> datasets/dataset.h -> truth/truth.h"),
         ("relative include", "lib/geometry/se3.h", "../base/error.h", "write project includes"),
         ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
         ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),

@@ -9,7 +9,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/synthetic/scenario.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
 
 namespace sextant {

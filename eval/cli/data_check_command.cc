@@ -5,7 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/check_source.h"
+#include "sextant/eval/check/check_source.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

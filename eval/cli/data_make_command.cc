@@ -5,7 +5,7 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
 
 namespace sextant {
 namespace {

@@ -6,7 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/report/strip.h"
+#include "sextant/eval/pictures/strip.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/external/ego_evaluation.h"
+#include "sextant/eval/evaluation/ego_evaluation.h"
 
 namespace sextant {
 

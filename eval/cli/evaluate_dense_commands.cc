@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "sextant/eval/cli/evaluate.h"
-#include "sextant/eval/external/dense_files.h"
+#include "sextant/eval/evaluation/dense_files.h"
 
 namespace sextant {
 namespace {

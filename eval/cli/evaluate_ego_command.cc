@@ -8,8 +8,8 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/evaluate.h"
-#include "sextant/eval/external/ego_json.h"
-#include "sextant/eval/external/evo_result.h"
+#include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/evo_result.h"
 #include "sextant/geometry/axes.h"
 
 namespace sextant {

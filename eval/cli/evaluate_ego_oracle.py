@@ -243,7 +243,7 @@ def interpolated(stamps, T, times, max_gap):
 
 
 class Clock:
-    """eval/external/trajectory_offset.h, with matrices of weights and numpy's correlation."""
+    """eval/evaluation/trajectory_offset.h, with matrices of weights and numpy's correlation."""
 
     def __init__(self, ref_stamps, ref, est_stamps, est, initial):
         self.ref, self.est = self.rates(ref_stamps, ref), self.rates(est_stamps, est)

@@ -4,7 +4,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/report/showcase.h"
+#include "sextant/eval/pictures/showcase.h"
 
 namespace sextant {
 namespace {

@@ -14,8 +14,8 @@
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/gate.h"
-#include "sextant/eval/experiment/interrupt.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

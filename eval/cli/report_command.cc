@@ -4,8 +4,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/output.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/comparisons.h"
 #include "sextant/eval/report/figures/noise_figures.h"

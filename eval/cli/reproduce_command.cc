@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/reproduce/reproduce.h"
 

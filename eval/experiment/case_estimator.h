@@ -16,7 +16,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {

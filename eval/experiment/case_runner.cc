@@ -4,7 +4,7 @@
 #include <iterator>
 
 #include "sextant/eval/experiment/evaluate_pair.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/geometry/object_motion.h"
 
 namespace sextant {
 namespace {

@@ -14,7 +14,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/pair_reader.h"
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {

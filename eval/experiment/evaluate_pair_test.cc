@@ -1,10 +1,10 @@
 #include "sextant/eval/experiment/evaluate_pair.h"
+#include "sextant/geometry/object_motion.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "sextant/metrics/pose_change.h"
 
 namespace sextant {
 namespace {

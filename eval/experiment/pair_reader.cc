@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "sextant/base/parallel_for.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
 
 namespace sextant {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/measurement/frame_pair.h"
 #include "sextant/noise/noise.h"
 

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/noise/noise.h"
 

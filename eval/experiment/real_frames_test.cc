@@ -5,10 +5,10 @@
 #include <cstdlib>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/ceres_reference.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/reference/ceres_reference.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
-#include "sextant/estimator/testing.h"
+#include "sextant/estimator/solvers/testing.h"
 #include "sextant/eval/experiment/run.h"
 
 namespace sextant {

@@ -8,7 +8,8 @@
 #include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/eval/experiment/body_tracks.h"
 #include "sextant/eval/experiment/pair_reader.h"
 
 namespace sextant {

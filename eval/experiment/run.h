@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/extraction.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/eval/experiment/record.h"
-#include "sextant/eval/experiment/tracks.h"
+#include "sextant/eval/records/record.h"
+#include "sextant/eval/records/tracks.h"
 
 namespace sextant {
 

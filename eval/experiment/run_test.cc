@@ -8,8 +8,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/experiment/check_source.h"
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/check/check_source.h"
+#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {

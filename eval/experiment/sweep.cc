@@ -8,10 +8,10 @@
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/eval/experiment/interrupt.h"
-#include "sextant/eval/experiment/journal.h"
-#include "sextant/eval/experiment/output.h"
-#include "sextant/eval/experiment/run_json.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/eval/records/journal.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {

@@ -11,9 +11,9 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/experiment/journal.h"
+#include "sextant/eval/records/journal.h"
 #include "sextant/eval/experiment/procedures.h"
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/experiment/run.h"
 
 namespace sextant {

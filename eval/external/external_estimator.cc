@@ -10,11 +10,12 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/layout.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/noisy_sequence.h"
 #include "sextant/eval/external/process.h"
+#include "sextant/geometry/object_motion.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/external/trajectory_files.h"
+#include "sextant/eval/logs/trajectory_files.h"
 
 namespace sextant {
 namespace {

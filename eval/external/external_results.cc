@@ -6,9 +6,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/external/number_file.h"
-#include "sextant/eval/external/trajectory_files.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/eval/logs/number_file.h"
+#include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/geometry/object_motion.h"
 
 namespace sextant {
 namespace {

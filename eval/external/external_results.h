@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sextant/eval/external/external_config.h"
-#include "sextant/eval/external/object_logs.h"
+#include "sextant/eval/logs/object_logs.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/eval/external/supervisor.h"
 
 namespace sextant {

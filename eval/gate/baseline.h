@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 

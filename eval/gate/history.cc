@@ -5,7 +5,7 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
 #include "sextant/eval/report/record_reading.h"

@@ -3,7 +3,7 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/stats/summary.h"
 

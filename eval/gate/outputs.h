@@ -11,7 +11,7 @@
 
 #include <string>
 
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/gate/comparison.h"
 
 namespace sextant {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/files.h"
-#include "sextant/eval/experiment/run_json.h"
+#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/gate/benchmark_file.h"
 
 namespace sextant {

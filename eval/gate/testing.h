@@ -11,7 +11,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant::testing {
 

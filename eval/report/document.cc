@@ -4,7 +4,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

@@ -14,7 +14,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/experiment/interrupt.h"
+#include "sextant/base/interrupt.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
 

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/run_json.h"
+#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/presets.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/files.h"
-#include "sextant/eval/external/trajectory_files.h"
+#include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
 #include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/noise_figures.h"

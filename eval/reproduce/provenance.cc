@@ -5,8 +5,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/experiment/run_json.h"
-#include "sextant/eval/experiment/version.h"
+#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {

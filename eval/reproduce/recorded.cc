@@ -5,8 +5,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/experiment/interrupt.h"
-#include "sextant/eval/external/source_reference.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/eval/evaluation/source_reference.h"
 
 namespace sextant {
 namespace {

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/output.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 

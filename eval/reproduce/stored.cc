@@ -5,7 +5,7 @@
 
 #include "sextant/base/embedded_file.h"
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 

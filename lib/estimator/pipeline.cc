@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sextant/estimator/point_choice.h"
+#include "sextant/estimator/start/point_choice.h"
 
 namespace sextant {
 namespace {
@@ -108,14 +108,6 @@ void PipelineOptions::check() const {
   check_option(max_object_distance_m > 0, "max_object_distance_m", max_object_distance_m, "> 0");
   check_option(min_object_area >= 0 && min_object_area < 1, "min_object_area", min_object_area, "in [0, 1)");
   check_option(min_object_points >= 4, "min_object_points", min_object_points, ">= 4");
-}
-
-SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object) {
-  return T_curr_prev_background.inverse() * T_curr_prev_object;
-}
-
-double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s) {
-  return (H * centroid - centroid).norm() / dt_s;
 }
 
 FrameEstimator::FrameEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)

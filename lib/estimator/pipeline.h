@@ -13,8 +13,9 @@
 #include <memory>
 
 #include "sextant/estimator/classification.h"
-#include "sextant/estimator/estimator.h"
-#include "sextant/estimator/robust_start.h"
+#include "sextant/estimator/estimators/estimator.h"
+#include "sextant/estimator/start/robust_start.h"
+#include "sextant/geometry/object_motion.h"
 #include "sextant/measurement/frame_pair.h"
 
 namespace sextant {
@@ -82,12 +83,6 @@ struct FrameResult {
   BodyResult ego;
   std::vector<BodyResult> objects;  ///< every instance of either frame, in order of id
 };
-
-/// Motion of an object's points in previous camera coordinates, H = T_prev_curr * X (paper eq. (9)).
-SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object);
-
-/// v = |t - (I - R) c| / dt (m/s) of the points around c moved by H (both in one frame); paper sec. V.
-double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s);
 
 class FrameEstimator {
  public:

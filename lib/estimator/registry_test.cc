@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/estimator/estimator.h"
-#include "sextant/estimator/testing.h"
+#include "sextant/estimator/registry.h"
+#include "sextant/estimator/solvers/testing.h"
 
 namespace sextant {
 namespace {

@@ -12,6 +12,7 @@
 
 #include "sextant/geometry/testing.h"
 #include "sextant/metrics/nees.h"
+#include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {

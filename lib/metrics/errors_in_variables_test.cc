@@ -12,7 +12,7 @@
 #include <numbers>
 #include <random>
 
-#include "sextant/estimator/estimator.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/metrics/crlb.h"
 
 namespace sextant {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"

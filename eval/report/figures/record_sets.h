@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/figure.h"
 
 namespace sextant {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/record.h"
-#include "sextant/eval/experiment/tracks.h"
+#include "sextant/eval/records/record.h"
+#include "sextant/eval/records/tracks.h"
 #include "sextant/eval/report/figure.h"
 
 namespace sextant {

@@ -1,0 +1,355 @@
+#include "sextant/eval/check/check_source.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
+#include "sextant/eval/check/dense_truth.h"
+#include "sextant/eval/check/diagnosis.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t sample_step = 16;
+
+/// What one frame's channel holds.
+struct ChannelFrame {
+  bool present = false;
+  int width = 0;
+  int height = 0;
+  size_t n_pixels = 0;
+  size_t n_valid = 0;
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+  std::vector<float> sample;
+  std::string error;
+};
+
+/// A channel: how to ask for it and how to read a pixel of it (NaN = invalid).
+struct ChannelKind {
+  const char* name;
+  const char* unit;
+  bool Channels::*flag;
+};
+constexpr std::array<ChannelKind, 4> channel_kinds = {{{"gray", "level", &Channels::gray},
+                                                       {"depth", "m", &Channels::depth},
+                                                       {"flow", "px", &Channels::flow},
+                                                       {"mask", "id", &Channels::mask}}};
+
+Channels channels_looked_at(const SequenceInfo& info) {
+  Channels channels;
+  for (const ChannelKind& kind : channel_kinds) channels.*kind.flag = info.channels.*kind.flag;
+  return channels;
+}
+
+template <typename T, typename Value>
+void measure(const Image<T>& image, Value value, ChannelFrame& out) {
+  out.present = !image.empty();
+  out.width = image.width();
+  out.height = image.height();
+  out.n_pixels = image.size();
+  for (size_t i = 0; i < image.size(); ++i) {
+    const double v = value(image.data()[i]);
+    if (!std::isfinite(v)) continue;
+    out.min = std::min(out.min, v);
+    out.max = std::max(out.max, v);
+    if (out.n_valid++ % sample_step == 0) out.sample.push_back(static_cast<float>(v));
+  }
+}
+
+using FrameContent = std::array<ChannelFrame, channel_kinds.size()>;
+
+/// What is in one channel of a frame.
+ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
+  ChannelFrame out;
+  if (kind.flag == &Channels::gray)
+    measure(
+        data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
+  if (kind.flag == &Channels::depth)
+    measure(
+        data.depth_m, [](float d) { return static_cast<double>(d); }, out);
+  if (kind.flag == &Channels::flow)
+    measure(
+        data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
+  if (kind.flag == &Channels::mask)
+    measure(
+        data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
+  return out;
+}
+
+/// Reads the channels of a frame; what the convention checks need of it goes to `grid`. A channel that cannot
+/// be read does not keep the others from being read.
+FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, GridFrame& grid) {
+  const Channels all = channels_looked_at(sequence.info());
+  FrameContent content;
+  Frame data;
+  try {
+    data = sequence.read(frame, all);
+    for (size_t i = 0; i < channel_kinds.size(); ++i) {
+      if (all.*channel_kinds[i].flag) content[i] = look_at(data, channel_kinds[i]);
+    }
+  } catch (const Error&) {
+    data = {};
+    for (size_t i = 0; i < channel_kinds.size(); ++i) {
+      if (!(all.*channel_kinds[i].flag)) continue;
+      Channels one;
+      one.*channel_kinds[i].flag = true;
+      try {
+        Frame part = sequence.read(frame, one);
+        content[i] = look_at(part, channel_kinds[i]);
+        if (one.depth) data.depth_m = std::move(part.depth_m);
+        if (one.flow) data.flow = std::move(part.flow);
+        if (one.mask) data.mask = std::move(part.mask);
+      } catch (const Error& error) {
+        content[i].error = error.what();
+      }
+    }
+  }
+  grid.extents = mask_outlines(data.mask);
+  if (!sampled) return content;
+  grid.depth_m = sample_grid(data.depth_m, step);
+  grid.flow = sample_grid(data.flow, step);
+  grid.mask = sample_grid(data.mask, step);
+  return content;
+}
+
+/// The frames that the convention checks look at, as numbers from 0 to n - 1: check_source.h.
+std::vector<bool> sampled_frames(int n) {
+  constexpr int most = 24, run = 4, n_runs = most / run;
+  std::vector<bool> sampled(static_cast<size_t>(n), n <= most);
+  if (n <= most) return sampled;
+  for (int r = 0; r < n_runs; ++r) {
+    std::fill_n(sampled.begin() + r * (n - run) / (n_runs - 1), run, true);
+  }
+  return sampled;
+}
+
+double median_of(const std::vector<float>& values) {
+  return median(std::vector<double>(values.begin(), values.end()));
+}
+
+void set_fail(SourceCheck& line, const std::string& message) {
+  if (line.outcome != CheckOutcome::fail) line.message = message;
+  line.outcome = CheckOutcome::fail;
+}
+
+/// The objects that a mask could show.
+bool any_true_boxes(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < info.first_frame || frame > info.last_frame) continue;
+    if (std::ranges::any_of(objects, [](const ObjectTruth& o) { return o.left.has_value(); })) return true;
+  }
+  return false;
+}
+
+void judge_empty_channel(const Sequence& sequence, const ChannelKind& kind, SourceCheck& line) {
+  line.outcome = CheckOutcome::suspect;
+  line.message = "no valid pixel in any frame";
+  if (kind.flag != &Channels::mask) return;
+  line.message = "no object in any frame";
+  if (any_true_boxes(sequence)) {
+    line.message += ", although the truth has some";
+  } else {
+    line.outcome = CheckOutcome::note;
+  }
+}
+
+/// `frames` by frame number: those decoded.
+SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
+                          const std::map<int, const ChannelFrame*>& frames) {
+  const SequenceInfo& info = sequence.info();
+  SourceCheck line;
+  line.name = kind.name;
+  line.unit = kind.unit;
+  line.n_present = line.n_expected = 0;
+  size_t pixels = 0, valid = 0;
+  double min = std::numeric_limits<double>::infinity(), max = -min;
+  std::vector<float> sample;
+  for (const auto& [number, content] : frames) {
+    const ChannelFrame& frame = *content;
+    const bool expected = kind.flag != &Channels::flow || number < info.last_frame;
+    *line.n_expected += expected ? 1 : 0;
+    if (!frame.error.empty()) set_fail(line, frame.error);
+    if (!frame.present) {
+      if (expected) set_fail(line, fmt::format("frame {}: has none", number));
+      continue;
+    }
+    if (expected) ++*line.n_present;
+    line.size_px = fmt::format("{}x{}", frame.width, frame.height);
+    if (frame.width != info.width || frame.height != info.height) {
+      set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", number, line.size_px,
+                                 info.width, info.height));
+    }
+    pixels += frame.n_pixels;
+    valid += frame.n_valid;
+    min = std::min(min, frame.min);
+    max = std::max(max, frame.max);
+    sample.insert(sample.end(), frame.sample.begin(), frame.sample.end());
+  }
+  if (pixels > 0) line.valid_share = static_cast<double>(valid) / static_cast<double>(pixels);
+  if (valid > 0) {
+    line.min = min;
+    line.max = max;
+    line.median = median_of(sample);
+  }
+  if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0)
+    judge_empty_channel(sequence, kind, line);
+  return line;
+}
+
+SourceCheck check_poses(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  SourceCheck line;
+  line.name = "poses";
+  line.n_expected = info.last_frame - info.first_frame + 1;
+  line.n_present = 0;
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    *line.n_present += sequence.truth().camera.has(frame) ? 1 : 0;
+  }
+  if (*line.n_present < *line.n_expected) {
+    line.outcome = CheckOutcome::note;
+    line.message = "frames without a true camera pose are not compared";
+  }
+  return line;
+}
+
+SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_ids) {
+  const SequenceInfo& info = sequence.info();
+  std::set<int> tracks;
+  int interpolated = 0;
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < info.first_frame || frame > info.last_frame) continue;
+    for (const ObjectTruth& object : objects) {
+      tracks.insert(object.id);
+      interpolated += object.interpolated ? 1 : 0;
+    }
+  }
+  SourceCheck line;
+  line.name = "objects";
+  line.n_present = static_cast<int>(tracks.size());
+  const auto unseen =
+      std::count_if(tracks.begin(), tracks.end(), [&](int id) { return !mask_ids.contains(id); });
+  std::string message = fmt::format("{} true tracks", tracks.size());
+  if (sequence.info().channels.mask) message += fmt::format(", {} of them in no mask", unseen);
+  message += fmt::format("; {} interpolated poses", interpolated);
+  if (tracks.empty()) message = "no true object tracks: objects are not compared";
+  if (tracks.empty()) line.outcome = CheckOutcome::note;
+  if (!tracks.empty() && static_cast<size_t>(unseen) == tracks.size() && !mask_ids.empty()) {
+    message += "; do mask ids and track ids agree?";
+    line.outcome = CheckOutcome::suspect;
+  }
+  line.message = message;
+  return line;
+}
+
+SourceCheck check_all_files(const Sequence& sequence) {
+  SourceCheck line;
+  line.name = "files";
+  line.message = "every file that a run needs is there";
+  try {
+    sequence.check_files();
+  } catch (const Error& error) {
+    line.outcome = CheckOutcome::fail;
+    line.message = error.what();
+  }
+  return line;
+}
+
+SourceCheck note(const std::string& name, const std::string& message) {
+  SourceCheck line;
+  line.name = name;
+  line.outcome = CheckOutcome::note;
+  line.message = message;
+  return line;
+}
+
+SourceCheck judge_convention(const Diagnosis& diagnosis) {
+  const Finding& finding = diagnosis.finding;
+  SourceCheck line = note(finding.check, finding.message);
+  line.convention = true;
+  line.outcome = diagnosis.outcome;
+  line.cause = diagnosis.cause;
+  if (!finding.checkable()) return line;
+  line.value = finding.value;
+  line.limit = finding.limit;
+  line.n = finding.n;
+  line.counted = finding.counted;
+  line.unit = finding.unit;
+  return line;
+}
+
+/// How good computed or replaced channels are, where the data set knows.
+void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceCheck>& lines) {
+  try {
+    const DenseTruthErrors errors = dense_truth_errors(sequence, jobs);
+    if (errors.flow) lines.push_back(note("flow vs truth", errors.flow_text()));
+    if (errors.disparity) lines.push_back(note("disparity vs truth", errors.disparity_text()));
+  } catch (const Error& error) {
+    lines.push_back(note("dense truth", error.what()));
+    lines.back().outcome = CheckOutcome::fail;
+  }
+}
+
+/// What to know beside the checks: the truth's own accuracy, and what the adapter warns of.
+void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
+  if (const auto floor = sequence.truth().camera_step_floor_m) {
+    lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m (RMS): no "
+                                                    "estimator can be measured to be better",
+                                                    *floor)));
+  }
+  for (const std::string& warning : sequence.info().warnings) lines.push_back(note("note", warning));
+}
+
+}  // namespace
+
+std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourceOptions& options) {
+  const SequenceInfo& info = sequence.info();
+  const int n = info.last_frame - info.first_frame + 1;
+  std::vector<SourceCheck> lines = {check_all_files(sequence)};
+  ConventionData data = make_convention_data(sequence);
+  const std::vector<bool> sampled = sampled_frames(n);
+  std::vector<int> looked_at;
+  for (int i = 0; i < n; ++i) {
+    if (!options.quick || sampled[static_cast<size_t>(i)]) looked_at.push_back(i);
+  }
+  std::vector<FrameContent> frames(static_cast<size_t>(n));
+  Progress progress("frames", static_cast<int>(looked_at.size()), options.quiet);
+  parallel_for(static_cast<int>(looked_at.size()), options.jobs, [&](int k) {
+    check_interrupt();
+    const int i = looked_at[static_cast<size_t>(k)];
+    const auto at = static_cast<size_t>(i);
+    frames[at] = read_frame(sequence, info.first_frame + i, data.step, sampled[at], data.frames[at]);
+    progress.advance();
+  });
+  std::set<int> mask_ids;
+  for (const GridFrame& frame : data.frames) {
+    for (const auto& [id, extent] : frame.extents) mask_ids.insert(id);
+  }
+  for (size_t c = 0; c < channel_kinds.size(); ++c) {
+    if (!(info.channels.*channel_kinds[c].flag)) {
+      lines.push_back(note(channel_kinds[c].name, "the source has no such channel"));
+      continue;
+    }
+    std::map<int, const ChannelFrame*> of_channel;
+    for (const int i : looked_at) of_channel[info.first_frame + i] = &frames[static_cast<size_t>(i)][c];
+    lines.push_back(judge_channel(sequence, channel_kinds[c], of_channel));
+  }
+  lines.push_back(check_poses(sequence));
+  lines.push_back(check_objects(sequence, mask_ids));
+  for (const Diagnosis& diagnosis : diagnose(data, options.jobs))
+    lines.push_back(judge_convention(diagnosis));
+  add_dense_errors(sequence, options.jobs, lines);
+  add_notes(sequence, lines);
+  return lines;
+}
+
+}  // namespace sextant

@@ -1,0 +1,71 @@
+#include "sextant/eval/check/convention_data.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+constexpr double kSamplesPerFrame = 5000;
+
+int choose_step(const SequenceInfo& info) {
+  const double area = static_cast<double>(info.width) * info.height;
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / kSamplesPerFrame))));
+}
+
+}  // namespace
+
+ConventionData make_convention_data(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  ConventionData data;
+  data.camera = info.camera;
+  data.width = info.width;
+  data.height = info.height;
+  data.rate_hz = info.rate_hz;
+  data.first_frame = info.first_frame;
+  data.frames.resize(static_cast<size_t>(info.last_frame - info.first_frame + 1));
+  data.step = choose_step(info);
+  data.depth_kind = info.depth_kind;
+  data.truth = sequence.truth();
+  data.times_s = info.times_s;
+  return data;
+}
+
+std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask) {
+  std::map<int, MaskOutline> extents;
+  for (int y = 0; y < mask.height(); ++y) {
+    const uint16_t* row = mask.row(y);
+    for (int x = 0; x < mask.width(); ++x) {
+      if (row[x] == 0) continue;
+      const auto [it, fresh] = extents.try_emplace(row[x], MaskOutline{x, y, x, y, 0});
+      MaskOutline& extent = it->second;
+      extent.left = std::min(extent.left, x);
+      extent.right = std::max(extent.right, x);
+      extent.bottom = y;
+      ++extent.n_pixels;
+    }
+  }
+  return extents;
+}
+
+std::vector<FlowSample> flow_samples(const ConventionData& data, int k) {
+  const int from = k + data.flow_from, to = k + data.flow_to;
+  if (!data.has(k) || !data.has(from) || !data.has(to)) return {};
+  const Image<Flow>& flow = data.at(k).flow;
+  const Image<float>& depth = data.at(from).depth_m;
+  const Image<uint16_t>& mask = data.at(from).mask;
+  if (flow.empty() || depth.width() != flow.width() || depth.height() != flow.height()) return {};
+  const bool masked = mask.width() == flow.width() && mask.height() == flow.height();
+  std::vector<FlowSample> samples;
+  samples.reserve(flow.size());
+  for (int j = 0; j < flow.height(); ++j) {
+    for (int i = 0; i < flow.width(); ++i) {
+      const float z = depth(i, j);
+      if (!flow(i, j).valid() || !std::isfinite(z) || z <= 0) continue;
+      samples.push_back({data.pixel(i), data.pixel(j), z, flow(i, j), masked ? mask(i, j) : 0});
+    }
+  }
+  return samples;
+}
+
+}  // namespace sextant

@@ -1,0 +1,100 @@
+#include "sextant/eval/check/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/parallel_for.h"
+#include "sextant/eval/check/hypotheses.h"
+#include "sextant/base/interrupt.h"
+
+namespace sextant {
+namespace {
+
+constexpr double kMaxPenalty = 6;
+constexpr double kLost = 3;      // a check that can no longer be made
+constexpr double kAlike = 0.25;  // penalties that do not tell two hypotheses apart
+constexpr size_t kMaxCauses = 3;
+constexpr double kNegligible = 0.002;  // of the limit: a residual not worth explaining
+constexpr double kTakenAway = 0.1;     // of its residual is left to a sharp check whose cause is found
+
+/// A hypothesis and what the checks say under it.
+struct Trial {
+  std::string cause;
+  std::vector<Finding> findings;
+  double penalty = 0;
+};
+
+/// Grows from 0 with the distance from passing, slower and slower.
+double penalty(const Finding& before, const Finding& after) {
+  if (!after.checkable()) return before.checkable() ? kLost : 0;
+  return std::min(kMaxPenalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
+}
+
+bool breaks_another(const std::vector<Finding>& before, const std::vector<Finding>& after) {
+  for (size_t i = 0; i < before.size(); ++i) {
+    if (after[i].fails() && !before[i].fails() && before[i].checkable()) return true;
+  }
+  return false;
+}
+
+Trial try_out(const Hypothesis& hypothesis, const ConventionData& data, const std::vector<Finding>& before) {
+  check_interrupt();
+  ConventionData changed = data;
+  double fitted = 0;
+  if (!hypothesis.undo(changed, fitted)) return {};
+  Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
+              hypothesis.price};
+  for (size_t i = 0; i < before.size(); ++i) trial.penalty += penalty(before[i], trial.findings[i]);
+  if (breaks_another(before, trial.findings)) trial.findings.clear();
+  return trial;
+}
+
+std::string told(std::vector<const Trial*> fits) {
+  std::ranges::stable_sort(fits, {}, &Trial::penalty);
+  std::string causes;
+  for (size_t i = 0; i < std::min(fits.size(), kMaxCauses); ++i) {
+    if (fits[i]->penalty > fits[0]->penalty + kAlike) break;
+    causes += (i > 0 ? "; or: " : "") + fits[i]->cause;
+  }
+  return causes;
+}
+
+Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::vector<Trial>& trials) {
+  const Finding& finding = findings[check];
+  Diagnosis out{finding, finding.outcome(), ""};
+  if (!finding.checkable()) return out;
+  const bool passes = finding.passes();
+  if (passes && (!finding.sharp || finding.ratio() < kNegligible)) return out;
+  std::vector<const Trial*> fits, perfect;
+  for (const Trial& trial : trials) {
+    if (trial.findings.empty() || !trial.findings[check].passes()) continue;
+    fits.push_back(&trial);
+    if (*trial.findings[check].value < kTakenAway * *finding.value) perfect.push_back(&trial);
+  }
+  if (!passes) out.cause = fits.empty() ? "no known cause fits" : told(fits);
+  if (!perfect.empty() && finding.sharp) {
+    out.outcome = CheckOutcome::fail;
+    out.cause = told(perfect);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs) {
+  const std::vector<Finding> findings = check_conventions(data);
+  const bool clean =
+      std::ranges::all_of(findings, [](const Finding& f) { return f.passes() || !f.checkable(); });
+  std::vector<Hypothesis> table = hypotheses(data);
+  if (clean) std::erase_if(table, [](const Hypothesis& h) { return h.fits_number; });
+  std::vector<Trial> trials(table.size());
+  parallel_for(static_cast<int>(table.size()), jobs, [&](int i) {
+    const auto at = static_cast<size_t>(i);
+    trials[at] = try_out(table[at], data, findings);
+  });
+  std::vector<Diagnosis> out;
+  for (size_t i = 0; i < findings.size(); ++i) out.push_back(judge(i, findings, trials));
+  return out;
+}
+
+}  // namespace sextant

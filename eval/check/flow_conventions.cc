@@ -1,0 +1,283 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/eval/check/conventions.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+// Limits: docs/data-check.md.
+constexpr double kStill_px = 0.5;         // median flow below which a pair says nothing
+constexpr double kStaticFloor_px = 0.75;  // residual of a good flow network
+constexpr double kStaticShare = 0.25;     // of the parallax
+constexpr double kStaticFailFactor = 1.6;
+constexpr double kScaleLimit_percent = 3;
+constexpr double kScaleFail_percent = 6;
+constexpr double kObjectLimit_m = 0.3;
+constexpr double kObjectFail_m = 0.6;
+constexpr double kMinParallax_px = 1;
+constexpr int kMinPointsOfPair = 50;
+constexpr int kMinPointsOfObject = 8;
+constexpr double kFarOff_px = 1e6;    // stands for a point that ends behind the camera
+constexpr double kStepJitter = 0.05;  // of true steps: KITTI's
+
+double length(const Flow& flow) { return std::hypot(double{flow.u}, double{flow.v}); }
+
+/// Where the flow of a point goes when it moves by T_to_from; kFarOff_px when it ends behind the camera.
+Eigen::Vector2d predicted_flow(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
+  const Eigen::Vector3d p = T_to_from * camera.backproject(s.u, s.v, s.z_m);
+  if (p.z() <= 0.01) return Eigen::Vector2d::Constant(kFarOff_px);
+  return camera.project(p) - Eigen::Vector2d(s.u, s.v);
+}
+
+double residual_px(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
+  const Eigen::Vector2d r = predicted_flow(camera, s, T_to_from) - Eigen::Vector2d(s.flow.u, s.flow.v);
+  const double length = r.norm();
+  return std::isfinite(length) ? std::min(length, kFarOff_px) : kFarOff_px;
+}
+
+/// The least value up to which the weights sum to half of all; by bisection of the order, without sorting.
+double weighted_median(std::vector<std::pair<double, double>> value_and_weight) {
+  double half = 0;
+  for (const auto& [value, weight] : value_and_weight) half += weight / 2;
+  auto begin = value_and_weight.begin(), end = value_and_weight.end();
+  while (end - begin > 1) {
+    const auto middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end);
+    double below = 0;
+    for (auto it = begin; it != middle; ++it) below += it->second;
+    if (below >= half) {
+      end = middle;
+    } else {
+      half -= below;
+      begin = middle;
+    }
+  }
+  return begin == end ? NAN : begin->first;
+}
+
+/// The background of flow image k and its true motion; empty without truth or with too few points.
+struct StaticPair {
+  SE3 T_to_from;
+  std::vector<FlowSample> points;
+};
+
+std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
+  const auto motion = data.truth.background_motion(k + data.flow_from, k + data.flow_to);
+  if (!motion) return std::nullopt;
+  StaticPair pair{*motion, flow_samples(data, k)};
+  std::erase_if(pair.points, [](const FlowSample& s) { return s.id != 0; });
+  if (static_cast<int>(pair.points.size()) < kMinPointsOfPair) return std::nullopt;
+  return pair;
+}
+
+/// Why there is nothing to compare.
+std::string nothing_to_compare(const ConventionData& data, bool poses, bool objects) {
+  const auto any = [&](auto channel) {
+    return std::ranges::any_of(data.frames, [&](const GridFrame& f) { return !(f.*channel).empty(); });
+  };
+  if (!any(&GridFrame::flow)) return "not checkable: no flow";
+  if (!any(&GridFrame::depth_m)) return "not checkable: no depth";
+  if (poses && data.truth.camera.poses().size() < 2) return "not checkable: no true camera poses";
+  if (objects && data.truth.objects.empty()) return "not checkable: no true objects";
+  if (objects && !any(&GridFrame::mask)) return "not checkable: no masks";
+  return "";
+}
+
+}  // namespace
+
+Finding check_static_flow(const ConventionData& data) {
+  Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
+  const PinholeCamera& camera = data.camera.left;
+  std::vector<double> residuals, parallax;
+  bool seen = false;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto pair = static_pair(data, k);
+    if (!pair) continue;
+    seen = true;
+    const SE3 rotation(pair->T_to_from.rotation(), Eigen::Vector3d::Zero());
+    std::vector<double> r, given, without_rotation, truth;
+    for (const FlowSample& s : pair->points) {
+      r.push_back(residual_px(camera, s, pair->T_to_from));
+      given.push_back(length(s.flow));
+      truth.push_back(predicted_flow(camera, s, pair->T_to_from).norm());
+      without_rotation.push_back(residual_px(camera, s, rotation));
+    }
+    if (median(given) < kStill_px && median(truth) < kStill_px) continue;
+    residuals.insert(residuals.end(), r.begin(), r.end());
+    parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
+  }
+  finding.n = static_cast<int>(residuals.size());
+  if (residuals.empty()) {
+    finding.message = nothing_to_compare(data, true, false);
+    if (finding.message.empty() && seen) finding.message = "not checkable: the camera stands still";
+    if (finding.message.empty())
+      finding.message = "not checkable: too few background points with depth and flow";
+    return finding;
+  }
+  finding.value = median(residuals);
+  const double typical = median(parallax);
+  finding.limit = std::max(kStaticFloor_px, typical < kFarOff_px ? kStaticShare * typical : 0);
+  finding.fail_limit = kStaticFailFactor * finding.limit;
+  return finding;
+}
+
+namespace {
+
+/// The step length that flow and depth show, as a share of the true one; NaN without parallax. Near points
+/// count most: weights are the parallax. Parallax is proportional to step / depth up to the step along the
+/// axis, which a few rounds settle.
+double step_share(const PinholeCamera& camera, const StaticPair& pair) {
+  const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
+  double share = 1;
+  for (int round = 0; round < 8; ++round) {
+    std::vector<std::pair<double, double>> weighted;
+    for (FlowSample sample : pair.points) {
+      sample.z_m /= share;
+      const Eigen::Vector2d turned = predicted_flow(camera, sample, rotation);
+      const Eigen::Vector2d expected = predicted_flow(camera, sample, pair.T_to_from) - turned;
+      const Eigen::Vector2d given = Eigen::Vector2d(sample.flow.u, sample.flow.v) - turned;
+      if (!(expected.norm() >= kMinParallax_px && expected.norm() < kFarOff_px / 2)) continue;
+      weighted.emplace_back(given.dot(expected) / expected.squaredNorm(), given.norm());
+    }
+    if (static_cast<int>(weighted.size()) < kMinPointsOfPair) return NAN;
+    const double step = weighted_median(std::move(weighted));
+    if (!(step > 0.05 && step < 20)) return NAN;
+    share *= step;
+    if (std::abs(step - 1) < 1e-9) break;
+  }
+  return share;
+}
+
+}  // namespace
+
+DepthFactor fit_depth_factor(const ConventionData& data) {
+  DepthFactor fit;
+  double length_m = 0, shown_m = 0, sum = 0, squares = 0;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto pair = static_pair(data, k);
+    const double share = pair ? step_share(data.camera.left, *pair) : NAN;
+    if (!std::isfinite(share)) continue;
+    ++fit.n;
+    length_m += pair->T_to_from.translation().norm();
+    shown_m += share * pair->T_to_from.translation().norm();
+    sum += share;
+    squares += share * share;
+  }
+  if (fit.n == 0) return fit;
+  // Few pairs whose true steps jitter do not decide on per cents: kStepJitter is assumed as firmly as two
+  // pairs would show it.
+  const double n = fit.n, mean = sum / n;
+  const double spread = std::max(0.0, squares - n * mean * mean);
+  fit.error = std::sqrt((spread + 2 * kStepJitter * kStepJitter) / (n + 1) / n);
+  fit.factor = length_m / shown_m;
+  return fit;
+}
+
+std::optional<double> range_share(const ConventionData& data) {
+  const PinholeCamera& camera = data.camera.left;
+  const auto ray = [&](const FlowSample& s) { return camera.ray(s.u, s.v).norm(); };
+  double share = 0, expected = 0;
+  int n = 0;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto pair = static_pair(data, k);
+    if (!pair) continue;
+    std::vector<double> rays;
+    for (const FlowSample& s : pair->points) rays.push_back(ray(s));
+    const double middle = median(rays);
+    StaticPair inner{pair->T_to_from, {}}, outer = inner;
+    std::vector<double> inner_rays, outer_rays;
+    for (const FlowSample& s : pair->points) {
+      (ray(s) < middle ? inner : outer).points.push_back(s);
+      (ray(s) < middle ? inner_rays : outer_rays).push_back(ray(s));
+    }
+    const double inner_step = step_share(camera, inner), outer_step = step_share(camera, outer);
+    if (!std::isfinite(inner_step) || !std::isfinite(outer_step)) continue;
+    // Depth that is too large shows steps that are too large.
+    share += std::log(outer_step / inner_step);
+    expected += std::log(median(outer_rays) / median(inner_rays));
+    ++n;
+  }
+  if (n == 0 || expected <= 0) return std::nullopt;
+  return share / expected;
+}
+
+Finding check_depth_scale(const ConventionData& data) {
+  Finding finding{.check = "depth scale", .unit = "%", .counted = "pairs"};
+  const DepthFactor fit = fit_depth_factor(data);
+  finding.n = fit.n;
+  if (finding.n == 0) {
+    finding.message = nothing_to_compare(data, true, false);
+    if (finding.message.empty()) finding.message = "not checkable: no pair with parallax that depth explains";
+    return finding;
+  }
+  finding.value = 100 * std::abs(fit.factor - 1);
+  finding.limit = kScaleLimit_percent + 200 * fit.error;
+  finding.fail_limit = std::max(finding.limit, kScaleFail_percent + 100 * fit.error);
+  finding.message = fmt::format("depth x {:.4f} agrees best with flow and poses", fit.factor);
+  return finding;
+}
+
+Finding check_object_flow(const ConventionData& data) {
+  Finding finding{.check = "object flow",
+                  .limit = kObjectLimit_m,
+                  .fail_limit = kObjectFail_m,
+                  .unit = "m",
+                  .counted = "objects",
+                  .sharp = true};
+  const PinholeCamera& camera = data.camera.left;
+  std::vector<double> residuals;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    std::map<int, std::vector<FlowSample>> by_id;
+    for (const FlowSample& s : flow_samples(data, k)) {
+      if (s.id != 0) by_id[s.id].push_back(s);
+    }
+    for (const auto& [id, samples] : by_id) {
+      const auto motion = data.truth.object_motion(id, k + data.flow_from, k + data.flow_to);
+      if (!motion || static_cast<int>(samples.size()) < kMinPointsOfObject) continue;
+      std::vector<double> metres;
+      for (const FlowSample& s : samples)
+        metres.push_back(residual_px(camera, s, *motion) * s.z_m / camera.fx);
+      residuals.push_back(median(metres));
+    }
+  }
+  finding.n = static_cast<int>(residuals.size());
+  if (residuals.empty()) {
+    finding.message = nothing_to_compare(data, false, true);
+    if (finding.message.empty()) finding.message = "not checkable: no mask of a true object in two frames";
+    return finding;
+  }
+  finding.value = median(residuals);
+  return finding;
+}
+
+Finding check_depth_order(const ConventionData& data) {
+  Finding finding{.check = "depth order", .limit = 1, .fail_limit = 1.5, .unit = "x", .counted = "frames"};
+  std::vector<double> ratios;
+  for (const GridFrame& frame : data.frames) {
+    const Image<float>& depth = frame.depth_m;
+    std::vector<double> low, mid;
+    for (int j = 0; j < depth.height(); ++j) {
+      const double y = (j + 0.5) / depth.height();
+      for (int i = 0; i < depth.width(); ++i) {
+        if (!std::isfinite(depth(i, j))) continue;
+        if (y > 0.8) low.push_back(depth(i, j));
+        if (y > 0.4 && y < 0.65) mid.push_back(depth(i, j));
+      }
+    }
+    if (low.size() > 10 && mid.size() > 10) ratios.push_back(median(low) / median(mid));
+  }
+  finding.n = static_cast<int>(ratios.size());
+  if (ratios.empty()) {
+    finding.message = "not checkable: no depth";
+    return finding;
+  }
+  finding.value = median(ratios);
+  if (*finding.value > 1) {
+    finding.message = "depth grows towards the bottom of the image: is it disparity, or upside down?";
+  }
+  return finding;
+}
+
+}  // namespace sextant

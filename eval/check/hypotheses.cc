@@ -1,0 +1,312 @@
+#include "sextant/eval/check/hypotheses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/eval/check/hypothesis_undo.h"
+
+namespace sextant {
+namespace {
+
+using namespace undo;  // NOLINT: this file is a table in its terms
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kMinRangeShare = 0.5;
+constexpr double kFitPrice = 0.6;  // a number that is fitted explains more than it should
+
+using Table = std::vector<Hypothesis>;
+
+double bf(const ConventionData& data) { return data.camera.bf; }
+
+/// What a depth image's integers n may mean, as depth in m.
+struct Meaning {
+  const char* name;
+  double (*z_m)(double n, double bf);
+};
+constexpr Meaning kMeanings[] = {
+    {"disparity * 256", [](double n, double bf) { return bf * 256 / n; }},
+    {"disparity in whole px", [](double n, double bf) { return bf / n; }},
+    {"centimetres", [](double n, double) { return n / 100; }},
+    {"millimetres", [](double n, double) { return n / 1000; }},
+    {"depth * 256 (KITTI depth)", [](double n, double) { return n / 256; }},
+    {"depth * 5000 (TUM)", [](double n, double) { return n / 5000; }},
+    {"whole metres", [](double n, double) { return n; }},
+};
+
+/// How a reader of a kind of files (SequenceInfo::depth_kind) gets depth from n, turned round.
+struct Reader {
+  const char* kind;
+  const char* meaning;
+  double (*n)(double z_m, double bf);
+};
+constexpr Reader kReaders[] = {
+    {"disparity256", "disparity * 256", [](double z, double bf) { return 256 * bf / z; }},
+    {"cm", "centimetres", [](double z, double) { return 100 * z; }},
+    {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
+};
+
+/// Back through the reader to the integers of the file, and forth with another meaning of them.
+void add_codings(const Reader& reader, Table& table) {
+  for (const Meaning& meaning : kMeanings) {
+    if (std::string_view(reader.meaning) == meaning.name) continue;
+    table.push_back(
+        {fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
+         depth([meaning, reader](const ConventionData& data, double z, double, double) {
+           return meaning.z_m(reader.n(z, bf(data)), bf(data));
+         })});
+  }
+}
+
+void add_depth(const ConventionData& data, Table& table) {
+  const auto add = [&](std::string cause, auto change) {
+    table.push_back({std::move(cause), depth(change)});
+  };
+  using D = const ConventionData&;
+  if (data.depth_kind.empty()) {
+    add("depth looks like disparity (z = bf / d)", [](D d, double z, double, double) { return bf(d) / z; });
+    add("depth looks like disparity*256 (z = 256 bf / n)",
+        [](D d, double z, double, double) { return 256 * bf(d) / z; });
+    add("depth looks like inverse depth (1 / z)", [](D, double z, double, double) { return 1 / z; });
+    add("depth looks like centimetres: 100 times too large",
+        [](D, double z, double, double) { return z / 100; });
+    add("depth looks like millimetres: 1000 times too large",
+        [](D, double z, double, double) { return z / 1000; });
+    add("depth is 100 times too small: metres divided by 100?",
+        [](D, double z, double, double) { return z * 100; });
+    add("depth is 1000 times too small: metres divided by 1000?",
+        [](D, double z, double, double) { return z * 1000; });
+    add("depth looks like depth*256 (KITTI depth): 256 times too large",
+        [](D, double z, double, double) { return z / 256; });
+    add("depth is 256 times too small: KITTI depth divided by 256 twice?",
+        [](D, double z, double, double) { return z * 256; });
+  }
+  // What is computed by stereo matching has no files to be misread.
+  for (const Reader& reader : kReaders) {
+    const bool usual = std::string_view(reader.kind) != "depth256";
+    if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
+  }
+  // On noisy data a plain factor looks like a range, unless one asks where in the image it is.
+  table.push_back({"depth looks like the range along the ray, not z",
+                   [](ConventionData& d, double& ignored) {
+                     const auto share = range_share(d);
+                     if (share && *share < kMinRangeShare) return false;
+                     return depth([](D c, double r, double u, double v) {
+                       return r / c.camera.left.ray(u, v).norm();
+                     })(d, ignored);
+                   },
+                   kFitPrice});
+  table.push_back({"depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth)});
+  table.push_back({"depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth)});
+  table.push_back(
+      {"depth is too large by a factor {:.4g}: wrong baseline or focal length?",
+       fitted_factor(
+           1e4, [](double s) { return depth([s](D, double z, double, double) { return z * s; }); }, 1),
+       kFitPrice, true});
+}
+
+void add_flow(Table& table) {
+  const auto add = [&](std::string cause, auto change) { table.push_back({std::move(cause), flow(change)}); };
+  using D = const ConventionData&;
+  using V = Eigen::Vector2d;
+  table.push_back({"flow is backward: it goes from the next frame to this one", flow_between(1, 0)});
+  table.push_back({"flow is backward: it goes from this frame to the previous one", flow_between(0, -1)});
+  add("flow is backward: u and v have the wrong sign", [](D, double u, double v) { return V(-u, -v); });
+  table.push_back({"flow is off by one frame: it belongs to the next pair", flow_between(1, 2)});
+  table.push_back({"flow is off by one frame: it belongs to the previous pair", flow_between(-1, 0)});
+  add("flow has u and v swapped", [](D, double u, double v) { return V(v, u); });
+  add("flow has u negated (x axis to the left)", [](D, double u, double v) { return V(-u, v); });
+  add("flow has v negated (y axis upwards)", [](D, double u, double v) { return V(u, -v); });
+  add("flow is 64 times too large: KITTI's n - 2^15 not divided by 64",
+      [](D, double u, double v) { return V(u / 64, v / 64); });
+  add("flow is not decoded: KITTI's n stands for (n - 2^15) / 64",
+      [](D, double u, double v) { return V((u - 32768) / 64, (v - 32768) / 64); });
+  add("flow lacks KITTI's offset: n / 64 stands for (n - 2^15) / 64",
+      [](D, double u, double v) { return V(u - 512, v - 512); });
+  add("flow is normalised by the image size",
+      [](D d, double u, double v) { return V(u * (d.width - 1), v * (d.height - 1)); });
+  add("flow is normalised to [-1, 1] by half the image size",
+      [](D d, double u, double v) { return V(u * (d.width - 1) / 2, v * (d.height - 1) / 2); });
+  add("flow is stored as KITTI's (n - 2^15) / 64, but read as Virtual KITTI's", [](D d, double u, double v) {
+    const auto n = [](double x, double size) { return (x / (size - 1) + 1) * 65535 / 2; };
+    return V((n(u, d.width) - 32768) / 64, (n(v, d.height) - 32768) / 64);
+  });
+  add("flow is stored as Virtual KITTI's, but read as KITTI's (n - 2^15) / 64", [](D d, double u, double v) {
+    const auto x = [](double f, double size) { return (2 * (64 * f + 32768) / 65535 - 1) * (size - 1); };
+    return V(x(u, d.width), x(v, d.height));
+  });
+  add("flow is 2 times too large", [](D, double u, double v) { return V(u / 2, v / 2); });
+  add("flow is 2 times too small: computed on images of half the size?",
+      [](D, double u, double v) { return V(u * 2, v * 2); });
+  table.push_back(
+      {"flow is too large by a factor {:.4g}",
+       fitted_factor(1e3,
+                     [](double s) { return flow([s](D, double u, double v) { return V(u * s, v * s); }); }),
+       2 * kFitPrice, true});
+}
+
+SE3 axes(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
+  Eigen::Matrix3d columns;
+  columns << x, y, z;
+  return {Eigen::Quaterniond(columns), Eigen::Vector3d::Zero()};
+}
+
+void add_poses(Table& table) {
+  using V = Eigen::Vector3d;
+  const auto add = [&](std::string cause, Undo undo) {
+    table.push_back({std::move(cause), std::move(undo)});
+  };
+  const auto turned = [](const SE3& T_given_camera) {
+    return poses([T_given_camera](const SE3& pose) { return pose * T_given_camera; });
+  };
+  add("camera poses are inverted: world -> camera instead of camera -> world",
+      poses([](const SE3& pose) { return pose.inverse(); }));
+  add("camera poses are off by one frame: they are those of the next frame", shifted_poses(-1));
+  add("camera poses are off by one frame: they are those of the previous frame", shifted_poses(1));
+  add("camera poses have robot axes (x ahead, y left, z up) instead of the camera's",
+      turned(axes(-V::UnitY(), -V::UnitZ(), V::UnitX())));
+  add("camera poses have axes x right, y ahead, z up instead of the camera's",
+      turned(axes(V::UnitX(), -V::UnitZ(), V::UnitY())));
+  add("camera poses have OpenGL axes (y up, z backward) instead of the camera's",
+      turned(axes(V::UnitX(), -V::UnitY(), -V::UnitZ())));
+  add("camera poses are motions from frame to frame, not poses in the world", accumulated_poses());
+  const auto scaled = [](double s) {
+    return poses([s](const SE3& pose) { return SE3(pose.rotation(), s * pose.translation()); });
+  };
+  add("camera positions are in centimetres", scaled(0.01));
+  add("camera positions are in millimetres", scaled(0.001));
+  table.push_back(
+      {"camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), kFitPrice, true});
+}
+
+void add_objects(const ConventionData& data, Table& table) {
+  using V = Eigen::Vector3d;
+  const auto add = [&](std::string cause, Undo undo, double price = 0) {
+    table.push_back({std::move(cause), std::move(undo), price});
+  };
+  add("object yaw is off by pi/2 (too large)", yaw([](double a) { return a - kPi / 2; }));
+  add("object yaw is off by pi/2 (too small)", yaw([](double a) { return a + kPi / 2; }));
+  add("object yaw is off by pi", yaw([](double a) { return a + kPi; }));
+  add("object yaw has the wrong sign (ry negated)", yaw([](double a) { return kPi - a; }));
+  add("object yaw has the wrong sign (about an axis that points up)", yaw([](double a) { return -a; }));
+  add("object poses are in the world frame instead of the camera's",
+      objects([](ObjectTruth& object, const std::optional<SE3>& T_world_camera) {
+        if (T_world_camera) object.T_camera_object = T_world_camera->inverse() * object.T_camera_object;
+      }));
+  add("object poses are off by one frame: they are those of the next frame", shifted_objects(-1));
+  add("object poses are off by one frame: they are those of the previous frame", shifted_objects(1));
+  add("object positions are the box centre instead of the middle of its bottom face",
+      objects([](ObjectTruth& object, const std::optional<SE3>&) {
+        const double height = object.size_m ? object.size_m->y() : 1.5;
+        object.T_camera_object =
+            object.T_camera_object * SE3(Eigen::Quaterniond::Identity(), V(0, height / 2, 0));
+      }));
+  add("object positions have robot axes (x ahead, y left, z up) instead of the camera's",
+      positions([](const ObjectTruth&, const V& p) { return V(-p.y(), -p.z(), p.x()); }));
+  const double baseline = data.camera.bf / data.camera.left.fx;
+  for (const double b : {baseline, -baseline}) {
+    add(fmt::format("object positions are those of the other camera: off by the stereo baseline, {:+.2f} m",
+                    b),
+        positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
+  }
+  for (const double b : {0.06, -0.06}) {
+    add(fmt::format("object positions are in camera 0, boxes in camera 2 (P2's offset, {:+.2f} m)", b),
+        positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
+  }
+}
+
+/// Each mask id replaced by the true id whose boxes it fills most often, if that is clear for all.
+// (below)
+Undo renumbered_masks();
+
+/// Takes the class off ids that have one.
+Undo with_class(int offset) {
+  return [offset](ConventionData& data, double& ignored) {
+    const auto has_class = [](const GridFrame& f) {
+      return !f.extents.empty() && f.extents.rbegin()->first >= 1000;
+    };
+    if (std::ranges::none_of(data.frames, has_class)) return false;
+    return mask_ids([offset](int id) { return id % 1000 + offset; })(data, ignored);
+  };
+}
+
+void add_masks(Table& table) {
+  const auto add = [&](std::string cause, Undo undo, double price = 0) {
+    table.push_back({std::move(cause), std::move(undo), price});
+  };
+  add("mask ids are off by one: too small (track id + 1 expected)", mask_ids([](int id) { return id + 1; }));
+  add("mask ids are off by one: too large", mask_ids([](int id) { return id - 1; }));
+  add("mask ids are class * 1000 + track id: the class is not taken off", with_class(0));
+  add("mask ids are class * 1000 + track id: the class is not taken off, and 1 is missing", with_class(1));
+  add("masks are of the next frame (files shifted by one)", shifted_channel(-1, take_mask));
+  add("masks are of the previous frame (files shifted by one)", shifted_channel(1, take_mask));
+  add("mask ids are renumbered: one to one, but other numbers than the tracks'", renumbered_masks(),
+      kFitPrice);
+}
+
+void add_camera(Table& table) {
+  const auto add = [&](std::string cause, Undo undo) {
+    table.push_back({std::move(cause), std::move(undo)});
+  };
+  add("principal point: cx and cy are swapped",
+      camera([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
+  const auto focal = [](double s) {
+    return camera([s](ConventionData& d) { d.camera.left.fx *= s, d.camera.left.fy *= s; });
+  };
+  const auto calibration = [](double s) {
+    return camera([s](ConventionData& d) {
+      PinholeCamera& c = d.camera.left;
+      c = {c.fx * s, c.fy * s, (c.cx + 0.5) * s - 0.5, (c.cy + 0.5) * s - 0.5};
+    });
+  };
+  add("camera: the calibration is of images twice as large", calibration(0.5));
+  add("camera: the calibration is of images half as large", calibration(2));
+  table.push_back(
+      {"camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), kFitPrice, true});
+}
+
+Undo renumbered_masks() {
+  return [](ConventionData& data, double& ignored) {
+    std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree
+    for (const auto& [frame, list] : data.truth.objects) {
+      if (!data.has(frame)) continue;
+      for (const ObjectTruth& object : list) {
+        if (!object.left || !object.right || !object.top || !object.bottom) continue;
+        for (const auto& [id, extent] : data.at(frame).extents) {
+          const double w = *object.right - *object.left, h = *object.bottom - *object.top;
+          const bool fits = std::abs(extent.left - *object.left) < 0.2 * w &&
+                            std::abs(extent.right - *object.right) < 0.2 * w &&
+                            std::abs(extent.top - *object.top) < 0.25 * h &&
+                            std::abs(extent.bottom - *object.bottom) < 0.25 * h;
+          if (fits) ++counts[id][object.id];
+        }
+      }
+    }
+    std::map<int, int> track_of;
+    std::map<int, int> taken;
+    for (const auto& [id, tracks] : counts) {
+      const auto most = std::ranges::max_element(tracks, {}, [](const auto& t) { return t.second; });
+      if (tracks.size() > 1 || taken.contains(most->first)) return false;
+      track_of[id] = most->first;
+      taken[most->first] = id;
+    }
+    if (track_of.empty()) return false;
+    return mask_ids([track_of](int id) { return track_of.contains(id) ? track_of.at(id) : 0; })(data,
+                                                                                                ignored);
+  };
+}
+
+}  // namespace
+
+std::vector<Hypothesis> hypotheses(const ConventionData& data) {
+  Table table;
+  add_depth(data, table);
+  add_flow(table);
+  add_poses(table);
+  add_objects(data, table);
+  add_masks(table);
+  add_camera(table);
+  return table;
+}
+
+}  // namespace sextant

@@ -1,0 +1,316 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sextant/eval/check/conventions.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+// Limits: docs/data-check.md.
+constexpr double kMaxDistance_m = 50;
+constexpr double kMinBox_px = 12;
+constexpr double kNearest_m = 0.5;
+constexpr double kBorder_px = 3;
+constexpr double kMinOverlap = 0.3;
+constexpr double kHiddenShare = 0.1;
+constexpr double kBoxQuantile = 0.4;  // in the first frames of the demo half of the boxes are off
+constexpr double kFullShare = 0.5;    // of its box: what the mask of a car that is seen in full has at least
+constexpr double kMinDisplacement_m = 1;
+constexpr int kMaxSteps = 5;
+constexpr size_t kMinMaskSamples = 6;
+const Eigen::Vector3d kTypicalCar_m(1.7, 1.5, 4.2);  // width, height, length
+
+struct Box {
+  double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
+};
+
+std::optional<Box> label_box(const ObjectTruth& object) {
+  if (!object.left || !object.top || !object.right || !object.bottom) return std::nullopt;
+  const Box box{*object.left, *object.top, *object.right, *object.bottom};
+  if (box.right - box.left < kMinBox_px || box.bottom - box.top < kMinBox_px) return std::nullopt;
+  return box;
+}
+
+bool cut_by_border(const Box& box, const ConventionData& data) {
+  return box.left < kBorder_px || box.top < kBorder_px || box.right > data.width - 1 - kBorder_px ||
+         box.bottom > data.height - 1 - kBorder_px;
+}
+
+/// Whether a nearer object's box covers more than a tenth of this one: its mask is smaller, and rightly so.
+bool hidden(const ObjectTruth& object, const Box& box, const std::vector<ObjectTruth>& others) {
+  return std::ranges::any_of(others, [&](const ObjectTruth& other) {
+    if (other.id == object.id || !other.left || !other.top || !other.right || !other.bottom) return false;
+    if (other.T_camera_object.translation().z() >= object.T_camera_object.translation().z()) return false;
+    const double w = std::min(box.right, *other.right) - std::max(box.left, *other.left);
+    const double h = std::min(box.bottom, *other.bottom) - std::max(box.top, *other.top);
+    return w > 0 && h > 0 && w * h > kHiddenShare * (box.right - box.left) * (box.bottom - box.top);
+  });
+}
+
+/// Calls body(frame, object) for every true object of the range.
+template <typename Body>
+void for_each_object(const ConventionData& data, Body body) {
+  for (const auto& [frame, objects] : data.truth.objects) {
+    if (!data.has(frame)) continue;
+    for (const ObjectTruth& object : objects) body(frame, object);
+  }
+}
+
+bool any_masks(const ConventionData& data) {
+  return std::ranges::any_of(data.frames, [](const GridFrame& f) { return !f.mask.empty(); });
+}
+
+/// Intersection over union of a box and a mask's outline.
+double overlap(const Box& box, const MaskOutline& mask) {
+  const double w = std::min(box.right, mask.right + 0.5) - std::max(box.left, mask.left - 0.5);
+  const double h = std::min(box.bottom, mask.bottom + 0.5) - std::max(box.top, mask.top - 0.5);
+  if (w <= 0 || h <= 0) return 0;
+  const double mask_area = (mask.right - mask.left + 1.0) * (mask.bottom - mask.top + 1.0);
+  return w * h / ((box.right - box.left) * (box.bottom - box.top) + mask_area - w * h);
+}
+
+/// The mask whose outline fits the box best; 0 when none fits.
+int id_in_box(const GridFrame& frame, const Box& box) {
+  int best = 0;
+  double most = kMinOverlap;
+  for (const auto& [id, mask] : frame.extents) {
+    if (const double o = overlap(box, mask); o > most) best = id, most = o;
+  }
+  return best;
+}
+
+/// The eight corners projected; empty when one is not clearly ahead of the camera.
+std::optional<Box> projected_box(const PinholeCamera& camera, const ObjectTruth& object) {
+  const Eigen::Vector3d size = object.size_m.value_or(kTypicalCar_m);
+  Box box;
+  for (const double x : {-0.5, 0.5}) {
+    for (const double y : {-1.0, 0.0}) {
+      for (const double z : {-0.5, 0.5}) {
+        const Eigen::Vector3d corner =
+            object.T_camera_object * Eigen::Vector3d(x * size.x(), y * size.y(), z * size.z());
+        if (corner.z() < kNearest_m) return std::nullopt;
+        const Eigen::Vector2d p = camera.project(corner);
+        box = {std::min(box.left, p.x()), std::min(box.top, p.y()), std::max(box.right, p.x()),
+               std::max(box.bottom, p.y())};
+      }
+    }
+  }
+  return box;
+}
+
+struct BoxOffsets {
+  std::vector<double> sideways_m, upright_m;
+  bool sizes_known = true;
+  int n_boxes = 0;  ///< label boxes that were candidates
+};
+
+BoxOffsets box_offsets(const ConventionData& data) {
+  BoxOffsets out;
+  const PinholeCamera& camera = data.camera.left;
+  for_each_object(data, [&](int /*frame*/, const ObjectTruth& object) {
+    const auto label = label_box(object);
+    if (!label || cut_by_border(*label, data)) return;
+    ++out.n_boxes;
+    out.sizes_known &= object.size_m.has_value();
+    const double z = object.T_camera_object.translation().z();
+    const auto box = projected_box(camera, object);
+    if (z > kMaxDistance_m && box) return;
+    const double label_x = (label->left + label->right) / 2;
+    // An object behind the camera cannot have a box: as wrong as can be, rather than left out.
+    out.sideways_m.push_back(box ? ((box->left + box->right) / 2 - label_x) * z / camera.fx : 1e3);
+    out.upright_m.push_back(box ? (box->bottom - label->bottom) * z / camera.fy : 1e3);
+  });
+  return out;
+}
+
+void judge_offsets(const BoxOffsets& offsets, const std::vector<double>& metres, Finding& finding) {
+  finding.n = static_cast<int>(metres.size());
+  if (metres.empty()) {
+    finding.message = offsets.n_boxes == 0 ? "not checkable: no 2-D boxes away from the image border"
+                                           : "not checkable: no box nearer than 50 m";
+    return;
+  }
+  const double offset = median(metres);
+  finding.value = std::abs(offset);
+  finding.message = fmt::format("offset {:+.2f} m", offset);
+  if (offsets.sizes_known) return;
+  finding.message += ", for boxes of a typical car: sizes unknown";
+  finding.limit *= 2.5;
+  finding.fail_limit = std::numeric_limits<double>::infinity();
+}
+
+/// Where the ray through (u, v) enters the object's box: z in the camera frame; NaN when it misses.
+double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, double u, double v) {
+  const Eigen::Vector3d size = object.size_m.value_or(kTypicalCar_m);
+  const SE3 T_object_camera = object.T_camera_object.inverse();
+  const Eigen::Vector3d origin = T_object_camera.translation();
+  const Eigen::Vector3d ray = T_object_camera.rotation() * camera.ray(u, v);
+  const Eigen::Vector3d low(-size.x() / 2, -size.y(), -size.z() / 2), high(size.x() / 2, 0, size.z() / 2);
+  double enter = 0, leave = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    double a = (low[axis] - origin[axis]) / ray[axis], b = (high[axis] - origin[axis]) / ray[axis];
+    if (a > b) std::swap(a, b);
+    enter = std::max(enter, a);
+    leave = std::min(leave, b);
+  }
+  return enter < leave && enter > 0 ? enter : NAN;  // the ray's z is 1: its parameter is the depth
+}
+
+}  // namespace
+
+Finding check_mask_ids(const ConventionData& data) {
+  Finding finding{.check = "mask ids", .limit = 20, .fail_limit = 50, .unit = "%", .counted = "boxes"};
+  if (!any_masks(data) || data.truth.objects.empty()) {
+    finding.message = any_masks(data) ? "not checkable: no true objects" : "not checkable: no masks";
+    return finding;
+  }
+  int wrong = 0, boxes = 0, empty = 0;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const auto box = label_box(object);
+    if (!box || data.at(frame).mask.empty()) return;
+    ++boxes;
+    const int id = id_in_box(data.at(frame), *box);
+    empty += id == 0 ? 1 : 0;
+    wrong += id != 0 && id != object.id ? 1 : 0;
+  });
+  finding.n = boxes - empty;
+  if (boxes == 0) finding.message = "not checkable: no true 2-D boxes";
+  if (boxes > 0 && finding.n == 0) {
+    finding.n = boxes;
+    finding.value = 100;
+    finding.message = "no mask fits any true box";
+  }
+  if (finding.n == 0 || finding.value) return finding;
+  finding.value = 100.0 * wrong / finding.n;
+  if (empty > 0) finding.message = fmt::format("{} more boxes have no mask that fits", empty);
+  return finding;
+}
+
+Finding check_mask_boxes(const ConventionData& data) {
+  Finding finding{
+      .check = "mask boxes", .limit = 15, .fail_limit = 40, .unit = "%", .counted = "boxes", .sharp = true};
+  std::vector<double> shares;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const auto box = label_box(object);
+    const auto& extents = data.at(frame).extents;
+    const auto found = extents.find(object.id);
+    if (!box || found == extents.end()) return;
+    const MaskOutline& mask = found->second;
+    // A mask may lack what is hidden, but not stick out.
+    const double area = (box->right - box->left) * (box->bottom - box->top);
+    const bool may_lack = static_cast<double>(mask.n_pixels) < kFullShare * area ||
+                          hidden(object, *box, data.truth.objects.at(frame));
+    const auto off = [&](double outwards) { return may_lack ? std::max(outwards, 0.0) : std::abs(outwards); };
+    const double x = std::max(off(std::max(box->left, 0.0) - mask.left),
+                              off(mask.right - std::min(box->right, data.width - 1.0)));
+    const double y = std::max(off(std::max(box->top, 0.0) - mask.top),
+                              off(mask.bottom - std::min(box->bottom, data.height - 1.0)));
+    shares.push_back(100 * std::max(x / (box->right - box->left), y / (box->bottom - box->top)));
+  });
+  finding.n = static_cast<int>(shares.size());
+  if (shares.empty()) {
+    finding.message =
+        any_masks(data) ? "not checkable: no true 2-D box has a mask of its id" : "not checkable: no masks";
+    return finding;
+  }
+  finding.value = quantile(shares, kBoxQuantile);
+  return finding;
+}
+
+Finding check_box_sideways(const ConventionData& data) {
+  Finding finding{
+      .check = "box sideways", .limit = 0.15, .fail_limit = 0.35, .unit = "m", .counted = "boxes"};
+  const BoxOffsets offsets = box_offsets(data);
+  judge_offsets(offsets, offsets.sideways_m, finding);
+  if (finding.passes() && offsets.sizes_known && *finding.value > 0.04 && *finding.value < 0.09 &&
+      finding.n >= 20) {
+    finding.message += ": as between KITTI's cameras 0 and 2 (0.06 m), harmless";
+  }
+  return finding;
+}
+
+Finding check_box_upright(const ConventionData& data) {
+  Finding finding{.check = "box upright", .limit = 0.25, .fail_limit = 0.5, .unit = "m", .counted = "boxes"};
+  const BoxOffsets offsets = box_offsets(data);
+  judge_offsets(offsets, offsets.upright_m, finding);
+  return finding;
+}
+
+Finding check_object_depth(const ConventionData& data) {
+  Finding finding{.check = "object depth", .limit = 12, .fail_limit = 20, .unit = "%", .counted = "objects"};
+  const PinholeCamera& camera = data.camera.left;
+  std::vector<double> ratios;
+  bool sizes_known = true;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const GridFrame& grid = data.at(frame);
+    if (grid.depth_m.empty() || grid.depth_m.width() != grid.mask.width()) return;
+    if (object.T_camera_object.translation().norm() > kMaxDistance_m) return;
+    const auto extent = grid.extents.find(object.id);
+    if (extent == grid.extents.end()) return;
+    std::vector<double> given, expected;
+    for (int j = 0; j < grid.mask.height(); ++j) {
+      for (int i = 0; i < grid.mask.width(); ++i) {
+        if (grid.mask(i, j) != object.id || !std::isfinite(grid.depth_m(i, j))) continue;
+        const double z = box_depth_m(camera, object, data.pixel(i), data.pixel(j));
+        given.push_back(grid.depth_m(i, j));
+        if (std::isfinite(z)) expected.push_back(z);
+      }
+    }
+    if (given.size() < kMinMaskSamples) return;
+    sizes_known &= object.size_m.has_value();
+    // Where the mask misses the box altogether, the box is as far as its middle says.
+    const double z =
+        expected.size() < kMinMaskSamples / 2 ? object.T_camera_object.translation().z() : median(expected);
+    ratios.push_back(median(given) / std::max(z, 1e-3));
+  });
+  finding.n = static_cast<int>(ratios.size());
+  if (ratios.empty()) {
+    finding.message = "not checkable: no mask of a true object with depth";
+    return finding;
+  }
+  const double ratio = median(ratios);
+  finding.value = std::min(100 * std::abs(ratio - 1), 1e6);
+  finding.message = fmt::format("depth is {:.4g} of that of the true box{}", ratio,
+                                sizes_known ? "" : " (of a typical car: sizes unknown)");
+  if (!sizes_known) finding.limit *= 1.8, finding.fail_limit *= 1.8;
+  return finding;
+}
+
+Finding check_heading(const ConventionData& data) {
+  Finding finding{.check = "heading", .limit = 15, .fail_limit = 30, .unit = "deg", .counted = "steps"};
+  if (data.truth.camera.poses().size() < 2 || data.truth.objects.empty()) {
+    finding.message =
+        data.truth.objects.empty() ? "not checkable: no true objects" : "not checkable: no true camera poses";
+    return finding;
+  }
+  std::vector<double> angles;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const auto T_world_a = data.truth.camera.pose(frame);
+    for (int later = frame + 1; T_world_a && later <= std::min(frame + kMaxSteps, data.last_frame());
+         ++later) {
+      const ObjectTruth* end = data.truth.find(later, object.id);
+      const auto T_world_b = data.truth.camera.pose(later);
+      if (end == nullptr || !T_world_b) return;
+      const SE3 a = *T_world_a * object.T_camera_object, b = *T_world_b * end->T_camera_object;
+      const Eigen::Vector3d way = b.translation() - a.translation();
+      if (way.norm() < kMinDisplacement_m) continue;
+      const Eigen::Vector3d ahead =
+          (a.rotation() * Eigen::Vector3d::UnitZ() + b.rotation() * Eigen::Vector3d::UnitZ());
+      angles.push_back(std::atan2(way.cross(ahead).norm(), way.dot(ahead)) * 180 / std::numbers::pi);
+      return;
+    }
+  });
+  finding.n = static_cast<int>(angles.size());
+  if (angles.empty()) {
+    finding.message = "not checkable: no object moves by 1 m within 5 frames";
+    return finding;
+  }
+  finding.value = median(angles);
+  return finding;
+}
+
+}  // namespace sextant

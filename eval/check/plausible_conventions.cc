@@ -1,0 +1,192 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/eval/check/conventions.h"
+#include "sextant/geometry/object_motion.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+// Limits: docs/data-check.md.
+constexpr double kMoves_m = 0.1;
+constexpr double kMovingFlow_px = 1;
+constexpr double kNever = 1e9;  // the check cannot fail, only be suspect
+
+/// How far a ratio is from 1, in factors of `factor`.
+double factors_off(double ratio, double factor) {
+  return ratio > 0 && std::isfinite(ratio) ? std::abs(std::log(ratio)) / std::log(factor) : 100;
+}
+
+bool same(const SE3& a, const SE3& b) {
+  return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
+}
+
+bool moves(const Trajectory& camera, int prev, int curr) {
+  const auto motion = camera.motion(prev, curr);
+  return motion && motion->translation().norm() > kMoves_m;
+}
+
+/// Whether the background's flow from `frame` shows that the camera moved.
+bool flow_shows_motion(const GridFrame& frame) {
+  std::vector<double> lengths;
+  for (size_t i = 0; i < frame.flow.size(); ++i) {
+    const Flow& flow = frame.flow.data()[i];
+    const bool background = frame.mask.size() != frame.flow.size() || frame.mask.data()[i] == 0;
+    if (flow.valid() && background) lengths.push_back(std::hypot(double{flow.u}, double{flow.v}));
+  }
+  return !lengths.empty() && median(lengths) > kMovingFlow_px;
+}
+
+}  // namespace
+
+Finding check_camera_model(const ConventionData& data) {
+  Finding finding{
+      .check = "camera model", .limit = 1, .fail_limit = 2.5, .unit = "x limit", .n = 1, .counted = "camera"};
+  const PinholeCamera& camera = data.camera.left;
+  if (data.width <= 0 || data.height <= 0) {
+    finding.n = 0;
+    finding.message = "not checkable: the image size is unknown";
+    return finding;
+  }
+  const double w = data.width, h = data.height;
+  const std::pair<double, std::string> deviations[] = {
+      {std::abs(camera.cx - (w - 1) / 2) / (0.2 * w), fmt::format("cx = {:.1f} px of {:.0f}", camera.cx, w)},
+      {std::abs(camera.cy - (h - 1) / 2) / (0.2 * h), fmt::format("cy = {:.1f} px of {:.0f}", camera.cy, h)},
+      {factors_off(camera.fx / camera.fy, 1.1), fmt::format("fx / fy = {:.3f}", camera.fx / camera.fy)},
+      {factors_off(camera.fx / w, 4), fmt::format("fx = {:.1f} px for a width of {:.0f}", camera.fx, w)},
+      {data.camera.bf > 0 ? factors_off(data.camera.bf / camera.fx / 0.3, 8) : 0,
+       fmt::format("a baseline of {:.3g} m (bf / fx)", data.camera.bf / camera.fx)}};
+  const auto& worst = *std::ranges::max_element(deviations, {}, &std::pair<double, std::string>::first);
+  finding.value = worst.first;
+  finding.message = "the most unusual number: " + worst.second;
+  return finding;
+}
+
+Finding check_camera_path(const ConventionData& data) {
+  Finding finding{
+      .check = "camera path", .limit = 45, .fail_limit = kNever, .unit = "deg", .counted = "steps"};
+  std::vector<double> angles;
+  for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
+    if (!moves(data.truth.camera, frame, frame + 1)) continue;
+    const Eigen::Vector3d t = data.truth.camera.motion(frame, frame + 1)->translation();
+    angles.push_back(std::atan2(std::hypot(t.x(), t.y()), t.z()) * 180 / std::numbers::pi);
+  }
+  finding.n = static_cast<int>(angles.size());
+  if (angles.empty()) {
+    finding.message = data.truth.camera.empty() ? "not checkable: no true camera poses"
+                                                : "not checkable: the camera stands still";
+    return finding;
+  }
+  finding.value = median(angles);
+  if (*finding.value > finding.limit) {
+    finding.message =
+        "the camera does not move along its z axis (right for a camera that looks sideways or back)";
+  }
+  return finding;
+}
+
+Finding check_repeated_poses(const ConventionData& data) {
+  Finding finding{.check = "repeated poses", .unit = "steps", .counted = "steps"};
+  int repeated = 0, identities = 0;
+  const Trajectory& camera = data.truth.camera;
+  for (int frame = data.first_frame + 1; frame <= data.last_frame(); ++frame) {
+    const auto before = camera.pose(frame - 1), now = camera.pose(frame);
+    if (!before || !now) continue;
+    ++finding.n;
+    if (same(*now, SE3()) && moves(camera, frame - 1, frame)) ++identities;
+    const bool neighbours = moves(camera, frame - 2, frame - 1) && moves(camera, frame, frame + 1);
+    if (same(*before, *now) && (neighbours || flow_shows_motion(data.at(frame - 1)))) ++repeated;
+  }
+  int objects = 0;
+  for (const auto& [frame, list] : data.truth.objects) {
+    if (!data.has(frame)) continue;
+    for (const ObjectTruth& object : list) objects += same(object.T_camera_object, SE3()) ? 1 : 0;
+  }
+  if (finding.n == 0 && objects == 0) {
+    finding.message = "not checkable: no true poses in successive frames";
+    return finding;
+  }
+  finding.value = repeated + identities + objects;
+  if (repeated > 0)
+    finding.message =
+        fmt::format("the pose of {} frames repeats the one before although the camera moves; ", repeated);
+  if (identities > 0)
+    finding.message += fmt::format("{} camera poses are exactly the identity; ", identities);
+  if (objects > 0) finding.message += fmt::format("{} object poses are exactly the identity; ", objects);
+  if (*finding.value > 0) finding.message += "is missing truth written as identity or as the last pose?";
+  return finding;
+}
+
+Finding check_speed(const ConventionData& data) {
+  Finding finding{.check = "speed", .limit = 250, .fail_limit = 1000, .unit = "km/h", .counted = "bodies"};
+  const Trajectory& camera = data.truth.camera;
+  const double kmh_per_step = data.rate_hz * kmh_per_mps;
+  std::vector<double> ego;
+  std::map<int, std::vector<double>> objects;
+  for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
+    const auto a = camera.pose(frame), b = camera.pose(frame + 1);
+    if (!a || !b) continue;
+    ego.push_back((b->translation() - a->translation()).norm() * kmh_per_step);
+    const auto list = data.truth.objects.find(frame);
+    if (list == data.truth.objects.end()) continue;
+    for (const ObjectTruth& object : list->second) {
+      const ObjectTruth* next = data.truth.find(frame + 1, object.id);
+      if (next == nullptr) continue;
+      const Eigen::Vector3d way =
+          *b * next->T_camera_object.translation() - *a * object.T_camera_object.translation();
+      objects[object.id].push_back(way.norm() * kmh_per_step);
+    }
+  }
+  if (ego.empty()) {
+    finding.message = "not checkable: no true camera poses in successive frames";
+    return finding;
+  }
+  double fastest = median(ego);
+  std::string who = "the camera";
+  for (const auto& [id, speeds] : objects) {
+    if (speeds.size() < 3 || median(speeds) <= fastest) continue;
+    fastest = median(speeds);
+    who = fmt::format("object {}", id);
+  }
+  finding.n = 1 + static_cast<int>(objects.size());
+  finding.value = fastest;
+  finding.message = fmt::format("fastest: {}, at {:g} Hz", who, data.rate_hz);
+  return finding;
+}
+
+Finding check_times(const ConventionData& data) {
+  Finding finding{.check = "times", .limit = 50, .fail_limit = kNever, .unit = "%", .counted = "stamps"};
+  std::vector<double> steps;
+  for (auto it = data.times_s.begin(); it != data.times_s.end(); ++it) {
+    if (!data.has(it->first)) continue;
+    ++finding.n;
+    const auto next = std::next(it);
+    if (next == data.times_s.end() || next->first != it->first + 1 || !data.has(next->first)) continue;
+    steps.push_back(next->second - it->second);
+  }
+  if (steps.empty()) {
+    finding.message = "not checkable: the source has no time stamps";
+    return finding;
+  }
+  const double typical = median(steps);
+  if (*std::ranges::min_element(steps) <= 0 || typical <= 0) {
+    finding.value = 100;
+    finding.fail_limit = finding.limit;
+    finding.message = "time stamps do not increase";
+    return finding;
+  }
+  double worst = 0;
+  for (const double step : steps) worst = std::max(worst, 100 * std::abs(step / typical - 1));
+  finding.value = worst;
+  if (worst > finding.limit)
+    finding.message = "uneven steps: are frames missing, or time stamps of another sensor?";
+  if (std::abs(typical * data.rate_hz - 1) > 0.01) {
+    finding.message += fmt::format("{}steps of {:.4g} s, but the rate in use is {:g} Hz",
+                                   finding.message.empty() ? "" : "; ", typical, data.rate_hz);
+  }
+  return finding;
+}
+
+}  // namespace sextant

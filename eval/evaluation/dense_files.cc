@@ -1,0 +1,248 @@
+#include "sextant/eval/evaluation/dense_files.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/metrics/dense_errors.h"
+#include "sextant/metrics/depth_error.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+Image<Flow> read_flow(const std::string& path, const std::string& format) {
+  const std::string bytes = read_file(path);
+  if (format == "flo" || (format.empty() && path.ends_with(".flo"))) return decode_flo(bytes, path);
+  if (format == "kitti") return flow_from_kitti(decode_png_rgb16(bytes, path));
+  if (format == "vkitti") return flow_from_vkitti(decode_png_rgb16(bytes, path));
+  if (format.empty())
+    fail("{}: flow in a PNG may be of kitti or vkitti: give --est-format and --gt-format", path);
+  fail("unknown flow format '{}': expected flo, kitti or vkitti", format);
+}
+
+Image<float> read_depth(const std::string& path, const std::string& format, double bf) {
+  const Image<uint16_t> image = decode_png16(read_file(path), path);
+  if (format == "metres256") return depth_from_metres256(image);
+  if (format == "cm") return depth_from_cm(image);
+  if (format != "disparity256")
+    fail("{}: depth format '{}': give disparity256, metres256 or cm", path, format);
+  if (!(bf > 0)) fail("{}: disparities need --bf, focal length times baseline in px m", path);
+  return depth_from_disparity256(image, bf);
+}
+
+Image<uint16_t> read_mask(const std::string& path) {
+  const std::string bytes = read_file(path);
+  if (png_header(bytes, path).bit_depth == 16) return decode_png16(bytes, path);
+  const Image<uint8_t> narrow = decode_png_index(bytes, path);
+  Image<uint16_t> mask(narrow.width(), narrow.height());
+  std::copy_n(narrow.data(), narrow.size(), mask.data());
+  return mask;
+}
+
+/// Extensions that files of a format may have: both where none is given.
+std::vector<std::string> extensions_of(const std::string& format) {
+  if (format == "flo") return {".flo"};
+  if (format.empty()) return {".png", ".flo"};
+  return {".png"};
+}
+
+/// Names of the images in a folder, in order. Throws Error where one stands there in two formats.
+std::vector<std::string> names_in(const std::string& folder, const std::string& format, const char* flag) {
+  const std::vector<std::string> extensions = extensions_of(format);
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (std::ranges::find(extensions, entry.path().extension().string()) == extensions.end()) continue;
+    const std::string name = entry.path().stem().string();
+    if (!names.insert(name).second)
+      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", folder, name, name, flag);
+  }
+  if (names.empty()) fail("{}: holds no {}", folder, fmt::join(extensions, " or "));
+  return {names.begin(), names.end()};
+}
+
+/// Names of the estimate's images; one empty name where the estimate is a file.
+std::vector<std::string> names_of(const DenseOptions& options) {
+  std::error_code error;
+  if (!fs::is_directory(options.estimate, error)) return {""};
+  return names_in(options.estimate, options.estimate_format, "--est-format");
+}
+
+/// The file of that name in a folder; the path itself for an empty name. Throws Error where there are two.
+std::string file_of(const std::string& path, const std::string& name, const std::string& format,
+                    const char* flag) {
+  if (name.empty()) return path;
+  const std::vector<std::string> extensions = extensions_of(format);
+  std::string found;
+  for (const std::string& extension : extensions) {
+    const fs::path file = fs::path(path) / (name + extension);
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) continue;
+    if (!found.empty())
+      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", path, name, name, flag);
+    found = file.string();
+  }
+  if (found.empty())
+    fail("{}: has no {}{}, which the estimate has", path, name,
+         fmt::join(extensions, fmt::format(" or {}", name)));
+  return found;
+}
+
+/// Where the truth has images that the estimate has not, they count in nothing: said below the table.
+void note_missing_images(const DenseOptions& options, Table& table) {
+  std::error_code error;
+  if (!fs::is_directory(options.estimate, error) || !fs::is_directory(options.truth, error)) return;
+  const size_t n_truth = names_in(options.truth, options.truth_format, "--gt-format").size();
+  const size_t n = names_of(options).size();
+  if (n < n_truth)
+    table.notes.push_back(fmt::format(
+        "{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n,
+        n_truth));
+}
+
+template <typename T, typename U>
+void check_size(const Image<T>& image, const Image<U>& truth, const std::string& path) {
+  if (image.width() != truth.width() || image.height() != truth.height())
+    fail("{}: is {}x{} px, the truth {}x{}", path, image.width(), image.height(), truth.width(),
+         truth.height());
+}
+
+bool has_value(const Flow& flow) { return flow.valid(); }
+bool has_value(float z) { return std::isfinite(z) && z > 0; }
+Flow no_value(const Flow&) { return {}; }
+float no_value(float) { return NAN; }
+
+/// A truth image reduced to the pixels for which `keep(i)`.
+template <typename T, typename Keep>
+Image<T> reduced(const Image<T>& truth, const Keep& keep) {
+  Image<T> out = truth;
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (!keep(i)) out.data()[i] = no_value(T{});
+  }
+  return out;
+}
+
+/// Calls take(subset, estimate, truth of the subset) for every image and subset.
+template <typename T, typename Read, typename Take>
+void for_subsets(const DenseOptions& options, const Read& read, const Take& take) {
+  for (const std::string& name : names_of(options)) {
+    const std::string path = file_of(options.estimate, name, options.estimate_format, "--est-format");
+    const Image<T> estimate = read(path, options.estimate_format);
+    const Image<T> truth =
+        read(file_of(options.truth, name, options.truth_format, "--gt-format"), options.truth_format);
+    check_size(estimate, truth, path);
+    take("all", estimate, truth);
+    if (!options.visible_truth.empty()) {
+      const std::string visible_path =
+          file_of(options.visible_truth, name, options.truth_format, "--gt-format");
+      const Image<T> visible = read(visible_path, options.truth_format);
+      check_size(visible, truth, visible_path);
+      take("noc", estimate, reduced(truth, [&](size_t i) { return has_value(visible.data()[i]); }));
+      take("occ", estimate, reduced(truth, [&](size_t i) { return !has_value(visible.data()[i]); }));
+    }
+    if (options.mask.empty()) continue;
+    const std::string mask_path = file_of(options.mask, name, "png", "");
+    const Image<uint16_t> mask = read_mask(mask_path);
+    check_size(mask, truth, mask_path);
+    const std::set<uint16_t> labels(mask.data(), mask.data() + mask.size());
+    for (const uint16_t label : labels)
+      take(fmt::format("mask {}", label), estimate,
+           reduced(truth, [&](size_t i) { return mask.data()[i] == label; }));
+  }
+}
+
+void check_any(int64_t n, const DenseOptions& options) {
+  if (n == 0) fail("{}: no pixel has both an estimate and truth in {}", options.estimate, options.truth);
+}
+
+Cell finite_cell(double value) { return cell(std::isfinite(value) ? std::optional(value) : std::nullopt); }
+Cell percent(double share) { return finite_cell(100 * share); }
+
+}  // namespace
+
+Table evaluate_flow(const DenseOptions& options) {
+  std::map<std::string, std::vector<DenseFlowError>> errors;
+  const auto read = [](const std::string& path, const std::string& format) {
+    return read_flow(path, format);
+  };
+  for_subsets<Flow>(options, read,
+                    [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
+                      errors[subset].push_back(dense_flow_error(estimate, truth));
+                    });
+  Table table;
+  table.title = "Flow";
+  table.caption =
+      "Fl: error above 3 px and 5 % of the true flow. Over pixels with both; coverage: share of true ones.";
+  table.columns = {
+      {"subset", "pixels of", Align::left},      {"n", "n", Align::right, 0},
+      {"n_truth", "truth", Align::right, 0},     {"coverage_percent", "coverage [%]", Align::right, 2},
+      {"epe_px", "EPE [px]", Align::right, 4},   {"epe_x_px", "|u| [px]", Align::right, 4},
+      {"epe_y_px", "|v| [px]", Align::right, 4}, {"fl_percent", "Fl [%]", Align::right, 3}};
+  for (const auto& [subset, images] : errors) {
+    const DenseFlowError e = pooled(images);
+    if (subset == "all") check_any(e.n, options);
+    table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
+                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px),
+                   percent(e.outlier_share)});
+  }
+  note_missing_images(options, table);
+  return table;
+}
+
+Table evaluate_depth(const DenseOptions& options) {
+  std::map<std::string, std::pair<std::vector<Image<float>>, std::vector<Image<float>>>> images;
+  const auto read = [&](const std::string& path, const std::string& format) {
+    return read_depth(path, format, options.bf);
+  };
+  for_subsets<float>(options, read,
+                     [&](const std::string& subset, const Image<float>& estimate, const Image<float>& truth) {
+                       images[subset].first.push_back(estimate);
+                       images[subset].second.push_back(truth);
+                     });
+  Table table;
+  table.title = "Depth";
+  table.caption =
+      "Over pixels with both; coverage: share of true ones. D1 (with --bf): disparity off by 3 px and 5 %.";
+  table.columns = {{"subset", "pixels of", Align::left},
+                   {"n", "n", Align::right, 0},
+                   {"n_truth", "truth", Align::right, 0},
+                   {"coverage_percent", "coverage [%]", Align::right, 2},
+                   {"mean_m", "mean [m]", Align::right, 4},
+                   {"rmse_m", "RMSE [m]", Align::right, 4},
+                   {"relative_percent", "relative [%]", Align::right, 3},
+                   {"bias_percent", "bias [%]", Align::right, 3},
+                   {"within_125_percent", "< 1.25 [%]", Align::right, 2},
+                   {"disparity_px", "disparity [px]", Align::right, 4},
+                   {"d1_percent", "D1 [%]", Align::right, 3}};
+  for (const auto& [subset, pair] : images) {
+    const auto& [estimates, truths] = pair;
+    const DepthError e = depth_error(estimates, truths);
+    if (subset == "all") check_any(e.n, options);
+    Cell disparity, d1;
+    if (options.bf > 0) {
+      std::vector<DenseDisparityError> each;
+      for (size_t i = 0; i < truths.size(); ++i)
+        each.push_back(dense_disparity_error(estimates[i], truths[i], options.bf));
+      const DenseDisparityError all = pooled(each);
+      disparity = finite_cell(all.mean_px);
+      d1 = percent(all.outlier_share);
+    }
+    table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
+                   finite_cell(e.mean_m), finite_cell(e.rmse_m), percent(e.relative), percent(e.bias),
+                   percent(e.within_125), disparity, d1});
+  }
+  note_missing_images(options, table);
+  return table;
+}
+
+}  // namespace sextant

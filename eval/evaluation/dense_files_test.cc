@@ -1,0 +1,135 @@
+#include "sextant/eval/evaluation/dense_files.h"
+
+#include <gmock/gmock.h>
+
+#include "sextant/base/error.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/eval/external/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+Json row(const Table& table, const std::string& subset) {
+  for (const Json& r : rows_to_json(table)) {
+    if (r["subset"] == subset) return r;
+  }
+  return {};
+}
+
+/// 4x1: flow (2, 0) everywhere, no truth in the last pixel.
+Image<Flow> true_flow() {
+  Image<Flow> flow(4, 1, Flow{2, 0});
+  flow(3, 0) = Flow{};
+  return flow;
+}
+
+TEST(DenseFiles, FlowOverMasksAndOcclusion) {
+  const ScratchFolder folder;
+  Image<Flow> estimate(4, 1, Flow{2, 0});
+  estimate(0, 0) = Flow{5, 4};  // off by 5 px
+  estimate(1, 0) = Flow{};      // none
+  Image<Flow> visible = true_flow();
+  visible(0, 0) = Flow{};
+  Image<uint16_t> mask(4, 1);
+  mask(0, 0) = mask(1, 0) = 7;
+  DenseOptions o;
+  o.estimate = folder.write("est.flo", encode_flo(estimate));
+  o.truth = folder.write("gt.png", encode_png(kitti_from_flow(true_flow())));
+  o.truth_format = "kitti";
+  o.visible_truth = folder.write("noc.png", encode_png(kitti_from_flow(visible)));
+  o.mask = folder.write("mask.png", encode_png(mask));
+  const Table table = evaluate_flow(o);
+  const Json all = row(table, "all"), noc = row(table, "noc"), occ = row(table, "occ"),
+             object = row(table, "mask 7");
+  EXPECT_EQ(all["n"], 2);
+  EXPECT_EQ(all["n_truth"], 3);
+  EXPECT_EQ(all["epe_px"], 2.5);
+  EXPECT_EQ(all["epe_x_px"], 1.5);
+  EXPECT_EQ(all["epe_y_px"], 2);
+  EXPECT_EQ(all["fl_percent"], 50);
+  EXPECT_EQ(noc["epe_px"], 0);
+  EXPECT_EQ(occ["epe_px"], 5);
+  EXPECT_EQ(object["n"], 1);
+  EXPECT_EQ(object["coverage_percent"], 50);
+}
+
+TEST(DenseFiles, FoldersArePooledOverPixels) {
+  const ScratchFolder folder;
+  DenseOptions o;
+  for (int i = 0; i < 2; ++i) {
+    Image<Flow> estimate(4, 3, Flow{2, 0});
+    if (i == 1) estimate = Image<Flow>(4, 3, Flow{2, 3});
+    folder.write(fmt::format("est/{}.flo", i), encode_flo(estimate));
+    folder.write(fmt::format("gt/{}.png", i), encode_png(vkitti_from_flow(Image<Flow>(4, 3, Flow{2, 0}))));
+  }
+  o.estimate = folder.path() / "est";
+  o.truth = folder.path() / "gt";
+  o.truth_format = "vkitti";
+  EXPECT_NEAR(row(evaluate_flow(o), "all")["epe_px"], 1.5, 1e-4);
+  std::filesystem::remove(folder.path() / "gt" / "1.png");
+  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("has no 1.png"));
+}
+
+TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
+  const ScratchFolder folder;
+  DenseOptions o;
+  const Image<Flow> estimate(4, 1, Flow{2, 1}), other(4, 1, Flow{2, 8});
+  folder.write("est/0.flo", encode_flo(estimate));
+  folder.write("est/0.png", encode_png(kitti_from_flow(other)));
+  folder.write("gt/0.flo", encode_flo(true_flow()));
+  folder.write("gt/1.flo", encode_flo(true_flow()));
+  o.estimate = folder.path() / "est";
+  o.truth = folder.path() / "gt";
+  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("holds 0.png and 0.flo: give --est-format"));
+  o.estimate_format = "flo";
+  EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 1);
+  EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
+  o.estimate_format = "kitti";
+  EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
+  EXPECT_THAT(evaluate_flow(o).notes, testing::ElementsAre(HasSubstr("1 of 2 images of the truth")));
+  folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
+  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("give --gt-format"));
+}
+
+TEST(DenseFiles, Depth) {
+  const ScratchFolder folder;
+  Image<float> truth(2, 1, 10.0F), estimate(2, 1, 10.0F);
+  estimate(1, 0) = 8;
+  DenseOptions o;
+  o.estimate = folder.write("est.png", encode_png(metres256_from_depth(estimate)));
+  o.truth = folder.write("gt.png", encode_png(cm_from_depth(truth)));
+  o.estimate_format = "metres256";
+  o.truth_format = "cm";
+  o.bf = 400;
+  const Json all = row(evaluate_depth(o), "all");
+  EXPECT_EQ(all["mean_m"], 1);
+  EXPECT_NEAR(all["rmse_m"], std::sqrt(2), 1e-12);
+  EXPECT_EQ(all["relative_percent"], 10);
+  EXPECT_EQ(all["bias_percent"], -10);
+  EXPECT_EQ(all["within_125_percent"], 50);  // 10 / 8 is not below 1.25
+  EXPECT_EQ(all["disparity_px"], 5);         // 400 / 8 - 400 / 10, halved
+  EXPECT_EQ(all["d1_percent"], 50);
+}
+
+TEST(DenseFiles, BadInputIsTold) {
+  const ScratchFolder folder;
+  const std::string flow = folder.write("a.flo", encode_flo(true_flow()));
+  const std::string wide = folder.write("b.flo", encode_flo(Image<Flow>(5, 1, Flow{1, 1})));
+  const std::string none = folder.write("c.flo", encode_flo(Image<Flow>(4, 1)));
+  const auto error = [](const std::string& estimate, const std::string& truth) {
+    DenseOptions o;
+    o.estimate = estimate;
+    o.truth = truth;
+    return error_of([&] { evaluate_flow(o); });
+  };
+  EXPECT_THAT(error(flow, wide), HasSubstr("is 4x1 px, the truth 5x1"));
+  EXPECT_THAT(error(none, flow), HasSubstr("no pixel has both"));
+  EXPECT_THAT(error(folder.write("d.png", "x"), flow), HasSubstr("may be of kitti or vkitti"));
+  EXPECT_THAT(error("/nowhere.flo", flow), HasSubstr("/nowhere.flo"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,328 @@
+#include "sextant/eval/evaluation/ego_evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <numeric>
+
+#include "sextant/eval/evaluation/trajectory_explanation.h"
+#include "sextant/geometry/pose_interpolation.h"
+
+namespace sextant {
+namespace {
+
+std::vector<int> counted(size_t n) {
+  std::vector<int> rows(n);
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+/// Frame numbers of a series; rows where it has none.
+std::vector<int> frames_of(const PoseSeries& series) {
+  return series.frames.empty() ? counted(series.size()) : series.frames;
+}
+
+std::vector<double> times_of(const PoseSeries& series) {
+  if (!series.stamps_s.empty()) return series.stamps_s;
+  const std::vector<int> frames = frames_of(series);
+  return {frames.begin(), frames.end()};
+}
+
+Association restricted(Association all, const PoseSeries& reference, const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s) return all;
+  Association kept;
+  for (size_t i = 0; i < all.reference.size(); ++i) {
+    const double t = reference.stamps_s[static_cast<size_t>(all.reference[i])];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    kept.reference.push_back(all.reference[i]);
+    kept.estimate.push_back(all.estimate[i]);
+  }
+  return kept;
+}
+
+/// By time: only the reference within the range can be matched, as when the rest was not recorded.
+Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
+                    const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s)
+    return associate_by_time(reference.stamps_s, estimate.stamps_s, options);
+  std::vector<double> stamps;
+  std::vector<int> rows;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    const double t = reference.stamps_s[i];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    stamps.push_back(t);
+    rows.push_back(static_cast<int>(i));
+  }
+  Association found = associate_by_time(stamps, estimate.stamps_s, options);
+  for (int& row : found.reference) row = rows[static_cast<size_t>(row)];
+  return found;
+}
+
+Association associate(const PoseSeries& reference, const PoseSeries& estimate,
+                      const AssociationOptions& options, const std::string& name) {
+  const bool range = options.start_s || options.end_s;
+  if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
+  if (!estimate.frames.empty() || !reference.frames.empty()) {
+    if (range && reference.stamps_s.empty()) fail("--t-start and --t-end need a reference with time stamps");
+    return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
+  }
+  if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
+    fail(
+        "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
+        "way to "
+        "match them; convert one of them",
+        name);
+  }
+  if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");
+  if (reference.size() != estimate.size()) {
+    fail(
+        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have as many; "
+        "put the "
+        "frame number before the 12 values of each line",
+        name, estimate.size(), reference.size());
+  }
+  return {counted(reference.size()), counted(estimate.size())};
+}
+
+void match(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+           EgoResult& r) {
+  Association found = associate(reference, estimate, options, r.name);
+  r.reference = reference;
+  r.reference.keep(found.reference);
+  r.reference_rows = std::move(found.reference);
+  r.estimate = std::move(estimate);
+  r.estimate.keep(found.estimate);
+}
+
+void match_interpolated(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+                        double max_gap_s, EgoResult& r) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
+    fail("{}: --interpolate needs time stamps in both reference and estimate", r.name);
+  std::vector<double> times;
+  std::vector<int> kept;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    const double t = estimate.stamps_s[i] + options.offset_s;
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    times.push_back(t);
+    kept.push_back(static_cast<int>(i));
+  }
+  InterpolatedPoses found = interpolate_poses(reference, times, max_gap_s);
+  for (int& i : found.asked) i = kept[static_cast<size_t>(i)];
+  r.reference = std::move(found.poses);
+  r.reference_rows = std::move(found.rows);
+  r.estimate = std::move(estimate);
+  r.estimate.keep(found.asked);
+  r.interpolation = {found.largest_gap_s, found.n_outside, found.n_in_longer_gaps};
+}
+
+OffsetEstimate offset_of(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
+                         const std::string& name) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
+    fail("{}: --estimate-offset needs time stamps in both reference and estimate", name);
+  return estimate_offset(reference, estimate, initial_s, name);
+}
+
+/// See PerFrameErrors.
+std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
+  std::vector<double> errors;
+  for (const auto& [i, j] : pairs) {
+    const auto step = [i = static_cast<size_t>(i), j = static_cast<size_t>(j)](const PoseSeries& series) {
+      return Eigen::Matrix3f(series.rotations[i].cast<float>().transpose() *
+                             series.rotations[j].cast<float>());
+    };
+    const float cosine = ((step(r.reference).transpose() * step(r.estimate)).trace() - 1) / 2;
+    const float angle_rad = std::acos(cosine);
+    if (angle_rad > 0) errors.push_back(angle_rad * 180 / std::numbers::pi);
+  }
+  return errors;
+}
+
+/// Pairs of neighbours in the reference's numbering that the estimate has both.
+PerFrameErrors per_frame_errors(const EgoResult& r) {
+  PerFrameErrors out;
+  std::vector<PosePair> pairs;
+  const std::vector<int> frames = r.reference.frames.empty() ? r.reference_rows : r.reference.frames;
+  const bool by_time = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
+  for (size_t i = 1; i < r.estimate.size(); ++i) {
+    if (!by_time && frames[i] != frames[i - 1] + 1) continue;
+    pairs.emplace_back(static_cast<int>(i) - 1, static_cast<int>(i));
+    out.row.push_back(r.reference_rows[i]);
+  }
+  out.Et_m = relative_errors(r.estimate, r.reference, pairs, PoseRelation::trans_part);
+  out.ER_deg = relative_errors(r.estimate, r.reference, pairs, PoseRelation::angle_deg);
+  out.ER_float_acos_deg = float_acos_errors_deg(r, pairs);
+  return out;
+}
+
+void warn_of_share(const EgoResult& r, const PoseSeries& reference,
+                   std::vector<TrajectoryWarning>& warnings) {
+  constexpr double kLeastShare = 0.8;
+  const size_t shorter = std::min(r.n_reference, r.n_estimate);
+  const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
+  if (share < kLeastShare) {
+    warnings.push_back(
+        {"unmatched", fmt::format("only {} of {} poses ({:.0f} %) have a partner: check the clocks, "
+                                  "--offset and --max-difference",
+                                  r.estimate.size(), shorter, 100 * share)});
+  }
+  const std::vector<double> all = times_of(reference), matched = times_of(r.reference);
+  const double covered = (matched.back() - matched.front()) / (all.back() - all.front());
+  const bool by_row = r.reference.stamps_s.empty() && r.reference.frames.empty();
+  if (!by_row && covered < kLeastShare) {
+    warnings.push_back(
+        {"coverage",
+         fmt::format("the estimate covers {:.0f} % of the reference's duration: what it lost does "
+                     "not count in these errors",
+                     100 * covered)});
+  }
+}
+
+/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began
+/// later.
+void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
+                  std::vector<TrajectoryWarning>& warnings) {
+  const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  if (by_time || reference.frames.empty() == estimate.frames.empty()) return;
+  const std::vector<int>& frames = reference.frames.empty() ? estimate.frames : reference.frames;
+  if (frames.front() == 0) return;
+  const char* without = reference.frames.empty() ? "reference" : "estimate";
+  warnings.push_back(
+      {"rows",
+       fmt::format("the {} has no frame numbers, so its first pose is taken as frame 0, but the other side "
+                   "begins at frame {}: put the frame number before the 12 values of each line",
+                   without, frames.front())});
+}
+
+/// What is left after the offset that the user gave.
+void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
+                 std::vector<TrajectoryWarning>& warnings) {
+  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  std::vector<double> a, b;
+  if (seconds) {
+    a = reference.stamps_s;
+    for (const double t : estimate.stamps_s) b.push_back(t + offset_s);
+  } else {
+    const std::vector<int> fa = frames_of(reference), fb = frames_of(estimate);
+    a.assign(fa.begin(), fa.end());
+    b.assign(fb.begin(), fb.end());
+  }
+  const auto lag = estimate_lag(reference, a, estimate, b);
+  if (!lag) return;
+  const std::string remedy =
+      seconds ? fmt::format("; try --offset {:.4g}, or --estimate-offset", offset_s - lag->lag) : "";
+  warnings.push_back(
+      {"lag",
+       fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
+                   "shift, {:.3f} without{}",
+                   lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
+                   lag->correlation, lag->correlation_0, remedy)});
+}
+
+void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
+                       std::vector<TrajectoryWarning>& warnings) {
+  const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
+  if (!scaled && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+    warnings.push_back(
+        {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
+                              "scale; a system without metric scale needs --align sim3",
+                              r.umeyama_scale, to_string(options.alignment))});
+  }
+  constexpr double kFlat = 1e-12;
+  if (r.alignment.flatness < kFlat) {
+    warnings.push_back({"line",
+                        "the positions lie on a straight line: the rotation about it is arbitrary after this "
+                        "alignment, and errors of rotation mean nothing"});
+  }
+}
+
+/// Of pairs between which the reference stands still an error has no ratio to the distance.
+void drop_still_pairs(EgoResult& r) {
+  const size_t n = r.pairs.size();
+  std::erase_if(r.pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
+  const size_t dropped = n - r.pairs.size();
+  if (r.pairs.empty())
+    fail("{}: the reference moves between no pair of poses: use --relation point_distance", r.name);
+  if (dropped > 0) {
+    r.warnings.push_back(
+        {"still_pairs", fmt::format("{} of {} pairs are left out: the reference does not move between them, "
+                                    "which leaves no distance to relate errors to",
+                                    dropped, n)});
+  }
+}
+
+}  // namespace
+
+int EgoResult::row_of(size_t i) const {
+  return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
+}
+
+std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
+  std::vector<RunErrors> out;
+  for (const EgoResult& r : runs) {
+    RunErrors run{r.system, std::filesystem::path(r.name).stem().string(), r.errors, {}};
+    for (size_t i = 0; i < r.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
+    out.push_back(std::move(run));
+  }
+  return out;
+}
+
+void apply_reference_frame(EgoReference& reference, const EgoOptions& options) {
+  to_camera(reference.poses, options.reference_frame);
+}
+
+EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
+                       const EgoOptions& options) {
+  EgoResult r;
+  r.name = name;
+  r.n_reference = reference.poses.size();
+  r.n_estimate = estimate.poses.size();
+  for (const std::string& text : estimate.warnings) r.warnings.push_back({"repaired", text});
+  const auto add = [&](std::vector<TrajectoryWarning> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(r.warnings));
+  };
+  to_camera(estimate.poses, options.estimate_frame);
+  add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
+                       {name, estimate.comments, estimate.format}));
+  AssociationOptions association = options.association;
+  if (options.estimate_offset) {
+    r.offset = offset_of(reference.poses, estimate.poses, association.offset_s, name);
+    association.offset_s = r.offset->offset_s;
+  }
+  warn_of_rows(reference.poses, estimate.poses, r.warnings);
+  warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings);
+  if (options.interpolate_max_gap_s)
+    match_interpolated(reference.poses, std::move(estimate.poses), association,
+                       *options.interpolate_max_gap_s, r);
+  else
+    match(reference.poses, std::move(estimate.poses), association, r);
+  if (r.estimate.empty()) {
+    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s){}",
+         name, reference.side.name, association.max_difference_s,
+         options.interpolate_max_gap_s ? fmt::format(", --interpolate ({} s)", *options.interpolate_max_gap_s)
+                                       : "");
+  }
+  warn_of_share(r, reference.poses, r.warnings);
+  add(warnings_of_matched(r.reference, r.estimate));
+
+  if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
+    r.umeyama_scale = u->y_from_x.scale;
+  const AlignmentChoice choice = {options.alignment, options.n_to_align,
+                                  options.up.value_or(Eigen::Vector3d::Zero())};
+  add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
+  r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
+  warn_of_alignment(r, options, r.warnings);
+  if (options.rpe) {
+    r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
+    if (options.relation == PoseRelation::point_distance_error_ratio) drop_still_pairs(r);
+    r.errors = relative_errors(r.estimate, r.reference, r.pairs, options.relation);
+  } else {
+    r.errors = absolute_errors(r.estimate, r.reference, options.relation);
+  }
+  r.statistics = error_statistics(r.errors);
+  r.per_frame = per_frame_errors(r);
+  r.kitti = kitti_odometry_errors(r.estimate, r.reference);
+  return r;
+}
+
+}  // namespace sextant

@@ -1,0 +1,339 @@
+#include "sextant/eval/evaluation/ego_evaluation.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/external/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
+auto text(const std::string& part) { return Field("text", &TrajectoryWarning::text, HasSubstr(part)); }
+
+/// A drive with speeds and turns that change, sampled at time t = i / rate + shift.
+PoseSeries drive(int n, double rate_hz, double shift_s = 0, double scale = 1) {
+  PoseSeries s;
+  for (int i = 0; i < n; ++i) {
+    const double t = i / rate_hz + shift_s;
+    const double yaw = 0.6 * std::sin(0.7 * t) + 0.3 * std::sin(1.9 * t);
+    s.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+          scale * Eigen::Vector3d(5 * std::sin(0.5 * t), 0.2 * std::sin(t), 8 * t + 3 * std::sin(1.3 * t)));
+    s.stamps_s.push_back(100 + i / rate_hz);
+  }
+  return s;
+}
+
+EgoReference reference_of(PoseSeries poses, const std::string& name = "a.txt") {
+  EgoReference reference;
+  reference.poses = std::move(poses);
+  reference.side.name = name;
+  return reference;
+}
+
+EgoResult evaluate(PoseSeries reference, PoseSeries estimate, const EgoOptions& options = {}) {
+  TrajectoryFile file;
+  file.poses = std::move(estimate);
+  return evaluate_ego(reference_of(std::move(reference)), std::move(file), "b.txt", options);
+}
+
+PoseSeries noisy(PoseSeries s) {
+  for (size_t i = 0; i < s.size(); ++i) s.positions_m[i][0] += 0.01 * std::sin(37.0 * static_cast<double>(i));
+  return s;
+}
+
+TEST(EgoEvaluation, AGoodPairHasNoWarning) {
+  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10))).warnings, IsEmpty());
+  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10, 0.004))).warnings, IsEmpty());
+}
+
+TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
+  const PoseSeries half = noisy(drive(300, 10, 0, 0.5));
+  EgoOptions options{.alignment = Alignment::se3};
+  EXPECT_THAT(evaluate(drive(300, 10), half, options).warnings, Contains(code("scale")));
+  options.alignment = Alignment::sim3;
+  const EgoResult scaled = evaluate(drive(300, 10), half, options);
+  EXPECT_THAT(scaled.warnings, IsEmpty());
+  EXPECT_NEAR(scaled.alignment.ref_from_est.scale, 2, 1e-2);
+}
+
+TEST(EgoEvaluation, DifferentRatesAreTold) {
+  EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, testing::ElementsAre(code("rates")));
+}
+
+TEST(EgoEvaluation, ADenserAndLongerEstimateMayBeTheTruth) {
+  EXPECT_THAT(evaluate(drive(200, 10), noisy(drive(900, 30))).warnings, Contains(code("swapped")));
+}
+
+TEST(EgoEvaluation, NamesAndCommentsTellSwappedSides) {
+  const auto warnings = [](const std::string& reference, const std::string& estimate,
+                           const std::string& comments) {
+    return warnings_of_pair(drive(50, 10), {reference, "", "tum"}, drive(50, 10),
+                            {estimate, comments, "tum"});
+  };
+  EXPECT_THAT(warnings("orb.txt", "groundtruth.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("x/est_1.txt", "x/gt_1.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("a.txt", "b.txt", "# ground truth trajectory\n"), Contains(code("swapped")));
+  EXPECT_THAT(warnings("CameraTrajectory_ORB-SLAM3.txt", "poses.txt", ""), Contains(code("swapped")));
+  EXPECT_THAT(warnings("gt.txt", "est.txt", ""), IsEmpty());
+  EXPECT_THAT(warnings("groundtruth_slam.txt", "groundtruth_of_b.txt", ""), IsEmpty());
+  EXPECT_THAT(warnings("right.txt", "best.txt", ""),
+              IsEmpty());  // hold "gt"-like and "est" as parts of words
+}
+
+TEST(EgoEvaluation, UnmatchedPosesAndCoverage) {
+  PoseSeries estimate = noisy(drive(300, 10));
+  for (size_t i = 0; i < 100; ++i) estimate.stamps_s[200 + i] += 0.05;
+  const EgoResult r = evaluate(drive(300, 10), estimate);
+  EXPECT_THAT(r.warnings, Contains(code("unmatched")));
+  EXPECT_THAT(r.warnings, Contains(code("coverage")));
+  EXPECT_EQ(r.errors.size(), 200);
+}
+
+TEST(EgoEvaluation, AConstantLagIsFoundWithItsSignAndSize) {
+  // The estimate's poses carry stamps 0.3 s too late: at stamp t it is where the truth was at t - 0.3.
+  for (const double lag_s : {0.3, -0.5}) {
+    const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -lag_s)));
+    EXPECT_THAT(r.warnings, Contains(code("lag")));
+    const auto lag = estimate_lag(drive(600, 10), drive(600, 10).stamps_s, noisy(drive(600, 10, -lag_s)),
+                                  drive(600, 10).stamps_s);
+    ASSERT_TRUE(lag);
+    EXPECT_NEAR(lag->lag, lag_s, 0.051);
+  }
+  EgoOptions repaired;
+  repaired.association.offset_s = -0.3;
+  const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -0.3)), repaired);
+  EXPECT_LT(r.statistics.rmse, 0.02);
+  EXPECT_THAT(r.warnings, Not(Contains(code("lag"))));
+}
+
+TEST(EgoEvaluation, AShortLagOfASmoothDriveIsFound) {
+  for (const double lag_s : {0.1, -0.06, 0.8}) {
+    const PoseSeries truth = drive(2000, 50), late = noisy(drive(2000, 50, -lag_s));
+    const auto lag = estimate_lag(truth, truth.stamps_s, late, late.stamps_s);
+    ASSERT_TRUE(lag) << lag_s;
+    EXPECT_NEAR(lag->lag, lag_s, 0.011);
+  }
+  const PoseSeries truth = drive(2000, 50), same = noisy(drive(2000, 50));
+  EXPECT_FALSE(estimate_lag(truth, truth.stamps_s, same, same.stamps_s));
+}
+
+TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
+  PoseSeries estimate = noisy(drive(300, 10));
+  for (size_t i = 150; i < 160; ++i) {
+    estimate.positions_m[i] = estimate.positions_m[149];
+    estimate.rotations[i] = estimate.rotations[149];
+  }
+  EXPECT_THAT(evaluate(drive(300, 10), estimate).warnings,
+              Contains(text("repeats its last pose exactly 10 times")));
+}
+
+TEST(EgoEvaluation, AStandstillIsNoLostTracker) {
+  PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
+  for (size_t i = 150; i < 200; ++i) {
+    for (PoseSeries* s : {&reference, &estimate}) {
+      s->positions_m[i] = s->positions_m[149];
+      s->rotations[i] = s->rotations[149];
+    }
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("repeated_poses"))));
+}
+
+TEST(EgoEvaluation, IdentityTruthAndTheSameFileTwice) {
+  PoseSeries reference = drive(300, 10);
+  reference.positions_m[20].setZero();
+  reference.rotations[20].setIdentity();
+  EXPECT_THAT(evaluate(reference, noisy(drive(300, 10))).warnings, Contains(code("identity")));
+  EXPECT_THAT(evaluate(drive(300, 10), drive(300, 10)).warnings, Contains(code("identical")));
+}
+
+TEST(EgoEvaluation, StandingAtTheOriginFirstIsNoMissingTruth) {
+  PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
+  for (size_t i = 0; i < 40; ++i) {
+    reference.positions_m[i].setZero();
+    reference.rotations[i].setIdentity();
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("identity"))) << "the estimate moves";
+  for (size_t i = 0; i < 40; ++i) estimate.positions_m[i] = {0.01 * static_cast<double>(i % 3), 0, 0};
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("identity"))));
+}
+
+TEST(EgoEvaluation, ALineLeavesARotationOpen) {
+  PoseSeries line;
+  for (int i = 0; i < 50; ++i) {
+    line.add(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.3 * i, 0.1 * i, 0.7 * i + (i == 20 ? 1e-6 : 0)));
+    line.frames.push_back(i);
+  }
+  EXPECT_THAT(evaluate(line, line, {.alignment = Alignment::se3}).warnings, Contains(code("line")));
+}
+
+TEST(EgoEvaluation, WhatCannotBeMatchedIsAnError) {
+  PoseSeries far = drive(50, 10);
+  for (double& t : far.stamps_s) t += 1000;
+  EXPECT_THAT(error_of([&] { evaluate(drive(50, 10), far); }), HasSubstr("no pose matches"));
+  PoseSeries rows = drive(50, 10), fewer = drive(49, 10);
+  rows.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, fewer); }),
+              HasSubstr("only one of reference and estimate has time stamps"));
+  fewer.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, fewer); }), HasSubstr("has 49 poses, the reference 50"));
+}
+
+TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreTold) {
+  PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
+  reference.stamps_s.clear();
+  estimate.stamps_s.clear();
+  for (int i = 0; i < 60; ++i) reference.frames.push_back(i);
+  EXPECT_THAT(evaluate(reference, estimate).warnings, IsEmpty());
+  for (int& frame : reference.frames) frame += 20;
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("rows")));
+}
+
+TEST(EgoEvaluation, StampsThatAreNoSecondsAreTold) {
+  PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
+  for (PoseSeries* s : {&reference, &estimate}) {
+    for (double& t : s->stamps_s) t *= 1e9;
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("clock")));
+}
+
+TEST(EgoEvaluation, AnInterpolatedReferenceIsAtTheEstimatesTimes) {
+  // The reference at 10 Hz, the estimate in between at 25 Hz: nearest poses are 9 cm off.
+  PoseSeries estimate = drive(600, 25, 0.013);
+  for (double& t : estimate.stamps_s) t += 0.013;
+  EgoOptions nearest;
+  nearest.association.max_difference_s = 0.06;
+  EXPECT_GT(evaluate(drive(300, 10), estimate, nearest).statistics.rmse, 0.05);
+  EgoOptions options{.interpolate_max_gap_s = 0.11};
+  const EgoResult r = evaluate(drive(300, 10), estimate, options);
+  EXPECT_LT(r.statistics.rmse, 0.02);
+  EXPECT_EQ(r.errors.size(), 600 - r.interpolation->n_outside);
+  EXPECT_NEAR(r.interpolation->largest_gap_s, 0.1, 1e-9);
+  EXPECT_EQ(r.reference_rows[1], 1) << "0.053 s: the pose at 0.1 s is nearer than that at 0";
+  EXPECT_EQ(r.reference_rows[0], 0);
+  options.interpolate_max_gap_s = 0.05;
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate (0.05 s)"));
+  options.interpolate_max_gap_s = 0.11;
+  options.association.start_s = 105;
+  options.association.end_s = 110;
+  EXPECT_EQ(evaluate(drive(300, 10), estimate, options).errors.size(), 125);
+  estimate.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), estimate, options); }),
+              HasSubstr("--interpolate needs time stamps"));
+}
+
+TEST(EgoEvaluation, AnOffsetIsEstimatedWithItsInterval) {
+  for (const double late_s : {0.3, -0.047}) {
+    EgoOptions options{.interpolate_max_gap_s = 0.2, .estimate_offset = true};
+    const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -late_s)), options);
+    EXPECT_NEAR(r.offset->offset_s, -late_s, 0.002);
+    EXPECT_LE(r.offset->low_s, r.offset->offset_s);
+    EXPECT_LT(r.offset->high_s - r.offset->low_s, 0.02);
+    EXPECT_LT(r.statistics.rmse, 0.05);
+    EXPECT_THAT(r.warnings, IsEmpty());
+  }
+}
+
+TEST(EgoEvaluation, WhatDoesNotDetermineAnOffsetIsAnError) {
+  PoseSeries steady;
+  for (int i = 0; i < 200; ++i) {
+    steady.add(Eigen::Matrix3d::Identity(), {0, 0, 0.5 * i});
+    steady.stamps_s.push_back(0.1 * i);
+  }
+  const EgoOptions options{.estimate_offset = true};
+  EXPECT_THAT(error_of([&] { evaluate(steady, noisy(steady), options); }),
+              HasSubstr("do not determine a time offset"));
+  EXPECT_THAT(error_of([&] { evaluate(drive(30, 10), drive(30, 10), options); }), HasSubstr("40 needed"));
+  PoseSeries other = drive(300, 10);  // another motion
+  std::mt19937_64 random(3);
+  for (size_t i = 1; i < other.size(); ++i)
+    other.positions_m[i] =
+        other.positions_m[i - 1] + Eigen::Vector3d(0, 0, 0.1 * static_cast<double>(random() % 10));
+  for (Eigen::Matrix3d& R : other.rotations) R.setIdentity();
+  EXPECT_THAT(error_of([&] { evaluate(drive(300, 10), other, options); }),
+              HasSubstr("do not determine a time offset"));
+  PoseSeries rows = drive(300, 10);
+  rows.stamps_s.clear();
+  EXPECT_THAT(error_of([&] { evaluate(rows, rows, options); }), HasSubstr("needs time stamps"));
+}
+
+TEST(EgoEvaluation, ATimeRangeLeavesOutTheRestOfTheReference) {
+  EgoOptions options;
+  options.association.start_s = 105;
+  options.association.end_s = 110;
+  const EgoResult r = evaluate(drive(300, 10), noisy(drive(300, 10)), options);
+  EXPECT_EQ(r.errors.size(), 51);
+  EXPECT_EQ(r.reference_rows.front(), 50);
+}
+
+TEST(EgoEvaluation, PairsWithoutDistanceHaveNoRatio) {
+  PoseSeries reference = drive(50, 10);
+  for (size_t k = 20; k < 24; ++k) reference.positions_m[k] = reference.positions_m[19];
+  EgoOptions options;
+  options.rpe = PairSelection{};
+  options.relation = PoseRelation::point_distance_error_ratio;
+  TrajectoryFile file;
+  file.poses = drive(50, 10);
+  const EgoResult r = evaluate_ego(reference_of(reference), file, "est.tum", options);
+  EXPECT_EQ(r.pairs.size(), 45);
+  EXPECT_EQ(r.errors.size(), 45);
+  EXPECT_TRUE(std::ranges::any_of(r.warnings, [](const auto& w) { return w.code == "still_pairs"; }));
+  for (Eigen::Vector3d& p : reference.positions_m) p.setZero();
+  EXPECT_THROW(evaluate_ego(reference_of(reference), file, "est.tum", options), Error);
+}
+
+TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {
+  PoseSeries reference = drive(20, 10), estimate = noisy(drive(20, 10));
+  reference.stamps_s.clear();
+  estimate.stamps_s.clear();
+  for (int i = 0; i < 20; ++i) {
+    reference.frames.push_back(i);
+    estimate.frames.push_back(i);
+  }
+  const std::vector<int> kept = {0, 1, 2, 5, 6};
+  estimate.keep(kept);
+  EXPECT_EQ(evaluate(reference, estimate).per_frame.row, (std::vector<int>{1, 2, 6}));
+}
+
+TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
+  std::vector<EgoResult> runs;
+  for (int i = 0; i < 6; ++i) {
+    PoseSeries estimate = drive(300, 10);
+    const double amplitude = (i < 3 ? 0.1 : 0.2) * (1 + 0.1 * (i % 3));
+    for (size_t k = 0; k < estimate.size(); ++k)
+      estimate.positions_m[k][0] += amplitude * (1.5 + std::sin(37.0 * static_cast<double>(k)));
+    runs.push_back(evaluate(drive(300, 10), estimate));
+    runs.back().system = i < 3 ? "good" : "bad";
+  }
+  const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
+  ASSERT_EQ(systems.size(), 2);
+  double sse = 0;
+  for (int i = 0; i < 3; ++i) sse += runs[static_cast<size_t>(i)].statistics.sse;
+  EXPECT_NEAR(systems[0].pooled.rmse, std::sqrt(sse / 900), 1e-12);
+  EXPECT_EQ(systems[0].n_errors, 900);
+  ASSERT_TRUE(systems[0].rmse_interval);
+  EXPECT_LT(systems[0].rmse_interval->low, systems[0].pooled.rmse);
+  EXPECT_GT(systems[0].rmse_interval->high, systems[0].pooled.rmse);
+
+  const std::vector<SystemComparison> comparisons = compare_systems(run_errors(runs));
+  ASSERT_EQ(comparisons.size(), 1);
+  EXPECT_NEAR(comparisons[0].mean_difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
+  EXPECT_LT(comparisons[0].p, 0.001);
+  runs[3] = runs[0];
+  runs[3].system = "same";
+  runs.resize(4);
+  EXPECT_EQ(ego_json(runs, reference_of(drive(300, 10)), {})["comparisons"].size(), 1);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,267 @@
+#include "sextant/eval/evaluation/ego_json.h"
+
+namespace sextant {
+namespace {
+
+Json interval_json(const Interval& interval) { return Json::array({interval.low, interval.high}); }
+
+Json per_frame_json(const PerFrameErrors& e, const EgoReference& reference) {
+  Json json;
+  json["n"] = e.Et_m.size();
+  if (!e.Et_m.empty()) {
+    json["Et_m"] = to_json(error_statistics(e.Et_m));
+    json["ER_deg"] = to_json(error_statistics(e.ER_deg));
+  }
+  if (!e.ER_float_acos_deg.empty())
+    json["ER_float_acos_deg"] = to_json(error_statistics(e.ER_float_acos_deg));
+  if (reference.step_floor_m) json["step_floor_m"] = *reference.step_floor_m;
+  return json;
+}
+
+void put(Json& json, const KittiOdometryError& e) {
+  json["n"] = e.n;
+  if (e.translation_percent) json["translation_percent"] = *e.translation_percent;
+  if (e.rotation_deg_per_m) json["rotation_deg_per_m"] = *e.rotation_deg_per_m;
+}
+
+Json kitti_json(const KittiOdometryErrors& errors) {
+  Json json;
+  put(json, errors.all);
+  json["path_m"] = errors.path_m;
+  json["by_length"] = Json::array();
+  for (const KittiOdometryError& e : errors.by_length) {
+    if (e.n == 0) continue;
+    Json row;
+    row["length_m"] = e.length_m;
+    put(row, e);
+    json["by_length"].push_back(row);
+  }
+  return json;
+}
+
+Json matrix_json(const Eigen::Matrix4d& m) {
+  Json json = Json::array();
+  for (int i = 0; i < 4; ++i) json.push_back(Json::array({m(i, 0), m(i, 1), m(i, 2), m(i, 3)}));
+  return json;
+}
+
+/// What was changed about a side's poses; nothing for a camera in opencv axes.
+void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
+  if (frame.is_default()) return;
+  json["frames"][prefix + "axes"] = frame.axes;
+  json["frames"][prefix + "body_from_camera"] = matrix_json(frame.matrix());
+}
+
+void put_metric(Json& json, const EgoOptions& options) {
+  json["metric"] = options.rpe ? "rpe" : "ape";
+  json["relation"] = std::string(to_string(options.relation));
+  json["unit"] = std::string(unit_of(options.relation));
+  json["align"] = std::string(to_string(options.alignment));
+  if (options.up) json["up"] = {(*options.up)[0], (*options.up)[1], (*options.up)[2]};
+  if (options.n_to_align > 0) json["n_to_align"] = options.n_to_align;
+  put_frame(json, options.estimate_frame, "");
+  put_frame(json, options.reference_frame, "ref_");
+  if (options.rpe) {
+    json["delta"] = options.rpe->text();
+    json["all_pairs"] = options.rpe->all_pairs;
+  }
+}
+
+void put_times(Json& json, const EgoResult& r, const EgoOptions& options) {
+  if (r.offset) {
+    json["time_offset"] = {{"offset_s", r.offset->offset_s},
+                           {"interval", Json::array({r.offset->low_s, r.offset->high_s})},
+                           {"speed_correlation", r.offset->speed_correlation},
+                           {"rotation_correlation", r.offset->rotation_correlation},
+                           {"n", r.offset->n}};
+  }
+  if (r.interpolation) {
+    json["interpolation"] = {{"max_gap_s", *options.interpolate_max_gap_s},
+                             {"largest_gap_s", r.interpolation->largest_gap_s},
+                             {"n_outside", r.interpolation->n_outside},
+                             {"n_in_longer_gaps", r.interpolation->n_in_longer_gaps}};
+  }
+}
+
+void put_run(Json& json, const EgoResult& r, const EgoReference& reference, const EgoOptions& options) {
+  json["n"] = r.errors.size();
+  json["stats"] = to_json(r.statistics);
+  json["reference"] = reference.side.name;
+  json["estimate"] = r.name;
+  json["n_reference"] = r.n_reference;
+  json["n_estimate"] = r.n_estimate;
+  json["n_matched"] = r.estimate.size();
+  put_times(json, r, options);
+  json["umeyama_scale"] = r.umeyama_scale;
+  json["alignment"] = matrix_json(r.alignment.ref_from_est.matrix());
+  json["per_frame"] = per_frame_json(r.per_frame, reference);
+  json["kitti_odometry"] = kitti_json(r.kitti);
+  json["warnings"] = Json::array();
+  for (const std::string& text : reference.warnings)
+    json["warnings"].push_back({{"code", "repaired"}, {"text", text}});
+  for (const TrajectoryWarning& w : r.warnings)
+    json["warnings"].push_back({{"code", w.code}, {"text", w.text}});
+}
+
+Json system_json(const SystemSummary& s) {
+  Json json = {{"system", s.name}, {"runs", s.n_runs}, {"n", s.n_errors}, {"stats", to_json(s.pooled)}};
+  if (s.rmse_interval) json["rmse_interval"] = interval_json(*s.rmse_interval);
+  if (s.mean_interval) json["mean_interval"] = interval_json(*s.mean_interval);
+  return json;
+}
+
+std::vector<Cell> cells(const ErrorStatistics& s) {
+  return {s.rmse, s.mean, s.median, s.std, s.min, s.max, s.sse};
+}
+
+Cell number(size_t n) { return static_cast<double>(n); }
+
+}  // namespace
+
+Json to_json(const ErrorStatistics& s) {
+  return {{"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"std", s.std},
+          {"min", s.min},   {"max", s.max},   {"sse", s.sse}};
+}
+
+Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options) {
+  Json json;
+  put_metric(json, options);
+  if (runs.size() == 1) {
+    put_run(json, runs.front(), reference, options);
+    return json;
+  }
+  const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
+  json["n"] = systems.front().n_errors;
+  json["stats"] = to_json(systems.front().pooled);
+  json["systems"] = Json::array();
+  for (const SystemSummary& s : systems) json["systems"].push_back(system_json(s));
+  json["comparisons"] = Json::array();
+  for (const SystemComparison& c : compare_systems(run_errors(runs))) {
+    json["comparisons"].push_back({{"a", c.a},
+                                   {"b", c.b},
+                                   {"n_common", c.n_common},
+                                   {"stretches", c.n_stretches},
+                                   {"mean_difference", c.mean_difference},
+                                   {"p", c.p}});
+  }
+  json["runs"] = Json::array();
+  for (const EgoResult& r : runs) {
+    Json run = {{"system", r.system}};
+    put_run(run, r, reference, options);
+    json["runs"].push_back(std::move(run));
+  }
+  return json;
+}
+
+Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
+                      const EgoOptions& options) {
+  Table table;
+  table.title = fmt::format("{} {} [{}]{}", options.rpe ? "RPE" : "APE", to_string(options.relation),
+                            unit_of(options.relation), options.rpe ? " over " + options.rpe->text() : "");
+  if (options.rpe && options.rpe->all_pairs) table.title += ", all pairs";
+  table.caption = fmt::format("reference {} ({} poses), alignment {}", reference.side.name,
+                              reference.poses.size(), to_string(options.alignment));
+  table.columns = {{"estimate", "estimate", Align::left}, {"n_matched", "matched", Align::right, 0},
+                   {"n", "n", Align::right, 0},           {"rmse", "rmse", Align::right, 6},
+                   {"mean", "mean", Align::right, 6},     {"median", "median", Align::right, 6},
+                   {"std", "std", Align::right, 6},       {"min", "min", Align::right, 6},
+                   {"max", "max", Align::right, 6},       {"sse", "sse", Align::right, 6}};
+  const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s) {
+    std::vector<Cell> row = {name, std::move(matched), number(n)};
+    for (Cell& c : cells(s)) row.push_back(std::move(c));
+    table.add_row(std::move(row));
+  };
+  for (const EgoResult& r : runs) add(r.name, number(r.estimate.size()), r.errors.size(), r.statistics);
+  for (const EgoResult& r : runs) {
+    if (r.offset) {
+      table.notes.push_back(
+          fmt::format("{}: {:+.6f} s added to its time stamps, 95 % interval {:+.6f} .. {:+.6f} s", r.name,
+                      r.offset->offset_s, r.offset->low_s, r.offset->high_s));
+    }
+    if (r.interpolation) {
+      table.notes.push_back(fmt::format(
+          "{}: reference interpolated over gaps up to {:.4g} s; {} poses lie outside of it, {} in gaps "
+          "longer than {:.4g} s",
+          r.name, r.interpolation->largest_gap_s, r.interpolation->n_outside,
+          r.interpolation->n_in_longer_gaps, *options.interpolate_max_gap_s));
+    }
+  }
+  if (runs.size() == 1) return table;
+  for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
+    add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled);
+    if (s.rmse_interval) {
+      table.notes.push_back(fmt::format(
+          "{}: 95 % interval over runs of rmse {:.6f} .. {:.6f}, of mean {:.6f} .. {:.6f}", s.name,
+          s.rmse_interval->low, s.rmse_interval->high, s.mean_interval->low, s.mean_interval->high));
+    }
+  }
+  return table;
+}
+
+Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference) {
+  Table table;
+  table.title = "Per frame (paper) and KITTI odometry errors";
+  table.columns = {{"estimate", "estimate", Align::left},
+                   {"n", "steps", Align::right, 0},
+                   {"Et_mean_m", "E_t mean [m]", Align::right, 4},
+                   {"Et_rmse_m", "RMSE", Align::right, 4},
+                   {"ER_mean_deg", "E_R mean [deg]", Align::right, 4},
+                   {"ER_rmse_deg", "RMSE", Align::right, 4},
+                   {"ER_float_acos_mean_deg", "in floats [deg]", Align::right, 4},
+                   {"n_stretches", "stretches", Align::right, 0},
+                   {"translation_percent", "t_rel [%]", Align::right, 4},
+                   {"rotation_deg_per_m", "r_rel [deg/m]", Align::right, 6},
+                   {"umeyama_scale", "scale", Align::right, 4}};
+  for (const EgoResult& r : runs) {
+    const PerFrameErrors& e = r.per_frame;
+    std::optional<ErrorStatistics> t, a, in_floats;
+    if (!e.Et_m.empty()) {
+      t = error_statistics(e.Et_m);
+      a = error_statistics(e.ER_deg);
+    }
+    if (!e.ER_float_acos_deg.empty()) in_floats = error_statistics(e.ER_float_acos_deg);
+    const auto of = [](const std::optional<ErrorStatistics>& s, double ErrorStatistics::*what) {
+      return s ? Cell((*s).*what) : Cell();
+    };
+    table.add_row({r.name, number(e.Et_m.size()), of(t, &ErrorStatistics::mean),
+                   of(t, &ErrorStatistics::rmse), of(a, &ErrorStatistics::mean),
+                   of(a, &ErrorStatistics::rmse), of(in_floats, &ErrorStatistics::mean),
+                   static_cast<double>(r.kitti.all.n), cell(r.kitti.all.translation_percent),
+                   cell(r.kitti.all.rotation_deg_per_m), r.umeyama_scale});
+    if (r.kitti.all.n == 0) {
+      table.notes.push_back(
+          fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
+                      r.kitti.path_m));
+    }
+  }
+  table.notes.push_back(
+      "in floats: mean E_R as programs in single precision have it, acos of the trace where it is above 0. "
+      "It is "
+      "too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
+  if (reference.step_floor_m) {
+    table.notes.push_back(
+        fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
+                    "told to be better.",
+                    *reference.step_floor_m));
+  }
+  return table;
+}
+
+Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options) {
+  Table table;
+  table.title =
+      fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation));
+  table.caption = "Sign-flip test over stretches of the reference, two-sided, p adjusted after Holm.";
+  table.columns = {{"a", "a", Align::left},
+                   {"b", "b", Align::left},
+                   {"n_common", "poses", Align::right, 0},
+                   {"stretches", "stretches", Align::right, 0},
+                   {"mean_difference", "a - b", Align::right, 6},
+                   {"p", "p", Align::right, 4}};
+  if (runs.size() < 2) return table;
+  for (const SystemComparison& c : compare_systems(run_errors(runs)))
+    table.add_row({c.a, c.b, number(c.n_common), static_cast<double>(c.n_stretches), c.mean_difference, c.p});
+  return table;
+}
+
+}  // namespace sextant

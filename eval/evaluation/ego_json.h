@@ -1,0 +1,38 @@
+#pragma once
+
+// Results of evaluate ego as JSON and as tables. One run:
+//
+//   {"metric":"ape|rpe", "relation", "unit", "align", "delta","all_pairs" (rpe), "n",
+//    "stats":{"rmse","mean","median","std","min","max","sse"}, "reference","estimate", "n_reference",
+//    "frames":{"axes","ref_axes","body_from_camera":[[4x4]],"ref_body_from_camera"}, "up":[3],
+//    "time_offset":{"offset_s","interval":[low,high],"speed_correlation","rotation_correlation","n"},
+//    "interpolation":{"max_gap_s","largest_gap_s","n_outside","n_in_longer_gaps"},
+//    "n_estimate","n_matched", "umeyama_scale", "alignment":[[4x4]],
+//    "per_frame":{"n","Et_m":{"mean",..},"ER_deg":{..},"ER_float_acos_deg":{..},"step_floor_m"},
+//    "kitti_odometry":{"n","path_m","translation_percent","rotation_deg_per_m","by_length":[..]},
+//    "warnings":[{"code","text"}]}
+//
+// What does not exist is left out: never 0, NaN or null. Several runs add "runs":[...], "systems":[...] and
+// "comparisons":[...] beside "metric" .. "align"; "n" and "stats" are then pooled over all runs of the first
+// system.
+
+#include <vector>
+
+#include "sextant/base/options.h"
+#include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+
+Json to_json(const ErrorStatistics& statistics);
+Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options);
+
+/// The statistics of the relation asked for, per run and, with several, pooled per system.
+Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
+                      const EgoOptions& options);
+/// Per-frame and KITTI odometry errors.
+Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference);
+/// Paired comparisons; without rows when there is nothing to compare.
+Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
+
+}  // namespace sextant

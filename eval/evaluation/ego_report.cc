@@ -1,0 +1,71 @@
+#include "sextant/eval/evaluation/ego_report.h"
+
+#include <algorithm>
+
+#include "sextant/eval/records/version.h"
+#include "sextant/eval/evaluation/error_figures.h"
+
+namespace sextant {
+namespace {
+
+/// Of the pose change errors per frame.
+std::vector<RunErrors> step_errors(const std::vector<EgoResult>& runs,
+                                   std::vector<double> PerFrameErrors::*which) {
+  std::vector<RunErrors> out = run_errors(runs);
+  for (size_t i = 0; i < runs.size(); ++i) {
+    out[i].errors = runs[i].per_frame.*which;
+    out[i].steps.clear();
+    for (const int row : runs[i].per_frame.row) out[i].steps.emplace_back(0, row);
+  }
+  return out;
+}
+
+ReportSection warning_section(const std::vector<EgoResult>& runs, const EgoReference& reference) {
+  ReportSection section{"warnings", "Warnings", {}, {}, {}, {}};
+  for (const std::string& text : reference.warnings) section.paragraphs.push_back(text);
+  for (const EgoResult& run : runs) {
+    for (const TrajectoryWarning& warning : run.warnings)
+      section.paragraphs.push_back(fmt::format("{}: {} ({})", run.name, warning.text, warning.code));
+  }
+  return section;
+}
+
+}  // namespace
+
+ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
+                            const EgoOptions& options) {
+  const std::vector<RunErrors> errors_of_runs = run_errors(runs);
+  const std::vector<Distribution> systems = by_system(errors_of_runs);
+  ReportDocument document;
+  document.title = "Camera trajectories against " + reference.side.name;
+  document.abstract =
+      fmt::format("{} trajectories of {} systems, alignment {}. Definitions: docs/metrics.md, Trajectories.",
+                  runs.size(), systems.size(), to_string(options.alignment));
+  const Table errors = ego_error_table(runs, reference, options);
+  std::string axis = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
+                                 unit_of(options.relation));
+  std::ranges::replace(axis, '_', ' ');
+  ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
+  section.figures.push_back(cumulative_figure("error_cdf", axis, systems));
+  section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs)));
+  const Table comparison = ego_comparison_table(runs, options);
+  if (!comparison.rows.empty()) section.tables.push_back({"comparison", comparison});
+  document.sections.push_back(std::move(section));
+
+  const Table steps = ego_step_table(runs, reference);
+  ReportSection per_frame{"per_frame", steps.title, {}, {{"steps", steps}}, {}, {}};
+  const auto Et = by_system(step_errors(runs, &PerFrameErrors::Et_m));
+  const auto ER = by_system(step_errors(runs, &PerFrameErrors::ER_deg));
+  if (!Et.empty()) per_frame.figures.push_back(cumulative_figure("step_Et_cdf", "E_t per frame [m]", Et));
+  if (!ER.empty()) per_frame.figures.push_back(cumulative_figure("step_ER_cdf", "E_R per frame [deg]", ER));
+  document.sections.push_back(std::move(per_frame));
+  ReportSection warnings = warning_section(runs, reference);
+  if (!warnings.paragraphs.empty()) document.sections.push_back(std::move(warnings));
+  document.provenance = {{"sextant", fmt::format("{} ({})", version(), git_commit())},
+                         {"reference", reference.side.name}};
+  for (const EgoResult& run : runs) document.provenance.emplace_back("estimate of " + run.system, run.name);
+  document.citation = citation();
+  return document;
+}
+
+}  // namespace sextant

@@ -1,0 +1,115 @@
+#include "sextant/eval/evaluation/error_figures.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+std::vector<double> sorted(std::vector<double> values) {
+  SEXTANT_CHECK(!values.empty());
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", \\\n     ") + part;
+  return text;
+}
+
+}  // namespace
+
+std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {
+  std::vector<Distribution> samples;
+  for (const RunErrors& run : runs) {
+    if (run.errors.empty()) continue;
+    auto sample = std::ranges::find(samples, run.system, &Distribution::title);
+    if (sample == samples.end()) sample = samples.insert(samples.end(), {run.system, {}});
+    sample->values.insert(sample->values.end(), run.errors.begin(), run.errors.end());
+  }
+  return samples;
+}
+
+std::vector<Distribution> by_run(const std::vector<RunErrors>& runs) {
+  std::vector<Distribution> samples;
+  for (const RunErrors& run : runs) {
+    if (!run.errors.empty()) samples.push_back({run.run, run.errors});
+  }
+  return samples;
+}
+
+Figure cumulative_figure(const std::string& name, const std::string& axis,
+                         const std::vector<Distribution>& samples) {
+  constexpr int n_steps = 100;
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Cumulative distribution: the share of errors that are at most x. {}.", axis);
+  figure.data.columns = {{"share", "share"}};
+  std::vector<std::vector<double>> values;
+  std::vector<std::string> lines;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    values.push_back(sorted(samples[i].values));
+    figure.data.columns.push_back({fmt::format("quantile_{}", i + 1), samples[i].title});
+    lines.push_back(
+        fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) with lines lw 1.5 "
+                    "lc rgb \"{}\" dt {} title {}",
+                    i + 1, line_colour(i), i % 5 + 1, gp_text(samples[i].title)));
+  }
+  for (int k = 0; k <= n_steps; ++k) {
+    const double share = static_cast<double>(k) / n_steps;
+    std::vector<Cell> row = {share};
+    for (const std::vector<double>& of_sample : values)
+      row.emplace_back(quantile_of_sorted(of_sample, share));
+    figure.data.add_row(std::move(row));
+  }
+  figure.script = fmt::format(
+      "set xlabel {} noenhanced\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
+      "set key bottom right noenhanced\nplot {}\n",
+      gp_text(axis), joined(lines));
+  return figure;
+}
+
+Figure box_figure(const std::string& name, const std::string& axis,
+                  const std::vector<Distribution>& samples) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
+  figure.data.columns = {{"position", "position"},
+                         {"title", "title", Align::left},
+                         {"q05", "q05"},
+                         {"q25", "q25"},
+                         {"q50", "q50"},
+                         {"q75", "q75"},
+                         {"q95", "q95"}};
+  std::string tics;
+  std::vector<std::string> parts;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const std::vector<double> values = sorted(samples[i].values);
+    const auto position = static_cast<double>(i + 1);
+    std::vector<Cell> row = {position, samples[i].title};
+    for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) row.emplace_back(quantile_of_sorted(values, p));
+    figure.data.add_row(std::move(row));
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(samples[i].title), position);
+  }
+  parts.push_back(fmt::format(
+      "data using "
+      "(column(\"position\")):(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")) "
+      "with candlesticks whiskerbars 0.5 lc rgb \"{0}\" fs transparent solid 0.25 border lc rgb \"{0}\" "
+      "notitle",
+      line_colour(0)));
+  parts.emplace_back(
+      "data using "
+      "(column(\"position\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")) "
+      "with candlesticks lc rgb \"black\" lw 1.5 notitle");
+  figure.script = fmt::format(
+      "set boxwidth 0.5\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
+      "noenhanced\nplot {}\n",
+      static_cast<double>(samples.size()) + 0.6, tics,
+      samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis), joined(parts));
+  return figure;
+}
+
+}  // namespace sextant

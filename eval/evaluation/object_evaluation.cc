@@ -1,0 +1,192 @@
+#include "sextant/eval/evaluation/object_evaluation.h"
+
+#include <set>
+
+#include "sextant/eval/report/record_reading.h"
+#include "sextant/metrics/pose_change.h"
+#include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/velocity.h"
+
+namespace sextant {
+namespace {
+
+std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto it = poses.find(key);
+  return it == poses.end() ? std::nullopt : std::optional(it->second);
+}
+
+/// A motion in both frames; `world` needs L where the log is in the body frame, and the other way round.
+struct Motions {
+  std::optional<SE3> world, body;
+};
+
+Motions motions_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& L) {
+  Motions m;
+  (frame == MotionFrame::world ? m.world : m.body) = motion;
+  if (L && !m.world) m.world = *L * motion * L->inverse();
+  if (L && !m.body) m.body = body_motion(motion, *L);
+  return m;
+}
+
+void put_error(Record& record, const std::string& suffix, const SE3& estimate, const SE3& truth) {
+  const PoseChangeError e = pose_change_error(estimate, truth);
+  record.errors["Et" + suffix + "_m"] = e.Et_m;
+  record.errors["ER" + suffix + "_deg"] = e.ER_deg;
+}
+
+/// X = inverse(T_k) H T_k-1.
+std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int frame) {
+  const auto before = camera.pose(frame - 1), after = camera.pose(frame);
+  if (!before || !after) return std::nullopt;
+  return after->inverse() * H * *before;
+}
+
+void put_errors(Record& record, const Motions& estimate, const Motions& truth, const ObjectLog& log) {
+  if (estimate.body && truth.body) put_error(record, "_body", *estimate.body, *truth.body);
+  if (!estimate.world || !truth.world) return;
+  put_error(record, "_world", *estimate.world, *truth.world);
+  const auto X = camera_motion(*estimate.world, log.camera, record.frame);
+  const auto X_true = camera_motion(*truth.world, log.true_camera, record.frame);
+  if (X && X_true) put_error(record, "", *X, *X_true);
+}
+
+void put_velocities(Record& record, const Motions& estimate, const Motions& truth, double dt_s) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  if (estimate.body) record.values["v_kmh"] = velocity_kmh(*estimate.body, origin, dt_s);
+  if (!truth.body) return;
+  const double true_kmh = velocity_kmh(*truth.body, origin, dt_s);
+  record.values["v_gt_kmh"] = record.values["v_gt_origin_kmh"] = true_kmh;
+  if (!estimate.body) return;
+  record.errors["Ev_kmh"] = record.errors["Ev_origin_kmh"] =
+      velocity_error_kmh(record.values["v_kmh"], true_kmh);
+}
+
+/// What a table says of some records under one preset.
+struct Score {
+  int n_truth = 0, n_estimated = 0;
+  std::map<std::string, int> others;
+  std::vector<double> Et, ER, Ev, v, v_gt;
+};
+
+bool is_true(const Record& record) { return record.status != Status::no_truth; }
+
+Score score_of(const std::vector<const Record*>& records, const MetricPreset& preset) {
+  Score score;
+  for (const Record* record : records) {
+    if (record->status != Status::ok) ++score.others[std::string(to_string(record->status))];
+    score.n_truth += is_true(*record);
+    if (record->status != Status::ok) continue;
+    ++score.n_estimated;
+    const auto take = [](std::vector<double>& into, const Record::Numbers& numbers, const std::string& key) {
+      if (const auto value = find_number(numbers, key)) into.push_back(*value);
+    };
+    take(score.Et, record->errors, preset.object_Et_key);
+    take(score.ER, record->errors, preset.object_ER_key);
+    take(score.Ev, record->errors, preset.velocity_key);
+    if (!record->errors.contains(preset.velocity_key)) continue;  // speeds of the pairs that E_v is over
+    take(score.v, record->values, "v_kmh");
+    take(score.v_gt, record->values, preset.velocity_truth_key);
+  }
+  return score;
+}
+
+Cell aggregated(const std::vector<double>& values, Aggregate how) {
+  return values.empty() ? Cell() : Cell(aggregate(how, values));
+}
+
+void add_row(Table& table, const std::string& estimator, const std::string& body,
+             const std::vector<const Record*>& records, const MetricPreset& preset) {
+  const Score s = score_of(records, preset);
+  std::string others;
+  for (const auto& [status, n] : s.others)
+    others += fmt::format("{}{} {}", others.empty() ? "" : ", ", status, n);
+  table.add_row(
+      {preset.name, estimator, body, static_cast<double>(s.n_truth), static_cast<double>(s.n_estimated),
+       s.n_truth > 0 ? Cell(100.0 * s.n_estimated / s.n_truth) : Cell(), static_cast<double>(s.Et.size()),
+       aggregated(s.Et, preset.aggregate), aggregated(s.ER, preset.aggregate),
+       aggregated(s.Ev, preset.aggregate), aggregated(s.v, Aggregate::mean),
+       aggregated(s.v_gt, Aggregate::mean), others.empty() ? Cell() : Cell(others)});
+}
+
+}  // namespace
+
+std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
+                                   const std::string& sequence, double rate_hz, uint64_t run) {
+  std::set<ObjectFrame> keys;
+  std::set<int> logged;
+  for (const auto& [key, motion] : log.motions) {
+    keys.insert(key);
+    logged.insert(key.first);
+  }
+  for (const auto& [key, pose] : log.true_poses) {
+    if (log.true_poses.contains({key.first, key.second - 1})) keys.insert(key);
+  }
+  std::vector<Record> records;
+  for (const ObjectFrame& key : keys) {
+    Record record;
+    record.dataset = dataset;
+    record.sequence = sequence;
+    record.estimator = log.estimator;
+    record.seed = run;
+    record.frame = key.second;
+    record.body = fmt::format("object:{}", key.first);
+    const auto logged_motion = log.motions.find(key);
+    const bool has_motion = logged_motion != log.motions.end();
+    auto L = find_pose(log.true_poses, {key.first, key.second - 1});
+    const auto L_after = find_pose(log.true_poses, key);
+    if (!L && L_after && has_motion && logged_motion->second.truth && log.frame == MotionFrame::world)
+      L = logged_motion->second.truth->inverse() *
+          *L_after;  // the first pose of an object is often not logged
+    Motions estimate, truth;
+    if (has_motion) estimate = motions_of(logged_motion->second.estimate, log.frame, L);
+    if (has_motion && logged_motion->second.truth)
+      truth = motions_of(*logged_motion->second.truth, log.frame, L);
+    else if (L && L_after)
+      truth = motions_of(*L_after * L->inverse(), MotionFrame::world, L);
+    const bool has_truth = truth.world || truth.body;
+    record.status = has_motion ? (has_truth ? Status::ok : Status::no_truth)
+                               : (logged.contains(key.first) ? Status::lost : Status::not_detected);
+    put_errors(record, estimate, truth, log);
+    put_velocities(record, estimate, truth, 1 / rate_hz);
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+Table object_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
+  Table table;
+  table.title = "Object motions under each preset";
+  table.columns = {{"preset", "preset", Align::left, 0, true},
+                   {"estimator", "estimator", Align::left, 0, true},
+                   {"object", "object", Align::left},
+                   {"n_truth", "truth", Align::right, 0},
+                   {"n_estimated", "estimated", Align::right, 0},
+                   {"coverage_percent", "coverage [%]", Align::right, 1},
+                   {"n_compared", "compared", Align::right, 0},
+                   {"Et_m", "E_t [m]", Align::right, 4},
+                   {"ER_deg", "E_R [deg]", Align::right, 4},
+                   {"Ev_kmh", "E_v [km/h]", Align::right, 3},
+                   {"v_kmh", "v [km/h]", Align::right, 2},
+                   {"v_gt_kmh", "v_gt [km/h]", Align::right, 2},
+                   {"other", "other steps", Align::left}};
+  std::map<std::string, std::map<int, std::vector<const Record*>>> estimators;
+  for (const Record& record : records) estimators[record.estimator][body_order(record)].push_back(&record);
+  for (const MetricPreset& preset : presets) {
+    for (const auto& [estimator, objects] : estimators) {
+      std::vector<const Record*> all;
+      for (const auto& [id, of_object] : objects) {
+        add_row(table, estimator, std::to_string(id), of_object, preset);
+        all.insert(all.end(), of_object.begin(), of_object.end());
+      }
+      add_row(table, estimator, "all", all, preset);
+    }
+    table.notes.push_back(
+        fmt::format("{}: {} ({})", preset.name, preset.description, to_string(preset.aggregate)));
+  }
+  table.notes.push_back(
+      "truth: steps with truth; coverage: those of them with an estimate; compared: those that the preset's "
+      "frame can be compared in. - : the log lacks what this needs.");
+  return table;
+}
+
+}  // namespace sextant

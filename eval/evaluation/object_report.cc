@@ -1,0 +1,179 @@
+#include "sextant/eval/evaluation/object_report.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "sextant/eval/records/version.h"
+#include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/report/record_reading.h"
+
+namespace sextant {
+namespace {
+
+struct ErrorTitle {
+  const char* key;
+  const char* file;
+  const char* title;
+};
+constexpr auto kTitles = std::to_array<ErrorTitle>({{"Et_m", "Et_camera", "E_t, camera frame [m]"},
+                                                    {"ER_deg", "ER_camera", "E_R, camera frame [deg]"},
+                                                    {"Et_world_m", "Et_world", "E_t, world frame [m]"},
+                                                    {"ER_world_deg", "ER_world", "E_R, world frame [deg]"},
+                                                    {"Et_body_m", "Et_body", "E_t, body frame [m]"},
+                                                    {"ER_body_deg", "ER_body", "E_R, body frame [deg]"}});
+
+/// Those of kTitles that the presets use.
+std::vector<ErrorTitle> errors_of(std::span<const MetricPreset> presets) {
+  std::vector<ErrorTitle> used;
+  std::ranges::copy_if(kTitles, std::back_inserter(used), [&](const ErrorTitle& error) {
+    return std::ranges::any_of(presets, [&](const MetricPreset& preset) {
+      return preset.object_Et_key == error.key || preset.object_ER_key == error.key;
+    });
+  });
+  return used;
+}
+
+/// Pooled aggregate and interval of one error of one system.
+std::vector<Cell> pooled_cells(const std::vector<SystemSummary>& summaries, const std::string& system,
+                               Aggregate how) {
+  const auto s = std::ranges::find(summaries, system, &SystemSummary::name);
+  if (s == summaries.end()) return {Cell(), Cell(), Cell()};
+  std::vector<Cell> cells = {how == Aggregate::rmse ? s->pooled.rmse : s->pooled.mean};
+  add_interval(how == Aggregate::rmse ? s->rmse_interval : s->mean_interval, cells);
+  return cells;
+}
+
+/// Runs of each system, and its true and estimated steps.
+struct SystemCount {
+  std::map<uint64_t, int> runs;
+  int n_truth = 0, n_estimated = 0;
+};
+
+std::map<std::string, SystemCount> counts_of(const std::vector<Record>& records) {
+  std::map<std::string, SystemCount> counts;
+  for (const Record& record : records) {
+    SystemCount& count = counts[record.estimator];
+    ++count.runs[record.seed];
+    count.n_truth += record.status != Status::no_truth;
+    count.n_estimated += record.status == Status::ok;
+  }
+  return counts;
+}
+
+}  // namespace
+
+std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, const std::string& key) {
+  std::vector<RunErrors> runs;
+  std::map<std::pair<uint64_t, std::string>, size_t> known;
+  for (const Record& record : records) {
+    const auto [run, is_new] = known.try_emplace({record.seed, record.estimator}, runs.size());
+    if (is_new)
+      runs.push_back({record.estimator, fmt::format("{} {}", record.estimator, record.seed + 1), {}, {}});
+    const auto error = find_number(record.errors, key);
+    if (!error) continue;
+    runs[run->second].errors.push_back(*error);
+    runs[run->second].steps.emplace_back(body_order(record), record.frame);
+  }
+  return runs;
+}
+
+Table object_system_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
+  Table table;
+  table.title = "All objects and runs of each system";
+  table.caption =
+      "Errors of all runs pooled, never averaged as RMSEs; 95 % intervals by the bootstrap over runs, which "
+      "needs two.";
+  table.columns = {
+      {"preset", "preset", Align::left},       {"system", "system", Align::left},
+      {"runs", "runs", Align::right, 0},       {"coverage_percent", "coverage [%]", Align::right, 1},
+      {"Et_m", "E_t [m]", Align::right, 4},    {"Et_low_m", "from", Align::right, 4},
+      {"Et_high_m", "to", Align::right, 4},    {"ER_deg", "E_R [deg]", Align::right, 4},
+      {"ER_low_deg", "from", Align::right, 4}, {"ER_high_deg", "to", Align::right, 4}};
+  const auto counts = counts_of(records);
+  for (const MetricPreset& preset : presets) {
+    const auto Et = summarize_systems(object_run_errors(records, preset.object_Et_key));
+    const auto ER = summarize_systems(object_run_errors(records, preset.object_ER_key));
+    for (const auto& [system, count] : counts) {
+      std::vector<Cell> row = {preset.name, system, static_cast<double>(count.runs.size()),
+                               count.n_truth > 0 ? Cell(100.0 * count.n_estimated / count.n_truth) : Cell()};
+      std::ranges::move(pooled_cells(Et, system, preset.aggregate), std::back_inserter(row));
+      std::ranges::move(pooled_cells(ER, system, preset.aggregate), std::back_inserter(row));
+      table.add_row(std::move(row));
+    }
+  }
+  return table;
+}
+
+Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
+  Table table;
+  table.title = "Comparison of systems: difference of mean error";
+  table.caption =
+      "Over the steps that both have. Sign-flip test over stretches of them, two-sided, p adjusted after "
+      "Holm "
+      "within each error.";
+  table.columns = {{"error", "error", Align::left},
+                   {"a", "a", Align::left},
+                   {"b", "b", Align::left},
+                   {"n_common", "steps", Align::right, 0},
+                   {"stretches", "stretches", Align::right, 0},
+                   {"mean_difference", "a - b", Align::right, 5},
+                   {"p", "p", Align::right, 4, false, false, true}};
+  for (const ErrorTitle& error : errors_of(presets)) {
+    for (const SystemComparison& c : compare_systems(object_run_errors(records, error.key)))
+      table.add_row({error.title, c.a, c.b, static_cast<double>(c.n_common),
+                     static_cast<double>(c.n_stretches), c.mean_difference, c.p});
+  }
+  return table;
+}
+
+Json object_json(const std::vector<Record>& records, std::span<const MetricPreset> presets,
+                 const std::vector<std::string>& warnings) {
+  Json json;
+  json["schema"] = 1;
+  json["presets"] = Json::array();
+  for (const MetricPreset& preset : presets) {
+    json["presets"].push_back({{"preset", preset.name},
+                               {"aggregate", std::string(to_string(preset.aggregate))},
+                               {"rows", rows_to_json(object_table(records, {&preset, 1}))}});
+  }
+  json["systems"] = rows_to_json(object_system_table(records, presets));
+  json["comparisons"] = rows_to_json(object_comparison_table(records, presets));
+  json["warnings"] = warnings;
+  return json;
+}
+
+ReportDocument object_document(const std::vector<Record>& records, std::span<const MetricPreset> presets,
+                               const std::vector<std::string>& folders,
+                               const std::vector<std::string>& warnings) {
+  ReportDocument document;
+  document.title = "Object motions";
+  document.abstract = fmt::format("{} folders of logs under {} presets. Definitions: docs/metrics.md.",
+                                  folders.size(), presets.size());
+  const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
+              comparison = object_comparison_table(records, presets);
+  ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};
+  if (!comparison.rows.empty()) overall.tables.push_back({"comparison", comparison});
+  document.sections.push_back(std::move(overall));
+  document.sections.push_back(
+      {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
+  ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
+  for (const ErrorTitle& error : errors_of(presets)) {
+    const std::vector<RunErrors> runs = object_run_errors(records, error.key);
+    const std::vector<Distribution> of_systems = by_system(runs);
+    if (of_systems.empty()) continue;
+    distributions.figures.push_back(
+        cumulative_figure(fmt::format("{}_cdf", error.file), error.title, of_systems));
+    distributions.figures.push_back(
+        box_figure(fmt::format("{}_boxes", error.file), error.title, by_run(runs)));
+  }
+  if (!distributions.figures.empty()) document.sections.push_back(std::move(distributions));
+  if (!warnings.empty()) document.sections.push_back({"warnings", "Warnings", warnings, {}, {}, {}});
+  document.provenance = {{"sextant", fmt::format("{} ({})", version(), git_commit())}};
+  for (const std::string& folder : folders) document.provenance.emplace_back("logs", folder);
+  document.citation = citation();
+  return document;
+}
+
+}  // namespace sextant

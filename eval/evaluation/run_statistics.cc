@@ -1,0 +1,129 @@
+#include "sextant/eval/evaluation/run_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sextant/base/error.h"
+#include "sextant/stats/tests.h"
+
+namespace sextant {
+namespace {
+
+struct System {
+  std::string name;
+  std::vector<const RunErrors*> runs;
+};
+
+/// Runs without errors count nowhere.
+std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
+  std::vector<System> systems;
+  for (const RunErrors& run : runs) {
+    SEXTANT_CHECK(run.steps.size() == run.errors.size());
+    if (run.errors.empty()) continue;
+    auto known =
+        std::find_if(systems.begin(), systems.end(), [&](const System& s) { return s.name == run.system; });
+    if (known == systems.end()) known = systems.insert(systems.end(), System{run.system, {}});
+    known->runs.push_back(&run);
+  }
+  return systems;
+}
+
+/// Interval of a function of the sums over runs of 1, e, e^2.
+std::optional<Interval> interval(const std::vector<ErrorStatistics>& runs, const std::vector<size_t>& counts,
+                                 double (*statistic)(double n, double sum, double squares)) {
+  const auto pooled = [&](std::span<const size_t> drawn) {
+    double n = 0, sum = 0, squares = 0;
+    for (const size_t i : drawn) {
+      const auto count = static_cast<double>(counts[i]);
+      n += count;
+      sum += runs[i].mean * count;
+      squares += runs[i].sse;
+    }
+    return statistic(n, sum, squares);
+  };
+  return cluster_bootstrap(runs.size(), pooled);
+}
+
+/// Mean error over the runs by step.
+std::map<ErrorStep, double> mean_by_step(const System& system) {
+  std::map<ErrorStep, std::pair<double, int>> sums;
+  for (const RunErrors* run : system.runs) {
+    for (size_t i = 0; i < run->errors.size(); ++i) {
+      auto& [sum, n] = sums[run->steps[i]];
+      sum += run->errors[i];
+      ++n;
+    }
+  }
+  std::map<ErrorStep, double> means;
+  for (const auto& [step, sum] : sums) means[step] = sum.first / sum.second;
+  return means;
+}
+
+std::vector<double> stretch_means(const std::vector<double>& values, size_t n_stretches) {
+  std::vector<double> means;
+  for (size_t k = 0; k < n_stretches; ++k) {
+    const size_t begin = k * values.size() / n_stretches, end = (k + 1) * values.size() / n_stretches;
+    double sum = 0;
+    for (size_t i = begin; i < end; ++i) sum += values[i];
+    means.push_back(sum / static_cast<double>(end - begin));
+  }
+  return means;
+}
+
+std::optional<SystemComparison> compare(const System& a, const System& b) {
+  constexpr size_t kFewest = 6, kMost = 20;  // stretches; below 6 no p-value can be under 0.03
+  const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
+  std::vector<double> differences;
+  for (const auto& [step, error] : of_a) {
+    const auto other = of_b.find(step);
+    if (other != of_b.end()) differences.push_back(error - other->second);
+  }
+  if (differences.size() < kFewest) return std::nullopt;
+  const std::vector<double> stretches = stretch_means(differences, std::min(kMost, differences.size()));
+  const SignFlipTest test = sign_flip_test(stretches);
+  return SystemComparison{
+      a.name, b.name, differences.size(), static_cast<int>(stretches.size()), test.mean_difference, test.p};
+}
+
+}  // namespace
+
+std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs) {
+  std::vector<SystemSummary> summaries;
+  for (const System& system : systems_of(runs)) {
+    std::vector<double> errors;
+    std::vector<ErrorStatistics> of_runs;
+    std::vector<size_t> counts;
+    for (const RunErrors* run : system.runs) {
+      errors.insert(errors.end(), run->errors.begin(), run->errors.end());
+      of_runs.push_back(error_statistics(run->errors));
+      counts.push_back(run->errors.size());
+    }
+    SystemSummary s{
+        system.name, static_cast<int>(system.runs.size()), errors.size(), error_statistics(errors), {}, {}};
+    s.rmse_interval =
+        interval(of_runs, counts, [](double n, double, double squares) { return std::sqrt(squares / n); });
+    s.mean_interval = interval(of_runs, counts, [](double n, double sum, double) { return sum / n; });
+    summaries.push_back(std::move(s));
+  }
+  return summaries;
+}
+
+std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs) {
+  const std::vector<System> systems = systems_of(runs);
+  std::vector<SystemComparison> comparisons;
+  std::vector<double> p;
+  for (size_t i = 0; i < systems.size(); ++i) {
+    for (size_t j = i + 1; j < systems.size(); ++j) {
+      if (auto c = compare(systems[i], systems[j])) {
+        p.push_back(c->p);
+        comparisons.push_back(std::move(*c));
+      }
+    }
+  }
+  const std::vector<double> adjusted = p.empty() ? p : holm(p);
+  for (size_t i = 0; i < adjusted.size(); ++i) comparisons[i].p = adjusted[i];
+  return comparisons;
+}
+
+}  // namespace sextant

@@ -1,0 +1,276 @@
+#include "sextant/eval/evaluation/trajectory_explanation.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/external/testing.h"
+#include "sextant/geometry/axes.h"
+#include "sextant/geometry/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
+
+/// A flight with turns about all axes, right-down-forward.
+PoseSeries flight(int n) {
+  PoseSeries s;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p(0, 0, 0);
+  for (int i = 0; i < n; ++i) {
+    s.add(R, p);
+    s.stamps_s.push_back(100 + 0.1 * i);
+    p += R * Eigen::Vector3d(0, 0, 0.5 + 0.2 * std::sin(0.05 * i));
+    R = R * so3_exp({0.02 * std::cos(0.11 * i), 0.05 * std::sin(0.031 * i), 0.02 * std::sin(0.07 * i)})
+                .toRotationMatrix();
+  }
+  return s;
+}
+
+/// Errors of a few centimetres and tenths of a degree.
+PoseSeries noisy(PoseSeries s) {
+  std::mt19937_64 generator(1);
+  for (size_t i = 0; i < s.size(); ++i) {
+    const Vector6d xi = random_twist(generator, 0.02, 0.002);
+    s.positions_m[i] += xi.head<3>();
+    s.rotations[i] = s.rotations[i] * so3_exp(xi.tail<3>()).toRotationMatrix();
+  }
+  return s;
+}
+
+/// The poses of the body on which the camera sits.
+PoseSeries body_of(PoseSeries camera, const Eigen::Vector3d& lever) {
+  for (size_t i = 0; i < camera.size(); ++i) camera.positions_m[i] -= camera.rotations[i] * lever;
+  return camera;
+}
+
+PoseSeries in_axes(PoseSeries s, const std::string& name) {
+  const Eigen::Matrix3d C = opencv_from_axes(name);
+  for (size_t i = 0; i < s.size(); ++i) {
+    s.positions_m[i] = C.transpose() * s.positions_m[i];
+    s.rotations[i] = C.transpose() * s.rotations[i] * C;
+  }
+  return s;
+}
+
+PoseSeries turned(PoseSeries s, double angle_rad, const Eigen::Vector3d& axis, const Eigen::Vector3d& shift) {
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
+  for (size_t i = 0; i < s.size(); ++i) {
+    s.positions_m[i] = R * s.positions_m[i] + shift;
+    s.rotations[i] = R * s.rotations[i];
+  }
+  return s;
+}
+
+PoseSeries w_read_last(PoseSeries s) {
+  for (Eigen::Matrix3d& R : s.rotations) {
+    const Eigen::Quaterniond q(R);  // written w x y z, read x y z w
+    R = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+  }
+  return s;
+}
+
+std::vector<TrajectoryWarning> warnings(const PoseSeries& reference, const PoseSeries& estimate,
+                                        Alignment alignment = Alignment::none) {
+  return warnings_of_explanations(reference, estimate, {alignment, 0, Eigen::Vector3d::Zero()}, {});
+}
+
+TEST(Explanation, AGoodEstimateNeedsNone) {
+  for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3})
+    EXPECT_THAT(warnings(flight(400), noisy(flight(400)), how), IsEmpty()) << to_string(how);
+}
+
+TEST(Explanation, ALeverArmIsFoundWithScale) {
+  const Eigen::Vector3d lever(0.8, -0.5, 1.2);
+  PoseSeries estimate = noisy(body_of(flight(400), lever));
+  const auto found = estimate_lever_arm(flight(400), estimate);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(*found, EigenNear(lever, 0.03));
+  const auto told = warnings(flight(400), estimate, Alignment::se3);
+  ASSERT_THAT(told, ElementsAre(code("lever_arm")));
+  EXPECT_THAT(told[0].text, HasSubstr("--body-from-camera \"0.798 -0.50"));
+  for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
+  EXPECT_THAT(*estimate_lever_arm(flight(400), estimate), EigenNear(lever, 0.03)) << "beside a scale";
+}
+
+TEST(Explanation, WithoutTurnsThereIsNoLeverArm) {
+  PoseSeries straight;
+  for (int i = 0; i < 100; ++i) straight.add(Eigen::Matrix3d::Identity(), {0, 0, 0.7 * i});
+  EXPECT_FALSE(estimate_lever_arm(straight, straight));
+}
+
+TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
+  PoseSeries car;
+  for (int i = 0; i < 300; ++i) {
+    const double yaw = 1.5 * std::sin(0.02 * i);
+    car.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+            {0.3 * std::cos(0.02 * i) * i, 0, 0.7 * i});
+  }
+  EXPECT_THAT(*estimate_lever_arm(car, body_of(car, {0.4, 2, 0.9})),
+              EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
+}
+
+TEST(Explanation, ATurnOfTheWorldIsToldButNoDrift) {
+  const PoseSeries truth = flight(400);
+  const auto told = warnings(truth, turned(noisy(truth), 0.5, Eigen::Vector3d::UnitZ(), {3, 1, 2}));
+  ASSERT_THAT(told, ElementsAre(code("yaw")));
+  EXPECT_THAT(told[0].text, testing::AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
+  PoseSeries drifting;
+  for (int i = 0; i < 400; ++i) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    drifting.add(R * truth.rotations[static_cast<size_t>(i)], R * truth.positions_m[static_cast<size_t>(i)]);
+  }
+  EXPECT_THAT(warnings(truth, drifting), Not(Contains(code("yaw"))));
+}
+
+TEST(Explanation, AxesOfEitherSideAreNamed) {
+  for (const std::string& name : axes_names()) {
+    if (name == "opencv") continue;
+    for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3}) {
+      SCOPED_TRACE(name + " " + std::string(to_string(how)));
+      const auto told = warnings(flight(400), in_axes(noisy(flight(400)), name), how);
+      ASSERT_THAT(told, ElementsAre(code("axes")));
+      EXPECT_THAT(told[0].text, HasSubstr("--axes " + name));
+    }
+  }
+  EXPECT_THAT(warnings(in_axes(flight(400), "ned"), noisy(flight(400)))[0].text, HasSubstr("--ref-axes ned"));
+}
+
+TEST(Explanation, QuaternionsInAnotherOrder) {
+  for (const Alignment how : {Alignment::none, Alignment::se3}) {
+    const auto told = warnings(flight(400), w_read_last(noisy(flight(400))), how);
+    ASSERT_THAT(told, ElementsAre(code("columns")));
+    EXPECT_THAT(told[0].text, HasSubstr("the estimate's quaternions seem to have w first"));
+  }
+}
+
+// ---- the same, planted in recorded trajectories
+
+struct Real {
+  EgoReference reference;
+  PoseSeries estimate;  ///< with the reference's stamps
+};
+
+class PlantedInRealTrajectories : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const char* root = std::getenv("SEXTANT_DATA");
+    if (root == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set: no recorded trajectories to plant in";
+    real.reference =
+        source_reference(std::string("kitti:kitti_tracking#") + GetParam(), root, Json::object());
+    real.reference.warnings.clear();
+    const std::string path =
+        std::string(root) + "/kitti_tracking_peers/orbslam3_camera/" + GetParam() + ".txt";
+    TrajectoryFile file = read_trajectory(path, "kitti");
+    const EgoResult matched = evaluate_ego(real.reference, file, path, {});
+    EXPECT_THAT(matched.warnings, IsEmpty());
+    rmse = matched.statistics.rmse;
+    real.estimate = file.poses;
+    real.estimate.keep(matched.reference_rows);
+    real.estimate.frames.clear();
+    real.estimate.stamps_s = matched.reference.stamps_s;
+  }
+  EgoResult evaluate(PoseSeries estimate, const EgoOptions& options = {}) const {
+    TrajectoryFile file;
+    file.poses = std::move(estimate);
+    return evaluate_ego(real.reference, std::move(file), "planted", options);
+  }
+  Real real;
+  double rmse = 0;  ///< of what was not planted
+};
+
+TEST_P(PlantedInRealTrajectories, LeverArm) {
+  const Eigen::Vector3d lever(0.8, -0.5, 1.2);
+  EgoOptions options{.alignment = Alignment::sim3};
+  const double before = evaluate(real.estimate, options).statistics.rmse;
+  const EgoResult planted = evaluate(body_of(real.estimate, lever), options);
+  EXPECT_THAT(planted.warnings, Contains(code("lever_arm")));
+  PoseSeries reference = real.reference.poses;
+  reference.keep(planted.reference_rows);
+  const Eigen::Vector3d found = *estimate_lever_arm(reference, body_of(real.estimate, lever));
+  RecordProperty("lever_m", fmt::format("{:.3f} {:.3f} {:.3f}", found[0], found[1], found[2]));
+  EXPECT_NEAR(found[0], lever[0], 0.3);
+  EXPECT_NEAR(found[2], lever[2], 0.3);
+  options.estimate_frame.body_from_camera = BodyFromCamera{lever, {}};
+  EXPECT_NEAR(evaluate(body_of(real.estimate, lever), options).statistics.rmse, before, 1e-9);
+}
+
+TEST_P(PlantedInRealTrajectories, Yaw) {
+  const Eigen::Vector3d up = -Eigen::Vector3d::UnitY();
+  EgoOptions options{.alignment = Alignment::yaw, .up = up};
+  const EgoResult before = evaluate(real.estimate, options);
+  const PoseSeries planted = turned(real.estimate, 25 * EIGEN_PI / 180, up, {3, 0, -2});
+  EXPECT_THAT(evaluate(planted).warnings, Contains(code("yaw")));
+  const EgoResult mended = evaluate(planted, options);
+  EXPECT_NEAR(mended.statistics.rmse, before.statistics.rmse, 1e-9);
+  const auto angle = [&](const EgoResult& r) {
+    return so3_log(Eigen::Quaterniond(r.alignment.ref_from_est.rotation)).dot(up) * 180 / EIGEN_PI;
+  };
+  EXPECT_NEAR(angle(mended) - angle(before), -25, 1e-9);
+}
+
+TEST_P(PlantedInRealTrajectories, TimeOffset) {
+  EgoOptions options{.interpolate_max_gap_s = 0.3, .estimate_offset = true};
+  const OffsetEstimate own = *evaluate(real.estimate, options).offset;
+  RecordProperty("own_offset_ms", fmt::format("{:.1f} [{:.1f}, {:.1f}]", 1e3 * own.offset_s, 1e3 * own.low_s,
+                                              1e3 * own.high_s));
+  EXPECT_LT(std::abs(own.offset_s), 0.02);
+  for (const double late_s : {0.25, 0.04, -0.13}) {
+    PoseSeries planted = real.estimate;
+    for (double& t : planted.stamps_s) t += late_s;
+    const EgoResult r = evaluate(planted, options);
+    EXPECT_NEAR(r.offset->offset_s, own.offset_s - late_s, 0.001) << late_s;
+    EXPECT_LT(r.offset->high_s - r.offset->low_s, 0.05);
+    EXPECT_THAT(r.warnings, Not(Contains(code("lag"))));
+    EgoOptions nearest;
+    nearest.association.max_difference_s = 0.06;
+    if (late_s == 0.25) {
+      EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(code("lag")));
+    }
+  }
+}
+
+TEST_P(PlantedInRealTrajectories, AxesAndColumns) {
+  for (const std::string& name : axes_names()) {
+    if (name == "opencv") continue;
+    const PoseSeries planted = in_axes(real.estimate, name);
+    EXPECT_THAT(evaluate(planted).warnings, Contains(code("axes"))) << name;
+    EgoOptions options;
+    options.estimate_frame.axes = name;
+    EXPECT_NEAR(evaluate(planted, options).statistics.rmse, rmse, 1e-9) << name;
+  }
+  EXPECT_THAT(evaluate(w_read_last(real.estimate)).warnings, Contains(code("columns")));
+}
+
+TEST_P(PlantedInRealTrajectories, ColumnOrder) {
+  std::string named = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw\n", bare;
+  for (size_t i = 0; i < real.estimate.size(); ++i) {
+    const Eigen::Quaterniond q = real.estimate.pose(i).rotation();
+    const Eigen::Vector3d& p = real.estimate.positions_m[i];
+    bare +=
+        fmt::format("{:.0f},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n",
+                    1e9 * (real.estimate.stamps_s[i] + 1.4e9), p[0], p[1], p[2], q.x(), q.y(), q.z(), q.w());
+  }
+  EgoOptions options{.relation = PoseRelation::angle_deg};
+  options.association.offset_s = -1.4e9;
+  const double before = evaluate(real.estimate, {.relation = PoseRelation::angle_deg}).statistics.rmse;
+  const EgoResult read = evaluate(decode_trajectory(named + bare, "auto").poses, options);
+  EXPECT_NEAR(read.statistics.rmse, before, 1e-6);
+  EXPECT_THAT(error_of([&] { decode_trajectory(bare, "auto"); }), HasSubstr("euroc"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Kitti, PlantedInRealTrajectories, testing::Values("0000", "0004", "0006"));
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,66 @@
+#include "sextant/eval/experiment/body_tracks.h"
+
+#include <gtest/gtest.h>
+
+#include "sextant/datasets/codec/testing.h"
+
+namespace sextant {
+namespace {
+
+SE3 shift(double x, double z) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, z)}; }
+
+TEST(Tracks, ObjectsStartAtTheTruthOfEachStretchAndDrift) {
+  SequenceTruth truth;
+  CaseMotions motions;
+  SequenceInfo info;
+  info.first_frame = 0;
+  info.last_frame = 4;
+  for (int k = 0; k <= 4; ++k) {
+    truth.camera.set(k, shift(0, k));
+    motions.estimated.set(k, shift(0, 1.1 * k));
+    ObjectTruth object;
+    object.id = 7;
+    object.T_camera_object = shift(2, 10 + k);  // 2 m a frame in the world
+    truth.objects[k] = {object};
+  }
+  motions.objects[7] = {{1, shift(0, 2.5)}, {2, shift(0, 2.5)}, {4, shift(0, 2)}};  // none at frame 3
+  const std::vector<BodyTrack> tracks = body_tracks(motions, truth, info);
+  ASSERT_EQ(tracks.size(), 2U);
+  EXPECT_EQ(tracks[0].body, "ego");
+  EXPECT_DOUBLE_EQ(tracks[0].points[4].estimate_m->z(), 4.4);
+  EXPECT_DOUBLE_EQ(tracks[0].points[4].truth_m->z(), 4);
+  const std::vector<TrackPoint>& object = tracks[1].points;
+  ASSERT_EQ(object.size(), 5U);
+  EXPECT_DOUBLE_EQ(object[0].estimate_m->z(), 10);
+  EXPECT_DOUBLE_EQ(object[2].estimate_m->z(), 15);
+  EXPECT_DOUBLE_EQ(object[2].truth_m->z(), 14);
+  EXPECT_DOUBLE_EQ(object[3].estimate_m->z(), 16);  // a new stretch: at the truth
+  EXPECT_DOUBLE_EQ(object[4].estimate_m->z(), 18);
+}
+
+TEST(Tracks, FileReadsBackToTheSame) {
+  const std::vector<BodyTrack> tracks = {
+      {"ego",
+       {{3, Eigen::Vector3d(0.1, -2, 1e-7), std::nullopt}, {4, std::nullopt, Eigen::Vector3d(1, 2, 3)}}},
+      {"object:2", {{3, Eigen::Vector3d(5, 6, 7), Eigen::Vector3d(5, 6, 7.5)}}}};
+  const std::string text = write_tracks(tracks);
+  const std::vector<BodyTrack> read = parse_tracks(text, "tracks.csv");
+  EXPECT_EQ(write_tracks(read), text);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_FALSE(read[0].points[0].truth_m);
+  EXPECT_EQ(*read[0].points[1].truth_m, Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(Tracks, DamagedFilesNameTheirLine) {
+  expect_error([] { parse_tracks("frame,x\n", "t.csv"); }, "t.csv:1");
+  const std::string header = write_tracks({});
+  expect_error([&] { parse_tracks(header + "ego,1,2,3\n", "t.csv"); }, "t.csv:2: expected 8 fields, got 4");
+  for (const char* frame : {"1.5", "1417361967514044.7", "3000000000"})
+    expect_error([&] { parse_tracks(header + "ego," + frame + ",1,2,3,,,\n", "t.csv"); },
+                 "t.csv:2: expected a frame");
+  expect_error([&] { parse_tracks(header + "ego,1,nan,3,4,,,\n", "t.csv"); }, "'nan'");
+  expect_error([&] { parse_tracks(header + "ego,1,2,3,,,,\n", "t.csv"); }, "expected a number, got ''");
+}
+
+}  // namespace
+}  // namespace sextant

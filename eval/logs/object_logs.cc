@@ -1,0 +1,374 @@
+#include "sextant/eval/logs/object_logs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <tuple>
+
+#include "sextant/base/text.h"
+#include "sextant/eval/logs/pose_collector.h"
+#include "sextant/eval/logs/trajectory_columns.h"
+#include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/pose_change.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+int whole(const NumberFile& file, size_t i, const char* what) {
+  const double value = file.values()[i];
+  if (value != std::trunc(value) || value < 0 || value > 1e9)
+    file.fail_here("expected {} for value {}, got {}", what, i + 1, value);
+  return static_cast<int>(value);
+}
+
+bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
+
+SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
+  return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
+}
+
+/// A folder of logs, as far as the request takes its files.
+class LogFolder {
+ public:
+  LogFolder(const std::string& path, const ObjectLogRequest& request) : path_(path), request_(request) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path, error)) {
+      if (!request.accept || request.accept(entry.path())) names_.push_back(entry.path().filename());
+    }
+    if (error) fail("{}: cannot read this folder: {}", path, error.message());
+    std::sort(names_.begin(), names_.end());
+  }
+  const std::string& path() const { return path_; }
+  const std::vector<std::string>& names() const { return names_; }
+  bool has(const std::string& name) const { return std::ranges::find(names_, name) != names_.end(); }
+  NumberFile open(const std::string& name, char separator) const {
+    return NumberFile((fs::path(path_) / name).string(), separator, request_.rules);
+  }
+
+ private:
+  std::string path_;
+  const ObjectLogRequest& request_;
+  std::vector<std::string> names_;
+};
+
+/// Calls use(file, repairs) for each record of a file; repairs become warnings.
+template <typename Use>
+void for_each_record(const LogFolder& folder, const std::string& name, char separator, ObjectLog& out,
+                     const Use& use) {
+  RepairLog repairs;
+  NumberFile file = folder.open(name, separator);
+  while (file.next()) use(file, repairs);
+  note_cut(file, repairs);
+  for (std::string& text : repairs.warnings(file.path())) out.warnings.push_back(std::move(text));
+}
+
+void expect(const NumberFile& file, size_t n, const char* what) {
+  if (file.separator() == ',' && header_contradicts(file.header(), what))
+    file.fail_here("the header names other columns than {}", what);
+  if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
+}
+
+constexpr const char* kDynosamObject =
+    "frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
+
+/// Calls add(id and frame, estimate, truth unless it is an exact identity) for each line.
+template <typename Add>
+void read_dynosam_objects(const LogFolder& folder, const std::string& name, ObjectLog& out, const Add& add) {
+  for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
+    expect(file, 16, kDynosamObject);
+    const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
+    const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
+    if (is_identity(truth)) repairs.note("truth is an exact identity: taken as missing", file.line());
+    if (!add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth)))
+      file.fail_here("object {} is given twice in frame {}", key.first, key.second);
+  });
+}
+
+void read_dynosam_cameras(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
+    expect(file, 15, "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw");
+    const int frame = whole(file, 0, "a frame number");
+    out.camera.set(frame, quaternion_pose(file, 1, repairs));
+    out.true_camera.set(frame, quaternion_pose(file, 8, repairs));
+  });
+}
+
+std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
+  constexpr std::string_view kEnd = "_object_motion_log.csv";
+  std::vector<ObjectLog> logs;
+  for (const std::string& name : folder.names()) {
+    if (!name.ends_with(kEnd)) continue;
+    ObjectLog log;
+    log.estimator = name.substr(0, name.size() - kEnd.size());
+    const std::string poses = log.estimator + "_object_pose_log.csv";
+    const std::string cameras = log.estimator + "_camera_pose_log.csv";
+    read_dynosam_objects(folder, name, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+      return log.motions.emplace(key, LoggedMotion{e, std::move(t)}).second;
+    });
+    if (folder.has(poses)) {
+      read_dynosam_objects(folder, poses, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+        if (t) log.true_poses.emplace(key, *t);
+        return log.poses.emplace(key, e).second;
+      });
+    }
+    if (log.motions.empty())
+      fail("{}: holds no motion: expected lines {}", (fs::path(folder.path()) / name).string(),
+           kDynosamObject);
+    if (folder.has(cameras)) read_dynosam_cameras(folder, cameras, log);
+    logs.push_back(std::move(log));
+  }
+  if (logs.empty())
+    fail("{}: holds no <module>_object_motion_log.csv: expected a folder of DynOSAM logs", folder.path());
+  return logs;
+}
+
+std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name,
+                                            ObjectLog& out) {
+  std::map<ObjectFrame, SE3> motions;
+  for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
+    expect(file, 18, "frame, label and 16 values of a 4x4 motion");
+    const ObjectFrame key = {whole(file, 1, "a label"), whole(file, 0, "a frame number")};
+    PoseSeries one;
+    add_matrix(one, file, 2, repairs);
+    if (!motions.emplace(key, one.pose(0)).second)
+      file.fail_here("label {} is given twice in frame {}", key.first, key.second);
+  });
+  return motions;
+}
+
+void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajectory& camera, ObjectLog& out) {
+  for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
+    expect(file, 17, "a frame number and 16 values of a 4x4 pose");
+    PoseSeries one;
+    add_matrix(one, file, 1, repairs);
+    camera.set(whole(file, 0, "a frame number"), one.pose(0));
+  });
+}
+
+/// The files of one stage of VDO-SLAM; empty names where there is none.
+struct VdoFiles {
+  std::string motions, cameras;
+};
+
+/// Puts `name` into `file`, which one alone may claim.
+void claim(const LogFolder& folder, const char* kind, const std::string& name, std::string& file) {
+  if (!file.empty()) {
+    fail("{}: holds several {}*.txt: keep one run a folder (there are {} and {})", folder.path(), kind, file,
+         name);
+  }
+  file = name;
+}
+
+std::vector<ObjectLog> read_vdo(const LogFolder& folder, const std::string& wanted) {
+  VdoFiles initial, refined, truth;
+  for (const std::string& name : folder.names()) {
+    const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
+    const auto holds_after = [&](const char* part, const char* next) {
+      return name.find(next, name.find(part)) != std::string::npos;
+    };
+    if (!name.ends_with(".txt")) continue;
+    if (holds("obj_mot_gt"))
+      claim(folder, "obj_mot_gt", name, truth.motions);
+    else if (holds("obj_mot") && holds_after("obj_mot", "_rf"))
+      claim(folder, "obj_mot_*_rf", name, refined.motions);
+    else if (holds("obj_mot"))
+      claim(folder, "obj_mot_", name, initial.motions);
+    else if (holds("cam_pose_gt"))
+      claim(folder, "cam_pose_gt", name, truth.cameras);
+    else if (holds("refined_"))
+      claim(folder, "refined_", name, refined.cameras);
+    else if (holds("initial_"))
+      claim(folder, "initial_", name, initial.cameras);
+  }
+  if (wanted == "any" && !initial.motions.empty() && !refined.motions.empty()) {
+    fail(
+        "{}: holds motions of two stages, {} (initial) and {} (refined): choose one: --stage, or "
+        "objects.stage in "
+        "a configuration",
+        folder.path(), initial.motions, refined.motions);
+  }
+  const bool take_refined = wanted == "refined" || (wanted == "any" && initial.motions.empty());
+  VdoFiles files = take_refined ? refined : initial;
+  if (files.motions.empty()) {
+    fail("{}: holds no {}: expected a folder of VDO-SLAM's results", folder.path(),
+         wanted == "refined" ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
+  }
+  // Of one stage's motions alone: the best cameras that are there.
+  if (wanted == "any") files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
+  ObjectLog log;
+  log.estimator = "vdo";
+  log.frame = MotionFrame::body;
+  for (const auto& [key, motion] : read_vdo_motions(folder, files.motions, log))
+    log.motions[key].estimate = motion;
+  if (log.motions.empty()) {
+    fail("{}: holds no motion: expected lines of frame, label and 16 values of a 4x4 motion",
+         (fs::path(folder.path()) / files.motions).string());
+  }
+  if (!truth.motions.empty()) {
+    for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log)) {
+      const auto known = log.motions.find(key);
+      if (known != log.motions.end()) known->second.truth = motion;
+    }
+  }
+  if (!files.cameras.empty()) read_vdo_cameras(folder, files.cameras, log.camera, log);
+  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log);
+  return {log};
+}
+
+// ---- association
+
+/// H in the world of one true step; empty when a pose is missing.
+std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto after = poses.find(key), before = poses.find({key.first, key.second - 1});
+  if (after == poses.end() || before == poses.end()) return std::nullopt;
+  return after->second * before->second.inverse();
+}
+
+/// Distance of a logged object from a true one in frame k, each seen from its own camera, m.
+double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
+  const auto own = log.camera.pose(logged.second), other = camera.pose(logged.second);
+  const SE3& pose = log.poses.at(logged);
+  if (!own || !other) return (pose.translation() - true_pose.translation()).norm();
+  return ((own->inverse() * pose).translation() - (other->inverse() * true_pose).translation()).norm();
+}
+
+/// How well a logged step agrees with one of a true object, 1 exact, 0 not: by position where the log has it,
+/// else by motion.
+double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
+                 const Trajectory& camera, ObjectFrame key) {
+  constexpr double kNear_m = 3, kAgrees_m = 0.5;
+  const auto H = true_motion(poses, key);
+  if (!H) return 0;
+  if (log.poses.contains(logged))
+    return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / kNear_m);
+  const SE3& L = poses.at({key.first, key.second - 1});
+  const SE3& motion = log.motions.at(logged).estimate;
+  const SE3 body = log.frame == MotionFrame::world ? body_motion(motion, L) : motion;
+  return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / kAgrees_m);
+}
+
+/// Logged id -> true id.
+std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
+                               const Trajectory& camera) {
+  constexpr int kFewest = 3;
+  std::set<int> true_ids;
+  for (const auto& [key, pose] : poses) true_ids.insert(key.first);
+  struct Shared {
+    int steps = 0;
+    double agreement = 0;
+  };
+  std::map<std::pair<int, int>, Shared> shared;  // of logged id and true id
+  for (const auto& [key, motion] : log.motions) {
+    for (const int id : true_ids) {
+      const double agrees = agreement(log, key, poses, camera, {id, key.second});
+      Shared& both = shared[{key.first, id}];
+      both.steps += agrees > 0;
+      both.agreement += agrees;
+    }
+  }
+  std::vector<std::tuple<double, bool, int, int>> best;  // most agreement first, then equal ids, small ids
+  for (const auto& [ids, both] : shared) {
+    if (both.steps >= kFewest)
+      best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
+  }
+  std::sort(best.begin(), best.end());
+  std::map<int, int> matched;
+  std::set<int> taken;
+  for (const auto& [n, differs, logged, id] : best) {
+    if (!matched.contains(logged) && taken.insert(id).second) matched[logged] = id;
+  }
+  return matched;
+}
+
+/// Puts the log into the world of `camera`, so that both have the first camera pose they share. A log without
+/// cameras must be there already.
+void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
+  const auto& recorded = log.true_camera.poses();
+  const bool truth_is_logged =
+      std::any_of(recorded.begin(), recorded.end(), [](const auto& at) { return !is_identity(at.second); });
+  for (const auto& [frame, pose] : (truth_is_logged ? log.true_camera : log.camera).poses()) {
+    const auto here = camera.pose(frame);
+    if (!here) continue;
+    const SE3 T = *here * pose.inverse();
+    Trajectory moved;
+    for (const auto& [k, T_log_camera] : log.camera.poses()) moved.set(k, T * T_log_camera);
+    log.camera = moved;
+    for (auto& [key, T_log_object] : log.poses) T_log_object = T * T_log_object;
+    if (log.frame != MotionFrame::world) return;
+    for (auto& [key, motion] : log.motions) motion.estimate = T * motion.estimate * T.inverse();
+    return;
+  }
+}
+
+}  // namespace
+
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
+  const std::vector<std::string> stages = {"any", "initial", "refined"};
+  if (std::ranges::find(stages, request.stage) == stages.end())
+    fail("unknown stage '{}': {}", request.stage, suggest(request.stage, stages));
+  if (request.format != "vdo" && request.stage != "any")
+    fail("stage '{}': only results of format vdo have stages", request.stage);
+  if (request.format == "dynosam") return read_dynosam({folder, request});
+  if (request.format == "vdo") return read_vdo({folder, request}, request.stage);
+  fail("unknown format '{}' of object logs: expected dynosam or vdo", request.format);
+}
+
+std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [key, motion] : log.motions) {  // an object's frames in order
+    const ObjectFrame previous(key.first, key.second - 1);
+    const auto truth = log.true_poses.find(previous);
+    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);  // where no stretch ends there
+    const auto before = poses.find(previous);
+    if (before == poses.end()) continue;
+    poses[key] =
+        log.frame == MotionFrame::world ? motion.estimate * before->second : before->second * motion.estimate;
+  }
+  return poses;
+}
+
+void take_truth(ObjectLog& log, const SequenceTruth& truth) {
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [frame, objects] : truth.objects) {
+    const std::optional<SE3> camera = truth.camera.pose(frame);
+    for (const ObjectTruth& object : objects) {
+      if (camera && object.moving.value_or(true))
+        poses[{object.id, frame}] = *camera * object.T_camera_object;
+    }
+  }
+  move_to_world_of(truth.camera, log);
+  const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
+  int unmatched = 1'000'000'000;  // ids of objects without truth, apart from all true ones
+  std::map<int, int> renamed;
+  const auto new_id = [&](int id) {
+    const auto known = ids.find(id);
+    if (known != ids.end()) return known->second;
+    return renamed.try_emplace(id, unmatched + id).first->second;
+  };
+  std::map<ObjectFrame, LoggedMotion> motions;
+  for (const auto& [key, motion] : log.motions) {
+    const ObjectFrame own = {new_id(key.first), key.second};
+    LoggedMotion& m = motions[own];
+    m.estimate = motion.estimate;
+    const auto H = true_motion(poses, own);
+    if (!H) continue;
+    m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at({own.first, own.second - 1}));
+  }
+  std::map<ObjectFrame, SE3> estimated;
+  for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
+  log.motions = std::move(motions);
+  log.poses = std::move(estimated);
+  log.true_poses = std::move(poses);
+  log.true_camera = truth.camera;
+  for (const auto& [logged, id] : ids) {
+    if (logged != id)
+      log.warnings.push_back(fmt::format("logged object {} is true object {}, by overlap", logged, id));
+  }
+  for (const auto& [logged, id] : renamed)
+    log.warnings.push_back(fmt::format("logged object {} agrees with no true object: no truth", logged));
+}
+
+}  // namespace sextant

@@ -1,0 +1,130 @@
+#include "sextant/eval/logs/pose_collector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sextant {
+namespace {
+
+constexpr double kFarthest_m = 1e7;
+constexpr double kNormSilent = 1e-3, kNormLimit = 0.1;
+constexpr double kMatrixSilent = 1e-5, kMatrixLimit = 1e-2;
+
+template <typename T>
+void sort_by(const std::vector<T>& keys, PoseSeries& series, PoseSeries* truth, const char* what,
+             RepairLog& log) {
+  const auto not_after = std::adjacent_find(keys.begin(), keys.end(), [](T a, T b) { return !(a < b); });
+  if (not_after == keys.end()) return;
+  const auto record = static_cast<int64_t>(not_after - keys.begin()) + 2;
+  std::vector<int> order(keys.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto before = [&](int a, int b) {
+    return keys[static_cast<size_t>(a)] < keys[static_cast<size_t>(b)];
+  };
+  if (!std::is_sorted(keys.begin(), keys.end())) {
+    log.note(fmt::format("{}s are out of order, from pose {} on: sorted", what, record), 0);
+    std::stable_sort(order.begin(), order.end(), before);
+  }
+  const auto last = std::unique(order.begin(), order.end(), [&](int a, int b) {
+    return keys[static_cast<size_t>(a)] == keys[static_cast<size_t>(b)];
+  });
+  if (last != order.end()) {
+    log.note(
+        fmt::format("{} poses have the {} of an earlier one, the first is pose {}: the first of each is kept",
+                    order.end() - last, what, record),
+        0);
+    order.erase(last, order.end());
+  }
+  if (truth) truth->keep(order);
+  series.keep(order);
+}
+
+}  // namespace
+
+void RepairLog::note(const std::string& what, int64_t line) {
+  Seen& seen = seen_[what];
+  if (seen.n++ == 0) seen.line = line;
+}
+
+std::vector<std::string> RepairLog::warnings(const std::string& path) const {
+  std::vector<std::string> lines;
+  for (const auto& [what, seen] : seen_) {
+    lines.push_back(seen.line > 0 ? fmt::format("{}:{}: {} ({} poses)", path, seen.line, what, seen.n)
+                                  : fmt::format("{}: {}", path, what));
+  }
+  return lines;
+}
+
+void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
+  if (!(p.cwiseAbs().maxCoeff() <= kFarthest_m) || !p.allFinite())
+    fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2],
+         kFarthest_m);
+}
+
+Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
+                                 RepairLog& log) {
+  const double off = std::abs(q.norm() - 1);
+  if (!(off <= kNormLimit)) {
+    fail(
+        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, expected 1 (limit {} off): are the columns "
+        "in "
+        "order?",
+        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), kNormLimit);
+  }
+  if (off > kNormSilent)
+    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", kNormSilent), number);
+  return q.normalized().toRotationMatrix();
+}
+
+Eigen::Vector3d position_at(const NumberFile& file, size_t first) {
+  const std::span<const double> v = file.values();
+  const Eigen::Vector3d p(v[first], v[first + 1], v[first + 2]);
+  check_position(p, file.path(), file.line());
+  return p;
+}
+
+Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first, RepairLog& log) {
+  const double* v = file.values().data() + first;
+  const Eigen::Quaterniond q =
+      w_first ? Eigen::Quaterniond(v[0], v[1], v[2], v[3]) : Eigen::Quaterniond(v[3], v[0], v[1], v[2]);
+  return checked_rotation(q, file.path(), file.line(), log);
+}
+
+void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log) {
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off <= kMatrixLimit)) {
+    fail("{}:{}: expected a rotation matrix, but R R' is off the identity by {:.3g} (limit {})", path, line,
+         off, kMatrixLimit);
+  }
+  if (rotation.determinant() < 0)
+    fail("{}:{}: expected a rotation matrix, got a reflection (det R = -1)", path, line);
+  if (off > kMatrixSilent)
+    log.note(
+        fmt::format("rotation matrices off orthonormal by more than {}: taken as they are", kMatrixSilent),
+        line);
+}
+
+void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, RepairLog& log) {
+  const double* v = file.values().data() + first;
+  Eigen::Matrix3d r;
+  r << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
+  check_rotation(r, file.path(), file.line(), log);
+  const Eigen::Vector3d p(v[3], v[7], v[11]);
+  check_position(p, file.path(), file.line());
+  series.add(r, p);
+}
+
+void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log) {
+  if (!series.stamps_s.empty()) {
+    sort_by(std::vector<double>(series.stamps_s), series, truth, "time stamp", log);
+  } else if (!series.frames.empty()) {
+    sort_by(std::vector<int>(series.frames), series, truth, "frame number", log);
+  }
+}
+
+void note_cut(const NumberFile& file, RepairLog& log) {
+  if (file.is_cut()) log.note("its last line is not finished: left out", 0);
+}
+
+}  // namespace sextant

@@ -1,0 +1,172 @@
+#include "sextant/eval/logs/trajectory_bytes.h"
+
+#include <bzlib.h>
+#include <fcntl.h>
+#include <lz4frame.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <memory>
+
+namespace sextant {
+namespace {
+
+constexpr size_t kBlock = size_t{1} << 18;
+
+/// What comes out of a decompressor, block by block.
+class Output {
+ public:
+  Output(uint64_t size, const std::string& where) : size_(size), where_(where) {}
+
+  char* block() { return block_.data(); }
+  size_t room() const { return block_.size(); }
+  void take(size_t n) {
+    if (out_.size() + n > size_) fail("{}: a block holds more than its {} bytes: damaged", where_, size_);
+    out_.append(block_.data(), n);
+  }
+  std::string finish() {
+    if (out_.size() != size_)
+      fail("{}: a block holds {} of its {} bytes: damaged", where_, out_.size(), size_);
+    return std::move(out_);
+  }
+  [[noreturn]] void damaged(const std::string& reason) const {
+    fail("{}: a compressed block is damaged: {}", where_, reason);
+  }
+
+ private:
+  uint64_t size_;
+  const std::string& where_;
+  std::vector<char> block_ = std::vector<char>(kBlock);
+  std::string out_;
+};
+
+void from_lz4(std::string_view bytes, Output& out) {
+  LZ4F_dctx* raw = nullptr;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) out.damaged("no memory for lz4");
+  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> context(raw,
+                                                                             LZ4F_freeDecompressionContext);
+  for (size_t more = 1; more != 0;) {
+    size_t n_in = bytes.size(), n_out = out.room();
+    more = LZ4F_decompress(raw, out.block(), &n_out, bytes.data(), &n_in, nullptr);
+    if (LZ4F_isError(more)) out.damaged(LZ4F_getErrorName(more));
+    out.take(n_out);
+    bytes.remove_prefix(n_in);
+    if (more != 0 && n_in == 0 && n_out == 0) out.damaged("it is cut off");
+  }
+}
+
+void from_zstd(std::string_view bytes, Output& out) {
+  const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+  if (!context) out.damaged("no memory for zstd");
+  ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+  for (size_t more = 1; more != 0;) {
+    ZSTD_outBuffer to{out.block(), out.room(), 0};
+    const size_t before = in.pos;
+    more = ZSTD_decompressStream(context.get(), &to, &in);
+    if (ZSTD_isError(more)) out.damaged(ZSTD_getErrorName(more));
+    out.take(to.pos);
+    if (more != 0 && in.pos == before && to.pos == 0) out.damaged("it is cut off");
+  }
+}
+
+void from_bz2(std::string_view bytes, Output& out) {
+  bz_stream stream{};
+  if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) out.damaged("no memory for bz2");
+  const std::unique_ptr<bz_stream, int (*)(bz_stream*)> end(&stream, BZ2_bzDecompressEnd);
+  stream.next_in = const_cast<char*>(bytes.data());  // not written to
+  stream.avail_in = static_cast<unsigned>(bytes.size());
+  for (int state = BZ_OK; state != BZ_STREAM_END;) {
+    const unsigned left = stream.avail_in;
+    stream.next_out = out.block();
+    stream.avail_out = static_cast<unsigned>(out.room());
+    state = BZ2_bzDecompress(&stream);
+    if (state != BZ_OK && state != BZ_STREAM_END) out.damaged(fmt::format("bz2 error {}", state));
+    const size_t n = out.room() - stream.avail_out;
+    out.take(n);
+    if (state == BZ_OK && n == 0 && stream.avail_in == left) out.damaged("it is cut off");
+  }
+}
+
+}  // namespace
+
+OpenFile open_file(const std::string& path) {
+  OpenFile out;
+  out.descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (out.descriptor < 0) fail("{}: cannot open: {}", path, std::strerror(errno));
+  struct stat status {};
+  if (::fstat(out.descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+    ::close(out.descriptor);
+    fail("{}: expected a file, got {}", path, S_ISDIR(status.st_mode) ? "a folder" : "something else");
+  }
+  out.size = static_cast<uint64_t>(status.st_size);
+  return out;
+}
+
+ByteSource::ByteSource(const std::string& path) : name_(path) {
+  const OpenFile file = open_file(path);
+  file_ = file.descriptor;
+  size_ = file.size;
+}
+
+ByteSource::~ByteSource() {
+  if (file_ >= 0) ::close(file_);
+}
+
+std::string_view ByteSource::view(uint64_t at, uint64_t n) {
+  if (at > size_ || n > size_ - at) fail("{}: ends at byte {} within a record: it is cut off", name_, size_);
+  if (file_ < 0) return memory_.substr(static_cast<size_t>(at), static_cast<size_t>(n));
+  if (at < block_at_ || at + n > block_at_ + block_.size()) {
+    if (n > kLargestBlock) fail("{}: a block of {} bytes at {}: {} at most", name_, n, at, kLargestBlock);
+    block_.resize(static_cast<size_t>(std::min(std::max<uint64_t>(n, kBlock), size_ - at)));
+    block_at_ = at;
+    for (size_t done = 0; done < block_.size();) {
+      const ssize_t got =
+          ::pread(file_, block_.data() + done, block_.size() - done, static_cast<off_t>(at + done));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) fail("{}: cannot read: {}", name_, std::strerror(errno));
+      if (got == 0) fail("{}: ends at byte {} while it is read", name_, at + done);
+      done += static_cast<size_t>(got);
+    }
+  }
+  return {block_.data() + (at - block_at_), static_cast<size_t>(n)};
+}
+
+std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                       const std::string& where) {
+  if (size > kLargestBlock) fail("{}: a block of {} bytes: {} at most", where, size, kLargestBlock);
+  Output out(size, where);
+  if (kind == "lz4") {
+    from_lz4(bytes, out);
+  } else if (kind == "zstd") {
+    from_zstd(bytes, out);
+  } else if (kind == "bz2") {
+    from_bz2(bytes, out);
+  } else {
+    fail("{}: unknown compression '{}': expected none, lz4, zstd or bz2; decompress the recording", where,
+         kind.substr(0, 20));
+  }
+  return out.finish();
+}
+
+MemoryFile::MemoryFile(std::string_view bytes) : file_(::memfd_create("bytes", MFD_CLOEXEC)) {
+  if (file_ < 0) fail("no memory file: {}", std::strerror(errno));
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::write(file_, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      ::close(file_);
+      fail("cannot write a memory file: {}", std::strerror(errno));
+    }
+    done += static_cast<size_t>(n);
+  }
+}
+
+MemoryFile::~MemoryFile() { ::close(file_); }
+
+std::string MemoryFile::path() const { return fmt::format("/proc/self/fd/{}", file_); }
+
+}  // namespace sextant

@@ -1,0 +1,354 @@
+#include "sextant/eval/logs/trajectory_files.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <new>
+
+#include "sextant/base/registry.h"
+#include "sextant/eval/logs/pose_collector.h"
+#include "sextant/eval/logs/trajectory_bag.h"
+#include "sextant/eval/logs/trajectory_bytes.h"
+#include "sextant/eval/logs/trajectory_columns.h"
+#include "sextant/eval/logs/trajectory_mcap.h"
+#include "sextant/eval/logs/trajectory_message.h"
+#include "sextant/eval/logs/vdo_xml.h"
+
+namespace sextant {
+namespace {
+
+int frame_number(const NumberFile& file, size_t i) {
+  const double value = file.values()[i];
+  if (value != std::trunc(value) || value < 0 || value > 1e9)
+    file.fail_here("expected a frame number for value {}, got {}", i + 1, value);
+  return static_cast<int>(value);
+}
+
+constexpr size_t kMostPoses = 20'000'000;  // 2 GB in memory
+
+/// The reader behind every text format: `add` puts one record of `n` values into the file's series.
+class TextReader {
+ public:
+  TextReader(const std::string& path, char separator, const ReadRules& rules)
+      : file_(path, separator, rules) {}
+
+  /// `accepts(n, separator)`: whether records may have n values; all must have as many as the first.
+  template <typename Accepts, typename Add>
+  TrajectoryFile read(const char* expected, const Accepts& accepts, const Add& add) {
+    size_t n = 0;
+    while (file_.next()) {
+      const size_t count = file_.values().size();
+      if (n == 0 && !accepts(count, file_.separator()))
+        file_.fail_here("expected {}, got {} values", expected, count);
+      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), kMostPoses));
+      if (result_.poses.size() == kMostPoses)
+        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", kMostPoses);
+      if (n != 0 && count != n)
+        file_.fail_here("expected {} values as in the lines before, got {}", n, count);
+      n = count;
+      add(file_, result_, log_);
+    }
+    note_cut(file_, log_);
+    if (result_.poses.empty()) fail("{}: holds no pose: expected lines of {}", file_.path(), expected);
+    sort_and_unite(result_.poses, result_.truth ? &*result_.truth : nullptr, log_);
+    result_.warnings = log_.warnings(file_.path());
+    result_.comments = file_.comments() + file_.header();
+    std::transform(result_.comments.begin(), result_.comments.end(), result_.comments.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::move(result_);
+  }
+
+ private:
+  NumberFile file_;
+  TrajectoryFile result_;
+  RepairLog log_;
+};
+
+/// tum, tum_ns, euroc and table: time, position and quaternion, in the columns that a header names or else in
+/// the format's own order.
+struct StampedFormat {
+  const char* name;
+  const char* expected;
+  std::optional<bool> w_first;  ///< empty: by the header alone
+  double seconds_per_unit;      ///< 0: by the header
+};
+constexpr StampedFormat kTum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
+constexpr StampedFormat kTumNs = {"tum_ns", "t[ns] tx ty tz qx qy qz qw", false, 1e-9};
+constexpr StampedFormat kEuroc = {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", true, 1e-9};
+constexpr StampedFormat kTable = {"table", "a header that names time, x y z, qx qy qz qw", std::nullopt, 0};
+
+/// From here on stamps can only be nanoseconds: in microseconds they lie beyond the year 5000.
+constexpr double kOnlyNanoseconds = 1e17;
+
+std::optional<PoseColumns> named_columns(const NumberFile& file) {
+  return columns_of(file.column_names(), file.values().size(),
+                    fmt::format("{}:{}", file.path(), file.line()));
+}
+
+/// Of a first record.
+PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
+  const auto named = named_columns(file);
+  if (!named) {
+    if (!format.w_first) file.fail_here("expected {}", format.expected);
+    if (*format.w_first) return {0, format.seconds_per_unit, {1, 2, 3}, {5, 6, 7, 4}};
+    return {0, format.seconds_per_unit, {1, 2, 3}, {4, 5, 6, 7}};
+  }
+  PoseColumns columns = *named;
+  if (format.w_first && !columns.in_order(*format.w_first)) {
+    file.fail_here(
+        "the header names other columns than {}, {}: give the format as table, or delete a header that is "
+        "wrong",
+        format.name, format.expected);
+  }
+  if (columns.seconds_per_unit == 0) columns.seconds_per_unit = format.seconds_per_unit;
+  if (columns.seconds_per_unit == 0 && std::abs(file.values()[columns.time]) >= kOnlyNanoseconds)
+    columns.seconds_per_unit = 1e-9;
+  if (columns.seconds_per_unit == 0) {
+    file.fail_here(
+        "the header does not give the unit of time: write it behind the name, as 'timestamp [s]' or [ns]{}",
+        columns.in_order(false)  ? ", or give --format tum (s) or tum_ns"
+        : columns.in_order(true) ? ", or give --format euroc (ns)"
+                                 : "");
+  }
+  if (format.seconds_per_unit > 0 && columns.seconds_per_unit != format.seconds_per_unit) {
+    file.fail_here(
+        "the header gives another unit of time than {}, {}: give the format as table, or delete a header "
+        "that is wrong",
+        format.name, format.expected);
+  }
+  return columns;
+}
+
+double stamp_at(const NumberFile& file, const PoseColumns& columns) {
+  constexpr double kLatest_s = 1e11, kLeast_ns = 1e6;
+  const double t = file.values()[columns.time];
+  if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < kLeast_ns)  // seconds, or a frame number
+    file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, kLeast_ns);
+  // A division where it is one: 1e-9 has no exact double.
+  const double t_s = columns.seconds_per_unit == 1 ? t : t / std::round(1 / columns.seconds_per_unit);
+  if (!(std::abs(t_s) <= kLatest_s))
+    file.fail_here("time stamp {} is no number of seconds; of nanoseconds the format is tum_ns", t);
+  return t_s;
+}
+
+TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format, const ReadRules& rules) {
+  PoseColumns columns;
+  size_t n_records = 0;
+  return TextReader(path, NumberFile::kEither, rules)
+      .read(
+          format.expected,
+          [&](size_t n, char separator) { return separator == ',' || !format.w_first ? n >= 8 : n == 8; },
+          [&](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
+            if (n_records++ == 0) columns = columns_in(file, format);
+            const auto v = file.values();
+            const auto& [x, y, z] = columns.position;
+            const auto& [qx, qy, qz, qw] = columns.quaternion;
+            const Eigen::Vector3d p(v[x], v[y], v[z]);
+            out.poses.stamps_s.push_back(stamp_at(file, columns));
+            check_position(p, file.path(), file.line());
+            out.poses.add(checked_rotation({v[qw], v[qx], v[qy], v[qz]}, file.path(), file.line(), log), p);
+          });
+}
+
+TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ' ', rules)
+      .read(
+          "12 values of [R|t] row by row, or a frame number and these",
+          [](size_t n, char) { return n == 12 || n == 13; },
+          [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
+            const size_t first = file.values().size() - 12;
+            if (first == 1) out.poses.frames.push_back(frame_number(file, 0));
+            add_matrix(out.poses, file, first, log);
+          });
+}
+
+TrajectoryFile read_vdo(const std::string& path, const ReadRules& rules) {
+  return TextReader(path, ' ', rules)
+      .read(
+          "a frame number and 16 values of a 4x4 pose", [](size_t n, char) { return n == 17; },
+          [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
+            const auto v = file.values();
+            if (v[13] != 0 || v[14] != 0 || v[15] != 0 || v[16] != 1)
+              file.fail_here("expected 0 0 0 1 as the last row of the pose, got {} {} {} {}", v[13], v[14],
+                             v[15], v[16]);
+            out.poses.frames.push_back(frame_number(file, 0));
+            add_matrix(out.poses, file, 1, log);
+          });
+}
+
+TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
+  static constexpr const char* kColumns =
+      "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
+  return TextReader(path, ',', rules)
+      .read(
+          kColumns, [](size_t n, char) { return n == 15; },
+          [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
+            if (!out.truth) {
+              out.truth.emplace();
+              if (header_contradicts(file.header(), kColumns))
+                file.fail_here("the header names other columns than {}", kColumns);
+            }
+            for (PoseSeries* series : {&out.poses, &*out.truth}) {
+              const size_t first = series == &out.poses ? 1 : 8;
+              series->frames.push_back(frame_number(file, 0));
+              series->add(quaternion_at(file, first + 3, false, log), position_at(file, first));
+            }
+          });
+}
+
+TrajectoryFile read_vdo_xml(const std::string& path, const ReadRules& rules) {
+  RepairLog log;
+  std::error_code error;
+  const uint64_t bytes = std::filesystem::file_size(path, error);
+  if (!error) check_size(path, bytes, rules);
+  TrajectoryFile out;
+  out.truth.emplace();
+  read_vdo_frontend_xml(path, out.poses, *out.truth, log);
+  sort_and_unite(out.poses, &*out.truth, log);
+  out.warnings = log.warnings(path);
+  return out;
+}
+
+template <const StampedFormat& format>
+TrajectoryFile read_as(const std::string& path, const ReadRules& rules) {
+  return read_stamped(path, format, rules);
+}
+
+TrajectoryFile read_bag_file(const std::string& path, const ReadRules& rules) {
+  const TopicPath split = split_topic(path);
+  ByteSource bytes(split.file);
+  check_size(split.file, bytes.size(), rules);
+  return read_bag(bytes, split.topic);
+}
+
+TrajectoryFile read_mcap_file(const std::string& path, const ReadRules& rules) {
+  const TopicPath split = split_topic(path);
+  ByteSource bytes(split.file);
+  check_size(split.file, bytes.size(), rules);
+  return read_mcap(bytes, split.topic);
+}
+
+const std::vector<TrajectoryFormat>& table() {
+  static const std::vector<TrajectoryFormat> formats = {
+      {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<kTum>},
+      {"tum_ns", "the same with t in ns, as ORB-SLAM3 writes it", read_as<kTumNs>},
+      {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
+      {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<kEuroc>},
+      {"table", "columns in any order, by the names in the header", read_as<kTable>},
+      {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo},
+      {"dynosam", "DynOSAM camera_pose_log.csv, with its truth", read_dynosam},
+      {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml},
+      {"bag", "ROS 1 bag, FILE:/TOPIC", read_bag_file},
+      {"mcap", "MCAP, FILE:/TOPIC", read_mcap_file},
+  };
+  return formats;
+}
+
+}  // namespace
+
+std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
+
+namespace {
+
+/// Of a first record with time, position and quaternion, or of one that nothing names.
+FittingFormats formats_of_record(const NumberFile& file) {
+  const size_t n = file.values().size();
+  const bool commas = file.separator() == ',';
+  if (commas && n == 15 && file.header().find("gt_tx") != std::string::npos) return {{"dynosam"}, ""};
+  if (const auto named = named_columns(file)) {
+    const bool only_ns = std::abs(file.values()[named->time]) >= kOnlyNanoseconds;
+    const bool ns = named->seconds_per_unit == 1e-9 || (named->seconds_per_unit == 0 && only_ns);
+    const bool s = named->seconds_per_unit == 1 || (named->seconds_per_unit == 0 && !commas);
+    if (named->in_order(false) && (n == 8 || commas) && (ns || s)) return {{ns ? "tum_ns" : "tum"}, ""};
+    if (named->in_order(true) && commas && ns) return {{"euroc"}, ""};
+    return {{"table"}, ""};
+  }
+  if (commas && n >= 8)
+    return {{"euroc", "tum"},
+            "its columns have no header with a name each, so it may be euroc (t in ns, quaternion w first) "
+            "or tum (t in s, "
+            "quaternion w last)"};
+  if (!commas && n == 8) return {{std::abs(file.values()[0]) >= kOnlyNanoseconds ? "tum_ns" : "tum"}, ""};
+  if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
+  if (!commas && n == 17) return {{"vdo"}, ""};
+  return {{}, fmt::format("its first record has {} values", n)};
+}
+
+}  // namespace
+
+FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) {
+  const TopicPath split = split_topic(path);
+  ByteSource bytes(split.file);
+  const std::string_view start = bytes.view(0, std::min<uint64_t>(bytes.size(), 16));
+  if (is_bag(start)) return {{"bag"}, ""};
+  if (is_mcap(start)) return {{"mcap"}, ""};
+  if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap) have topics: give the file alone", path);
+  NumberFile file(path, NumberFile::kEither, rules);
+  FittingFormats fitting;
+  try {
+    if (file.next())
+      fitting = formats_of_record(file);
+    else
+      fitting.problem = "it holds no record";
+  } catch (const Error& error) {
+    fitting.problem = error.what();
+  }
+  if (file.header().starts_with("<?xml") || file.header().starts_with("<!DOCTYPE")) return {{"vdo_xml"}, ""};
+  return fitting;
+}
+
+std::string detect_trajectory_format(const std::string& path, const ReadRules& rules) {
+  const FittingFormats fitting = fitting_formats(path, rules);
+  if (fitting.names.size() == 1) return fitting.names.front();
+  if (fitting.names.size() > 1) {
+    fail(
+        "{}: {}: give --format {} (or --ref-format, --est-format), or write a header such as "
+        "'t [s],tx,ty,tz,qx,qy,qz,qw'",
+        path, fitting.problem, fmt::join(fitting.names, " or "));
+  }
+  std::vector<std::string> names;
+  for (const TrajectoryFormat& f : trajectory_formats()) names.push_back(f.name);
+  fail("{}: cannot tell the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
+       fmt::join(names, ", "));
+}
+
+TrajectoryFile read_trajectory(const std::string& path, const std::string& format, const ReadRules& rules) {
+  const std::string name =
+      format.empty() || format == "auto" ? detect_trajectory_format(path, rules) : format;
+  try {
+    TrajectoryFile file = find_entry(trajectory_formats(), name, "trajectory format").read(path, rules);
+    file.format = name;
+    return file;
+  } catch (const std::bad_alloc&) {
+    fail("{}: does not fit into memory (104 bytes a pose)", path);
+  }
+}
+
+TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format,
+                                 const std::string& topic) {
+  ByteSource source(bytes, "bytes");
+  if (format == "bag") return read_bag(source, topic);
+  if (format == "mcap") return read_mcap(source, topic);
+  const MemoryFile file(bytes);
+  return read_trajectory(file.path(), format);
+}
+
+std::string encode_tum(const PoseSeries& poses) {
+  std::string out;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Quaterniond q = poses.pose(i).rotation();
+    const Eigen::Vector3d& p = poses.positions_m[i];
+    const double t = !poses.stamps_s.empty() ? poses.stamps_s[i]
+                     : !poses.frames.empty() ? poses.frames[i]
+                                             : static_cast<double>(i);
+    fmt::format_to(std::back_inserter(out),
+                   "{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", t, p[0], p[1], p[2],
+                   q.x(), q.y(), q.z(), q.w());
+  }
+  return out;
+}
+
+}  // namespace sextant

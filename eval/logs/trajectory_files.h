@@ -1,0 +1,78 @@
+#pragma once
+
+// Recorded camera trajectories of other systems. How to add a format: a reader below, one line in the table
+// of trajectory_files.cc, a file in trajectory_files_test.cc.
+//
+//   tum      t tx ty tz qx qy qz qw                                  s, m; blanks or commas between them
+//   tum_ns   the same with t in ns, as ORB-SLAM3 writes for EuRoC
+//   kitti    r11 r12 r13 tx r21 .. tz, or a frame number before them
+//   euroc    t[ns],px,py,pz,qw,qx,qy,qz[,...]                        ground truth and state estimates
+//   table    the eight columns by the names in the header (trajectory_columns.h), among any others
+//   vdo      frame and 16 values of T_world_camera
+//   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; holds the truth too
+//   vdo_xml  front end of VDO-SLAM, boost serialisation; holds the truth too
+//   bag      ROS 1 bag, PATH:/TOPIC (trajectory_bag.h)
+//   mcap     MCAP, PATH:/TOPIC (trajectory_mcap.h)
+//
+// Where a header names the columns it decides; a format that says otherwise is an Error. Without names, what
+// fits two formats is not guessed.
+//
+// What damaged files give (line numbers in every message):
+//   not a finite number, too few or too many values, no pose at all     Error
+//   quaternion        normalised; a warning when its norm is off 1 by more than 1e-3, Error > 0.1
+//   rotation matrix   taken as it is; a warning when R R' is off I by more than 1e-5, Error > 1e-2
+//   stamps or frames out of order  sorted, a warning; given twice: the first is kept, a warning
+//   stamps beyond 1e11 s           Error: that is another unit
+// Positions must be within 1e7 m of 0.
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/eval/logs/number_file.h"
+#include "sextant/geometry/pose_series.h"
+
+namespace sextant {
+
+struct TrajectoryFile {
+  PoseSeries poses;                   ///< of the estimate, where the file holds both
+  std::optional<PoseSeries> truth;    ///< the log's own ground truth, as long as `poses`
+  std::vector<std::string> warnings;  ///< what was repaired
+  std::string comments;               ///< of the first lines, lower case
+  std::string format;                 ///< name in the table
+};
+
+struct TrajectoryFormat {
+  std::string name;
+  std::string description;
+  std::function<TrajectoryFile(const std::string& path, const ReadRules& rules)> read;
+};
+
+std::span<const TrajectoryFormat> trajectory_formats();
+
+/// `format` is a name of the table; "auto" or empty: detect_trajectory_format(). Throws Error.
+TrajectoryFile read_trajectory(const std::string& path, const std::string& format = "auto",
+                               const ReadRules& rules = {});
+
+/// The same of bytes in memory; `path` stands for them in messages. What fuzzers call.
+TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format,
+                                 const std::string& topic = "");
+
+/// The formats that the first record and the names of the columns fit; empty where none does, with the
+/// reason.
+struct FittingFormats {
+  std::vector<std::string> names;
+  std::string problem;  ///< why not exactly one
+};
+FittingFormats fitting_formats(const std::string& path, const ReadRules& rules = {});
+
+/// The only one of these. Throws Error where none fits, or several: naming them and the flag.
+std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
+
+/// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row.
+std::string encode_tum(const PoseSeries& poses);
+
+}  // namespace sextant

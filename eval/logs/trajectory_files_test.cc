@@ -1,0 +1,220 @@
+#include "sextant/eval/logs/trajectory_files.h"
+
+#include <gmock/gmock.h>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/external/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr const char* kTum = "# time x y z\n1.0 1 2 3 0 0 0 1\n1.1 2 2 3 0 0 0.6 0.8\n";
+constexpr const char* kKitti = "1 0 0 1 0 1 0 2 0 0 1 3\n1 0 0 2 0 1 0 2 0 0 1 3\n";
+
+class TrajectoryFiles : public testing::Test {
+ protected:
+  TrajectoryFile read(const std::string& bytes, const std::string& format = "auto") {
+    return read_trajectory(folder.write("file.txt", bytes), format);
+  }
+  std::string error(const std::string& bytes, const std::string& format) {
+    return error_of([&] { read(bytes, format); });
+  }
+  ScratchFolder folder;
+};
+
+TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
+  const std::string euroc =
+      "#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z,v_x,v_y\n1403636579763555584,1,2,3,1,0,0,0,9,"
+      "9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
+  const std::string vdo = "4 1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n5 1 0 0 2 0 1 0 2 0 0 1 3 0 0 0 1\n";
+  const std::string dynosam =
+      "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n"
+      "4,1,2,3,0,0,0,1,5,2,3,0,0,0,1\n5,2,2,3,0,0,0,1,6,2,3,0,0,0,1\n";
+  const std::string pose =
+      "<R_><rot11>1</rot11><rot12>0</rot12><rot13>0</rot13><rot21>0</rot21><rot22>1</rot22><rot23>0</rot23>"
+      "<rot31>0</rot31><rot32>0</rot32><rot33>1</rot33></R_><t_><data><item>1</item><item>2</item><item>3</"
+      "item>"
+      "</data></t_>";
+  const std::string xml =
+      "<?xml version=\"1.0\"?>\n<!DOCTYPE "
+      "boost_serialization>\n<boost_serialization><val><count>1</count><item><pose>" +
+      pose + "</pose><gt_pose>" + pose +
+      "</gt_pose>\n<frame_id>4</frame_id></item></val></boost_serialization>\n";
+  for (const auto& [format, bytes] : std::map<std::string, std::string>{{"tum", kTum},
+                                                                        {"kitti", kKitti},
+                                                                        {"euroc", euroc},
+                                                                        {"vdo", vdo},
+                                                                        {"dynosam", dynosam},
+                                                                        {"vdo_xml", xml}}) {
+    SCOPED_TRACE(format);
+    const TrajectoryFile file = read(bytes);
+    EXPECT_EQ(file.format, format);
+    EXPECT_EQ(file.poses.positions_m[0], Eigen::Vector3d(1, 2, 3));
+    EXPECT_THAT(file.warnings, IsEmpty());
+    EXPECT_EQ(file.truth.has_value(), format == "dynosam" || format == "vdo_xml");
+  }
+  EXPECT_THAT(read(euroc).poses.stamps_s, ElementsAre(1403636579763555584 / 1e9, 1403636579863555584 / 1e9));
+  EXPECT_THAT(read(vdo).poses.frames, ElementsAre(4, 5));
+  EXPECT_EQ(read(dynosam).truth->positions_m[1], Eigen::Vector3d(6, 2, 3));
+}
+
+TEST_F(TrajectoryFiles, QuaternionsAreXyzwInTumAndWxyzInEuroc) {
+  EXPECT_NEAR(read(kTum).poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_NEAR(read("1e18,0,0,0,0.8,0,0,0.6\n", "euroc").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+}
+
+TEST_F(TrajectoryFiles, KittiWithFrameNumbers) {
+  EXPECT_THAT(read("7 1 0 0 1 0 1 0 2 0 0 1 3\n9 1 0 0 2 0 1 0 2 0 0 1 3\n").poses.frames, ElementsAre(7, 9));
+  EXPECT_THAT(error("7.5 1 0 0 1 0 1 0 2 0 0 1 3\n", "kitti"), HasSubstr(":1: expected a frame number"));
+}
+
+TEST_F(TrajectoryFiles, WindowsTextIsRead) {
+  const std::string text = "\xef\xbb\xbf# t\r\n1.0 1 2 3 0 0 0 1 \r\n\r\n  1.1\t2 2 3 0 0 0 +1e0";
+  EXPECT_THAT(read(text).poses.stamps_s, ElementsAre(1.0, 1.1));
+}
+
+TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 nan 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2 is 'nan'"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 -inf 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2 is '-inf'"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 1e999 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0\n", "tum"), HasSubstr(":1: expected t tx ty tz qx qy qz qw, got 7"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 1 2 3 0 0\n", "tum"),
+              HasSubstr(":2: expected 8 values as in the lines before"));
+  EXPECT_THAT(error("1 1,234.5 2 3 0 0 0 1\n", "tum"), HasSubstr("thousands separators"));
+  EXPECT_THAT(error("1e18,\"1,234\",2,3,1,0,0,0\n", "euroc"), HasSubstr(":1: expected a number for value 2"));
+  EXPECT_THAT(error("1 x 2 3 0 0 0 1\n", "tum"), HasSubstr(":1: expected a number for value 2, got 'x'"));
+  EXPECT_THAT(error("", "tum"), HasSubstr("holds no pose"));
+  EXPECT_THAT(error("# only a comment\n\n", "kitti"), HasSubstr("holds no pose"));
+  EXPECT_THAT(error("1 9e9 2 3 0 0 0 1\n", "tum"), HasSubstr("expected metres"));
+  EXPECT_THAT(error("1,,2,3,1,0,0,0\n", "euroc"), HasSubstr("value 2 is empty"));
+  EXPECT_THAT(error(std::string("\0\1\2\3", 4), "tum"), HasSubstr("no text file"));
+  EXPECT_THAT(error(std::string(100000, '1'), "tum"), HasSubstr(":1:"));
+  EXPECT_THAT(error("\xff\xfe"
+                    "1\0",
+                    "tum"),
+              HasSubstr("UTF-16"));
+  EXPECT_THAT(error_of([] { read_trajectory("/nowhere/at/all.txt", "tum"); }), HasSubstr("cannot open"));
+  EXPECT_THAT(error_of([&] { read_trajectory(folder.path().string(), "tum"); }),
+              HasSubstr("expected a file, got a folder"));
+}
+
+TEST_F(TrajectoryFiles, QuaternionsOffUnitNorm) {
+  EXPECT_THAT(read("1 1 2 3 0 0 0 1.0009\n").warnings, IsEmpty());
+  const TrajectoryFile rounded = read("1 1 2 3 0 0 0.6 0.83\n");
+  EXPECT_THAT(rounded.warnings, ElementsAre(HasSubstr("normalised")));
+  EXPECT_NEAR(rounded.poses.rotations[0].determinant(), 1, 1e-15);
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1.2\n", "tum"), HasSubstr("has norm 1.2"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 0\n", "tum"), HasSubstr("has norm 0"));
+}
+
+TEST_F(TrajectoryFiles, MatricesOffOrthonormal) {
+  EXPECT_THAT(read("1.000001 0 0 1 0 1 0 2 0 0 1 3\n").warnings, IsEmpty());
+  EXPECT_THAT(read("1.001 0 0 1 0 1 0 2 0 0 1 3\n").warnings, ElementsAre(HasSubstr("off orthonormal")));
+  EXPECT_THAT(error("1.1 0 0 1 0 1 0 2 0 0 1 3\n", "kitti"), HasSubstr("expected a rotation matrix"));
+  EXPECT_THAT(error("-1 0 0 1 0 1 0 2 0 0 1 3\n", "kitti"), HasSubstr("reflection"));
+}
+
+TEST_F(TrajectoryFiles, StampsOutOfOrderAndTwice) {
+  const TrajectoryFile sorted = read("2 2 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n3 3 0 0 0 0 0 1\n");
+  EXPECT_THAT(sorted.poses.stamps_s, ElementsAre(1, 2, 3));
+  EXPECT_EQ(sorted.poses.positions_m[0][0], 1);
+  EXPECT_THAT(sorted.warnings, ElementsAre(HasSubstr("from pose 2 on: sorted")));
+  const TrajectoryFile twice = read("1 1 0 0 0 0 0 1\n1 9 0 0 0 0 0 1\n3 3 0 0 0 0 0 1\n");
+  EXPECT_THAT(twice.poses.stamps_s, ElementsAre(1, 3));
+  EXPECT_EQ(twice.poses.positions_m[0][0], 1);
+  EXPECT_THAT(twice.warnings, ElementsAre(HasSubstr("1 poses have the time stamp of an earlier one")));
+}
+
+TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
+  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
+  EXPECT_THAT(error(kTum, "kitty"), HasSubstr("did you mean 'kitti'"));
+}
+
+// The table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
+TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
+  const TrajectoryFile lab = read(
+      "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw\n1403636579763555584,1,2,3,0,0,0.6,0.8\n"
+      "1403636579863555584,1,2,3,0,0,0.6,0.8\n");
+  EXPECT_NEAR(lab.poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_EQ(lab.poses.stamps_s[0], 1403636579763555584 / 1e9);
+  const TrajectoryFile any = read("qw qx qy qz z y x time_ms more\n0.8 0.6 0 0 3 2 1 1500 7\n", "table");
+  EXPECT_NEAR(any.poses.rotations[0](1, 1), 1 - 2 * 0.36, 1e-15);
+  EXPECT_EQ(any.poses.positions_m[0], Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(any.poses.stamps_s, ElementsAre(1.5));
+  EXPECT_EQ(read("# t(s) x y z qw qx qy qz\n1 1 2 3 0.8 0 0 0.6\n").format, "table") << "blanks, but w first";
+  EXPECT_EQ(read("# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22\n1 1 2 3 0 0 0 1 1 2 3 4\n").format,
+            "table")
+      << "12 values, but no matrix";
+}
+
+TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
+  for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
+                           "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
+    EXPECT_THAT(error(text, "auto"),
+                testing::AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+        << text;
+  }
+  EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_NEAR(read("1e18,1,2,3,0.8,0,0,0.6\n", "euroc").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+}
+
+TEST_F(TrajectoryFiles, AFormatAgainstTheHeaderIsAnError) {
+  const std::string w_last = "t [ns],x,y,z,qx,qy,qz,qw\n1e18,1,2,3,0,0,0,1\n";
+  EXPECT_THAT(error(w_last, "euroc"), HasSubstr("the header names other columns than euroc"));
+  EXPECT_THAT(error(w_last, "tum"), HasSubstr("another unit of time than tum"));
+  EXPECT_THAT(error("t [s],x,y,z,qw,qx,qy,qz\n1e8,1,2,3,1,0,0,0\n", "euroc"),
+              HasSubstr("another unit of time"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n", "table"), HasSubstr("expected a header that names"));
+  EXPECT_THAT(error("t [s],x [cm],y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n", "auto"), HasSubstr("expected metres"));
+}
+
+TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
+  EXPECT_THAT(error("frame_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
+                    "4,1,2,3,1,0,0,0,5,2,3,1,0,0,0\n",
+                    "auto"),
+              HasSubstr("the header names other columns than frame_id,tx"));
+}
+
+TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
+  EXPECT_THAT(error("time,x,y,z,qx,qy,qz,qw\n1500,1,2,3,0,0,0,1\n", "auto"),
+              testing::AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
+  EXPECT_THAT(error("time,x,y,z,qw,qx,qy,qz\n1500,1,2,3,1,0,0,0\n", "auto"), HasSubstr("--format euroc"));
+  const std::string orb_slam3 =
+      "1403636579763555584.000000 1 2 3 0 0 0 1\n1403636579863555584.000000 1 2 3 0 0 0 1\n";
+  EXPECT_EQ(read(orb_slam3).format, "tum_ns");
+  EXPECT_EQ(read(orb_slam3).poses.stamps_s[0], 1403636579763555584 / 1e9);
+  EXPECT_THAT(error(orb_slam3, "tum"), HasSubstr("the format is tum_ns"));
+  EXPECT_THAT(error("1403636579763.5 1 2 3 0 0 0 1\n", "auto"), HasSubstr("no number of seconds"))
+      << "milliseconds";
+}
+
+TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {
+  std::string text;
+  constexpr int n = 60000;  // several blocks of 1 MB
+  for (int i = 0; i < n; ++i) text += fmt::format("{} {} 0.125 -3.25e-3 0 0 0 1\n", i, i * 0.001);
+  const TrajectoryFile file = read(text);
+  ASSERT_THAT(file.poses.positions_m, SizeIs(n));
+  for (int i = 0; i < n; ++i) ASSERT_EQ(file.poses.positions_m[static_cast<size_t>(i)][0], i * 0.001) << i;
+}
+
+TEST_F(TrajectoryFiles, XmlThatIsCutOff) {
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item><frame_id>1</frame_id></item></val>", "vdo_xml"),
+              HasSubstr(":2: frame 1 has no complete"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"), HasSubstr("cut off"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"), HasSubstr("unexpected </wal>"));
+}
+
+TEST_F(TrajectoryFiles, TumRoundTrip) {
+  const TrajectoryFile file = read(kTum);
+  const TrajectoryFile again = read(encode_tum(file.poses));
+  EXPECT_EQ(again.poses.stamps_s, file.poses.stamps_s);
+  EXPECT_EQ(again.poses.positions_m, file.poses.positions_m);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,121 @@
+#include "sextant/eval/logs/trajectory_mcap.h"
+
+#include <libdeflate.h>
+
+#include <optional>
+
+#include "sextant/eval/logs/trajectory_message.h"
+
+namespace sextant {
+namespace {
+
+constexpr std::string_view kMagic = "\x89MCAP0\r\n";
+
+enum Op : uint8_t {
+  op_schema = 0x03,
+  op_channel = 0x04,
+  op_message = 0x05,
+  op_chunk = 0x06,
+  op_data_end = 0x0f
+};
+
+class McapReader {
+ public:
+  McapReader(const std::string& file, const std::string& topic) : file_(file), poses_(file, topic) {}
+
+  /// Records from `at` on; true when the end of data was met.
+  bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
+    constexpr uint64_t kHead = 1 + 8;
+    while (at < bytes.size()) {
+      const std::string where =
+          fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
+      ByteCursor head(bytes.view(at, kHead), where);
+      const auto op = head.number<uint8_t>();
+      const auto n = head.number<uint64_t>();
+      at += kHead;
+      if (n > bytes.size() - at) {
+        fail(
+            "{}: has {} bytes where {} are left: the file is cut off or damaged; `mcap recover` may repair "
+            "it",
+            where, n, bytes.size() - at);
+      }
+      if (op == op_data_end && !in_chunk) return true;
+      if (op == op_schema || op == op_channel || op == op_message || op == op_chunk)
+        take(op, bytes.view(at, n), in_chunk, where);
+      at += n;
+    }
+    return false;
+  }
+
+  TrajectoryFile finish() { return poses_.finish(); }
+
+ private:
+  void take(uint8_t op, std::string_view content, bool in_chunk, const std::string& where) {
+    ByteCursor cursor(content, where);
+    if (op == op_schema) {
+      const auto id = cursor.number<uint16_t>();
+      schemas_[id] = cursor.text();
+    } else if (op == op_channel) {
+      add_channel(cursor, where);
+    } else if (op == op_message) {
+      const auto channel = channels_.find(cursor.number<uint16_t>());
+      if (channel == channels_.end()) fail("{}: a message before its channel: damaged", where);
+      cursor.take(4 + 8 + 8);  // number, time of recording, time of publication
+      if (channel->second) poses_.add(*channel->second, cursor.take(cursor.remaining()));
+    } else {
+      if (in_chunk) fail("{}: a chunk within a chunk: damaged", where);
+      read_chunk(cursor, where);
+    }
+  }
+
+  void add_channel(ByteCursor& cursor, const std::string& where) {
+    const auto id = cursor.number<uint16_t>();
+    const auto schema_id = cursor.number<uint16_t>();
+    const std::string topic(cursor.text()), encoding(cursor.text());
+    const auto schema = schemas_.find(schema_id);
+    if (schema == schemas_.end() && schema_id != 0) fail("{}: a channel before its schema: damaged", where);
+    const bool wanted = poses_.announce(topic, schema_id == 0 ? "no schema" : schema->second, encoding);
+    const auto known = channels_.try_emplace(id, wanted ? std::optional(topic) : std::nullopt);
+    if (wanted && known.first->second != topic) fail("{}: channel {} has two topics: damaged", where, id);
+  }
+
+  void read_chunk(ByteCursor& cursor, const std::string& where) {
+    cursor.take(8 + 8);  // times of the first and last message
+    const auto size = cursor.number<uint64_t>();
+    const auto crc = cursor.number<uint32_t>();
+    const std::string compression(cursor.text());
+    const std::string_view packed = cursor.take(cursor.number<uint64_t>());
+    std::string records;
+    if (compression.empty()) {
+      if (packed.size() != size)
+        fail("{}: a chunk of {} bytes that says {}: damaged", where, packed.size(), size);
+      records = packed;
+    } else {
+      records = decompress(compression, packed, size, where);
+    }
+    if (crc != 0 && libdeflate_crc32(0, records.data(), records.size()) != crc)
+      fail("{}: the chunk's CRC does not agree with its content: damaged", where);
+    ByteSource inner(records, file_);
+    read(inner, 0, true);
+  }
+
+  std::string file_;
+  TopicPoses poses_;
+  std::map<uint16_t, std::string> schemas_;                  // names
+  std::map<uint16_t, std::optional<std::string>> channels_;  // topics; empty: not wanted
+};
+
+}  // namespace
+
+bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(kMagic); }
+
+TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic) {
+  if (bytes.size() < kMagic.size() || bytes.view(0, kMagic.size()) != kMagic)
+    fail("{}: is no MCAP file of version 0", bytes.name());
+  McapReader reader(bytes.name(), topic);
+  if (!reader.read(bytes, kMagic.size(), false))
+    fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
+  return reader.finish();
+}
+
+}  // namespace sextant

@@ -1,0 +1,59 @@
+#pragma once
+
+// Poses from the messages of a recording's topics (trajectory_bag.h, trajectory_mcap.h).
+//
+//   geometry_msgs  PoseStamped, PoseWithCovarianceStamped, TransformStamped
+//   nav_msgs       Odometry                       (its pose; the twist is left out)
+//
+// in ROS 1's serialisation or in CDR (ROS 2; either byte order). The stamp is the header's, not the time of
+// recording. A topic on which the frame ids change holds the poses of several bodies: an Error, as are two
+// poses without a stamp (0). Limits and repairs as in trajectory_files.h, the message's number in the topic
+// (from 1) in place of the line.
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "sextant/eval/logs/pose_collector.h"
+#include "sextant/eval/logs/trajectory_files.h"
+
+namespace sextant {
+
+/// "FILE:/TOPIC" in its parts; a path that exists as it is has no topic.
+struct TopicPath {
+  std::string file, topic;
+};
+TopicPath split_topic(const std::string& path);
+
+enum class MessageEncoding { ros1, cdr };
+
+class TopicPoses {
+ public:
+  /// `topic` may be empty: the only one with poses.
+  TopicPoses(std::string file, std::string topic) : file_(std::move(file)), wanted_(std::move(topic)) {}
+
+  /// Tells of a topic; `type` with or without "/msg/", `encoding` as the container calls it. Whether its
+  /// messages are to be given to add().
+  bool announce(const std::string& topic, const std::string& type, const std::string& encoding);
+  /// Throws Error on a message that is damaged.
+  void add(const std::string& topic, std::string_view message);
+  /// Of the topic asked for, or of the only one. Throws Error that lists the topics where there is none.
+  TrajectoryFile finish();
+
+ private:
+  struct Topic {
+    std::string type;
+    std::string encoding;
+    bool readable = false;
+    PoseSeries poses;
+    RepairLog log;
+    std::string frame_ids;  ///< of the first message
+    size_t n_without_stamp = 0;
+  };
+  std::string list(bool readable) const;
+
+  std::string file_, wanted_;
+  std::map<std::string, Topic> topics_;
+};
+
+}  // namespace sextant

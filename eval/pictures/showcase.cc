@@ -1,0 +1,51 @@
+#include "sextant/eval/pictures/showcase.h"
+
+#include <memory>
+#include <optional>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/pictures/overlay.h"
+
+namespace sextant {
+
+Showcase make_showcase(const ShowcaseRequest& request) {
+  const std::unique_ptr<Sequence> sequence = open_source(request.source);
+  const SequenceInfo& info = sequence->info();
+  if (request.frame <= info.first_frame || request.frame > info.last_frame) {
+    fail("frame {}: must be in {}-{}, the second to the last frame of {}", request.frame,
+         info.first_frame + 1, info.last_frame, request.source.text);
+  }
+  if (!info.channels.rgb) fail("{}: has no colour images to draw on", request.source.text);
+
+  std::optional<FrameResult> result;
+  std::vector<Record> records;
+  RunConfig config;
+  config.sources = {request.source};
+  config.sources.front().first = info.first_frame;
+  config.sources.front().last = request.frame;
+  config.estimator = request.estimator;
+  config.options = request.options;
+  config.jobs = request.jobs;
+  config.quiet = request.quiet;
+  config.on_pair = [&](const FrameResult& pair, const std::vector<Record>& of_pair) {
+    result = pair;
+    records = of_pair;
+  };
+  Showcase showcase;
+  showcase.run = run(config);
+  Channels channels;
+  channels.rgb = channels.mask = true;
+  showcase.overlay_png =
+      draw_overlay(sequence->read(result->prev, channels), *result, records, request.width_px);
+  return showcase;
+}
+
+OutputFiles showcase_files(const ShowcaseRequest& request) {
+  Showcase showcase = make_showcase(request);
+  OutputFiles files = run_files(showcase.run);
+  files["overlay.png"] = std::move(showcase.overlay_png);
+  return files;
+}
+
+}  // namespace sextant

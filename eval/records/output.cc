@@ -1,0 +1,75 @@
+#include "sextant/eval/records/output.h"
+
+#include <system_error>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/eval/records/run_json.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The first folder on the way to `folder` that does not exist; empty when all do.
+fs::path first_missing(const fs::path& folder) {
+  fs::path missing;
+  for (fs::path p = fs::absolute(folder).lexically_normal(); !fs::exists(p); p = p.parent_path()) missing = p;
+  return missing;
+}
+
+/// "configuration" of the folder's run.json; null when there is none to be read.
+Json recorded_configuration(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / "run.json", ignored) ? read_run_json(folder).value("configuration", Json())
+                                                  : Json();
+}
+
+}  // namespace
+
+void check_output_folder(const fs::path& folder, const Json& configuration, bool force) {
+  std::error_code ignored;
+  if (folder.empty()) fail("--out: expected a folder, got ''");
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
+    fail("{}: is a file, expected a folder for the results", folder.string());
+  }
+  if (force || !fs::exists(folder / "records.jsonl", ignored)) return;
+  if (recorded_configuration(folder) != configuration) {
+    fail(
+        "{}: holds the records of a run with other sources or options; choose another folder, or pass "
+        "--force "
+        "to replace them",
+        folder.string());
+  }
+}
+
+void write_output_folder(const fs::path& folder, const OutputFiles& files) {
+  const fs::path staging = folder / ".incomplete";
+  fs::path created;
+  try {
+    created = first_missing(folder);
+    fs::remove_all(staging);  // of a run that was killed
+    for (const auto& [name, bytes] : files) {
+      check_interrupt();
+      fs::create_directories((staging / name).parent_path());
+      write_file(staging / name, bytes);
+    }
+    for (const auto& [name, bytes] : files) {
+      fs::create_directories((folder / name).parent_path());
+      fs::rename(staging / name, folder / name);
+    }
+    fs::remove_all(staging);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(staging, ignored);
+    if (!created.empty()) fs::remove_all(created, ignored);
+    try {
+      throw;
+    } catch (const fs::filesystem_error& error) {
+      fail("{}: cannot create: {}", error.path1().string(), error.code().message());
+    }
+  }
+}
+
+}  // namespace sextant

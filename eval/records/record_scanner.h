@@ -1,0 +1,24 @@
+#pragma once
+
+// Reading records.jsonl is what comparing and reporting wait for. This reader takes a line only in the very
+// form in which write_records() writes it (keys in order, no spaces, no escapes) and is several times
+// as fast as a general JSON parser; every other line is left to record_from_json(), which also says what is
+// wrong.
+
+#include <optional>
+#include <string_view>
+
+#include "sextant/eval/records/record.h"
+
+namespace sextant {
+
+/// The record, equal to that of record_from_json(); nothing when the line is not in the writer's form.
+std::optional<Record> scan_record(std::string_view line);
+
+/// "ego", or "object:" and digits.
+bool is_body(std::string_view text);
+
+/// The gate of that name; none for any other text.
+std::optional<Gate> find_gate(std::string_view name);
+
+}  // namespace sextant

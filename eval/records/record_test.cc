@@ -1,0 +1,178 @@
+#include "sextant/eval/records/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/records/record_scanner.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+Record example() {
+  Record r;
+  r.dataset = "vdo";
+  r.sequence = "kitti_03_demo";
+  r.estimator = "joint_flow";
+  r.frame = 7;
+  r.body = object_body(3);
+  r.n_points = 120;
+  r.n_inliers = 100;
+  r.flow_truth = "induced";
+  r.errors = {{"Et_m", 0.1}, {"ER_deg", 1.0 / 3.0}};
+  r.values = {{"v_kmh", 54.25}};
+  r.time_ms = {{"total", 1.5}};
+  return r;
+}
+
+std::string message_of(const std::string& text) {
+  try {
+    parse_records(text, "records.jsonl");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// The example's line after `change`.
+template <typename Change>
+std::string line_with(Change change) {
+  Json json = to_json(example());
+  change(json);
+  return json.dump() + "\n";
+}
+
+TEST(Record, IsWrittenInTheDocumentedKeyOrder) {
+  EXPECT_EQ(
+      write_records({example()}),
+      R"({"schema":1,"dataset":"vdo","sequence":"kitti_03_demo","estimator":"joint_flow","noise":"none",)"
+      R"("level":0.0,"seed":0,"frame":7,"body":"object:3","status":"ok","n_points":120,"n_inliers":100,)"
+      R"("flow_truth":"induced","errors":{"ER_deg":0.3333333333333333,"Et_m":0.1},"values":{"v_kmh":54.25},)"
+      R"("bound":{},"time_ms":{"total":1.5}})"
+      "\n");
+}
+
+TEST(Record, RoundTripsBitForBit) {
+  Record gated = example();
+  gated.status = Status::gated;
+  gated.gate = Gate::is_static;
+  gated.flow_truth.clear();
+  gated.seed = std::numeric_limits<uint64_t>::max();
+  gated.errors = {{"Et_m", std::nextafter(0.1, 1.0)}, {"ER_deg", 5e-324}};
+  const std::vector<Record> records = {example(), gated};
+  EXPECT_EQ(parse_records(write_records(records), "x"), records);
+}
+
+TEST(Record, LeavesOutWhatIsNotFinite) {
+  Record r = example();
+  r.errors["Et_m"] = NAN;
+  r.values["v_kmh"] = std::numeric_limits<double>::infinity();
+  const std::string line = write_records({r});
+  EXPECT_THAT(line, testing::Not(HasSubstr("Et_m")));
+  EXPECT_THAT(line, testing::Not(HasSubstr("v_kmh")));
+  EXPECT_THAT(line, testing::Not(HasSubstr("null")));
+  const Record back = parse_records(line, "x").at(0);
+  EXPECT_FALSE(back.errors.contains("Et_m"));
+  EXPECT_TRUE(back.errors.contains("ER_deg"));
+}
+
+TEST(Record, ReaderNamesFileLineAndKey) {
+  const std::string good = write_records({example()});
+  EXPECT_THAT(message_of(good + "{\"schema\":1\n"), HasSubstr("records.jsonl:2: not valid JSON"));
+  EXPECT_THAT(message_of(good + "[]\n"), HasSubstr("records.jsonl:2: expected a JSON object"));
+  EXPECT_THAT(message_of(good + good.substr(0, good.size() - 1)),
+              HasSubstr("records.jsonl:2: the line is not finished"));
+  EXPECT_THAT(message_of(good + "\n"), HasSubstr("records.jsonl:2: not valid JSON"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j.erase("status"); })),
+              HasSubstr("key 'status' is missing"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["eror"] = 1; })), HasSubstr("did you mean 'errors'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["schema"] = 2; })), HasSubstr("schema 2"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["status"] = "fine"; })), HasSubstr("records.jsonl:1: "));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = "7"; })),
+              HasSubstr("key 'frame': expected an integer"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["frame"] = 7.5; })),
+              HasSubstr("key 'frame': expected an integer"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["n_points"] = -1; })), HasSubstr("key 'n_points'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["seed"] = -1; })), HasSubstr("key 'seed'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["body"] = "object:"; })), HasSubstr("key 'body'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["errors"]["Et_m"] = nullptr; })),
+              HasSubstr("key 'errors.Et_m'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["gate"] = "distance"; })), HasSubstr("key 'gate'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["status"] = "gated"; })), HasSubstr("key 'gate'"));
+  EXPECT_THAT(message_of(line_with([](Json& j) { j["flow_truth"] = "guessed"; })),
+              HasSubstr("key 'flow_truth'"));
+}
+
+TEST(Record, ReadingNamesTheFileThatIsNotThere) {
+  EXPECT_THROW(read_records("/nonexistent/records.jsonl"), Error);
+}
+
+TEST(Record, StripTimesLeavesTheRest) {
+  Record expected = example();
+  expected.time_ms.clear();
+  EXPECT_EQ(strip_times(example()), expected);
+}
+
+TEST(Record, TheFastReaderAgreesWithTheStrictOne) {
+  std::vector<Record> records(3, example());
+  records[0].errors = {{"ER_deg", 1e-300}, {"Et_m", -0.0}, {"Ev_kmh", 123456789.0}};
+  records[1].status = Status::gated;
+  records[1].gate = Gate::area;
+  records[1].flow_truth.clear();
+  records[2].seed = 18446744073709551615ULL;
+  records[2].level = 1e22;
+  records[2].values.clear();
+  for (const Record& record : records) {
+    std::string line = write_records({record});
+    line.pop_back();
+    const std::optional<Record> scanned = scan_record(line);
+    ASSERT_TRUE(scanned) << line;
+    EXPECT_EQ(*scanned, record_from_json(Json::parse(line), "line"));
+    EXPECT_EQ(*scanned, record);
+  }
+}
+
+TEST(Record, TheFastReaderLeavesEveryOtherLineToTheStrictOne) {
+  std::string line = write_records({example()});
+  line.pop_back();
+  ASSERT_TRUE(scan_record(line));
+  for (size_t i = 0; i < line.size(); ++i) EXPECT_FALSE(scan_record(line.substr(0, i))) << i;
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = line;
+    const size_t at = changed.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return changed.replace(at, from.size(), to);
+  };
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::string, std::string>>{{"0.1}", "NaN}"},
+                                                        {"0.1}", "nan}"},
+                                                        {"0.1}", "inf}"},
+                                                        {"0.1}", "1e999}"},
+                                                        {"0.1}", "01}"},
+                                                        {"0.1}", "1.}"},
+                                                        {"0.1}", ".1}"},
+                                                        {"0.1}", "+1}"},
+                                                        {"0.1}", "null}"},
+                                                        {"0.1}", "0.1 }"},
+                                                        {"\"schema\":1", "\"schema\":2"},
+                                                        {"object:3", "object:"},
+                                                        {"object:3", "object:x"},
+                                                        {"\"ok\"", "\"gated\""},
+                                                        {"\"ok\"", "\"fine\""},
+                                                        {":120", ":-120"},
+                                                        {"induced", "guessed"},
+                                                        {"vdo", "v\\u0064o"},
+                                                        {"vdo", "v\xc3\xa4o"},
+                                                        {"\"Et_m\"", "\"ER_deg\""},
+                                                        {"}}", "}} "}}) {
+    EXPECT_FALSE(scan_record(with(from, to))) << to;
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,33 @@
+#include "sextant/estimator/estimators/joint_flow.h"
+
+namespace sextant {
+
+void JointFlowOptions::check() const {
+  check_option(sigma_projection_px > 0, "sigma_projection_px", sigma_projection_px, "> 0");
+  check_option(sigma_flow_px > 0, "sigma_flow_px", sigma_flow_px, "> 0");
+  check_option(huber_projection > 0, "huber_projection", huber_projection, "> 0");
+  check_option(huber_flow > 0, "huber_flow", huber_flow, "> 0");
+  check_robust(robust);
+}
+
+MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& start) const {
+  MotionEstimate estimate =
+      estimate_with_kernel(problem, start, options_.effective_kernel(), options_.robust, options_.solver);
+  if (estimate.status != Status::ok) return estimate;
+  const HuberKernel projection = options_.projection_kernel();
+  const HuberKernel flow = options_.flow_kernel();
+  const Correspondences& points = problem.points;
+  const PinholeCamera& camera = problem.camera.left;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (estimate.inliers[i] == 0) continue;
+    const Eigen::Vector3d m = camera.backproject(points.u[i], points.v[i], points.depth[i]);
+    const Eigen::Vector2d target(points.u[i] + points.flow_u[i], points.v[i] + points.flow_v[i]);
+    const Eigen::Vector2d r = target - camera.project(estimate.T_curr_prev * m);
+    const Eigen::Vector2d correction = split_residual(r, projection, flow);
+    estimate.refined_flow_u[i] -= correction.x();
+    estimate.refined_flow_v[i] -= correction.y();
+  }
+  return estimate;
+}
+
+}  // namespace sextant

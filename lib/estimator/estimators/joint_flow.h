@@ -1,0 +1,55 @@
+#pragma once
+
+// joint_flow (paper eq. (11)): minimise over X and every refined flow phihat_i
+//
+//   sum_i h1(p_i + phihat_i - project(X m_i)) + h2(phi_i - phihat_i),
+//
+// h1, h2 Huber with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are eliminated in closed
+// form (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
+// point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
+
+#include "sextant/estimator/estimators/motion_only.h"
+
+namespace sextant {
+
+struct JointFlowOptions {
+  double sigma_projection_px = 0.4;
+  double sigma_flow_px = 0.8;
+  double huber_projection = 1.345;
+  double huber_flow = 1.345;
+  std::string robust = "huber";
+  SolverOptions solver;
+
+  template <typename V>
+  void visit(V& v) {
+    v("sigma_projection_px", sigma_projection_px, "px",
+      "Sigma_1: reprojection error of the refined flow, per axis");
+    v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
+    v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
+    v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
+    v("robust", robust, "", robust_meaning);
+    v("solver", solver, "", "Levenberg-Marquardt");
+  }
+  void check() const;
+
+  HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }
+  HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
+  /// Kernels that redescend share the residual by variance, as none at all does.
+  double threshold(double huber) const {
+    return robust == "huber" ? huber : std::numeric_limits<double>::infinity();
+  }
+  HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
+};
+
+class JointFlow : public Estimator {
+ public:
+  explicit JointFlow(const JointFlowOptions& options) : options_(options) {}
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
+  Json options() const override { return write_options(options_); }
+
+ private:
+  JointFlowOptions options_;
+};
+
+}  // namespace sextant

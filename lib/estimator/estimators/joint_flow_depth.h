@@ -1,0 +1,81 @@
+#pragma once
+
+// joint_flow_depth: flow and depth both uncertain, previous depth and, where present, current depth (cost:
+// flow_depth_solver.h; docs/method.md). Equal to the literal cost in Ceres with every flow and depth as a
+// parameter (ceres_flow_depth.h) to 1e-8.
+//
+//   1. noise levels: declared by options, else estimated from the residuals
+//   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
+//   3. current depths that agree join; points are re-admitted by the chi-square gate of their own covariance
+//   4. refinement with the kernel of least estimated variance
+//
+// 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
+
+#include "sextant/estimator/estimators/estimator.h"
+#include "sextant/estimator/solvers/flow_depth_solver.h"
+#include "sextant/estimator/estimators/robust_choice.h"
+
+namespace sextant {
+
+struct JointFlowDepthOptions {
+  double sigma_flow_u_px = 0;
+  double sigma_flow_v_px = 0;
+  double delta_d_px = 0;
+  std::string depth_noise = "depth";
+  bool use_depth_curr = true;
+  double plane_radius_px = 6;
+  double projection_share = 0.04;
+  std::string robust = "geman_mcclure_gnc";
+  double huber = 1.345;
+  double scale = 0;
+  double gate = 0.9999;
+  SolverOptions solver{.step_tolerance = 1e-9};
+
+  template <typename V>
+  void visit(V& v) {
+    v("sigma_flow_u_px", sigma_flow_u_px, "px",
+      "standard deviation of the flow along u; 0 = declared by the problem, else estimated");
+    v("sigma_flow_v_px", sigma_flow_v_px, "px", "the same along v");
+    v("delta_d_px", delta_d_px, "px", "standard deviation of the disparity behind the depths; 0 likewise");
+    v("depth_noise", depth_noise, "", "what is Gaussian: depth or disparity");
+    v("use_depth_curr", use_depth_curr, "", "use the depth measured in the current frame as well");
+    v("plane_radius_px", plane_radius_px, "px",
+      "the current depth counts where the points within this distance agree with a plane, "
+      "whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + "
+      "flow");
+    v("projection_share", projection_share, "fraction of the variance",
+      "of the flow that its reprojection term has; decides the refined flow only, not the motion");
+    v("robust", robust, "", robust_meaning);
+    v("huber", huber, "sigmas", "threshold of robust = huber");
+    v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
+    v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");
+    v("solver", solver, "", "Levenberg-Marquardt");
+  }
+  void check() const;
+};
+
+/// What remains to be minimised when points, noise levels and kernel are decided.
+struct FlowDepthProblem {
+  Status status = Status::too_few_points;
+  SE3 start;
+  NoiseLevels levels;
+  RobustKernel kernel;
+  MotionPrior prior;  ///< of the directions that depths do not determine (errors_in_variables.h)
+  std::vector<unsigned char> inliers;  ///< per point
+};
+/// Leaves the decided points in `data`.
+FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
+                        const JointFlowDepthOptions& options, FlowDepthData& data);
+
+class JointFlowDepth : public Estimator {
+ public:
+  explicit JointFlowDepth(const JointFlowDepthOptions& options) : options_(options) {}
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  bool chooses_points() const override { return true; }
+  Json options() const override { return write_options(options_); }
+
+ private:
+  JointFlowDepthOptions options_;
+};
+
+}  // namespace sextant

@@ -1,0 +1,256 @@
+#include "sextant/estimator/points/extraction.h"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "sextant/measurement/landing.h"
+
+namespace sextant {
+namespace {
+
+bool valid_depth(float depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
+
+double depth_at(const Image<float>& depth_m, const Landing& pixel) {
+  if (depth_m.empty()) return NAN;
+  const float depth = depth_m(pixel.x, pixel.y);
+  return valid_depth(depth) ? depth : NAN;
+}
+
+/// No instance within `margin` px (checked at the eight corners and edge centres of the square).
+bool off_instances(const Image<uint16_t>& mask, int x, int y, int margin) {
+  for (int dy = -margin; dy <= margin; dy += std::max(margin, 1)) {
+    for (int dx = -margin; dx <= margin; dx += std::max(margin, 1)) {
+      if (mask.contains(x + dx, y + dy) && mask(x + dx, y + dy) != 0) return false;
+    }
+  }
+  return true;
+}
+
+void check_frame(const Frame& frame, bool is_previous) {
+  SEXTANT_CHECK(!frame.mask.empty());
+  SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
+}
+
+/// Columns first_x .. last_x, rows likewise; nothing at first.
+struct Box {
+  int first_x = INT_MAX / 2, last_x = -INT_MAX / 2;
+  int first_y = INT_MAX / 2, last_y = -INT_MAX / 2;
+
+  void add(const Box& other) {
+    first_x = std::min(first_x, other.first_x), last_x = std::max(last_x, other.last_x);
+    first_y = std::min(first_y, other.first_y), last_y = std::max(last_y, other.last_y);
+  }
+  bool contains(int x, int y, int margin) const {
+    return x >= first_x - margin && x <= last_x + margin && y >= first_y - margin && y <= last_y + margin;
+  }
+};
+
+/// The instances of a mask, and the boxes around them.
+class Instances {
+ public:
+  struct Instance {
+    size_t pixels = 0;
+    Box box;
+  };
+
+  explicit Instances(const Image<uint16_t>& mask) {
+    const int width = mask.width();
+    for (int y = 0; y < mask.height(); ++y) {
+      const uint16_t* row = mask.row(y);
+      for (int begin = 0; begin < width;) {  // masks consist of long runs
+        const uint16_t id = row[begin];
+        const uint64_t four = id * 0x0001000100010001ULL;
+        int end = begin + 1;
+        for (uint64_t next = 0; end + 4 <= width; end += 4) {
+          std::memcpy(&next, row + end, sizeof(next));
+          if (next != four) break;
+        }
+        while (end < width && row[end] == id) ++end;
+        if (id != 0) {
+          Instance& instance = by_id_[id];
+          instance.pixels += static_cast<size_t>(end - begin);
+          instance.box.add({begin, end - 1, y, y});
+        }
+        begin = end;
+      }
+    }
+    for (const auto& [id, instance] : by_id_) {
+      boxes_.push_back(instance.box);
+      around_.add(instance.box);
+    }
+  }
+
+  const std::map<int, Instance>& by_id() const { return by_id_; }
+  /// Whether (x, y) lies within `margin` px of the box of one. Elsewhere the mask need not be looked at.
+  bool is_near(int x, int y, int margin) const {
+    return around_.contains(x, y, margin) && std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
+             return box.contains(x, y, margin);
+           });
+  }
+  /// Around all of them.
+  const Box& around() const { return around_; }
+
+ private:
+  std::map<int, Instance> by_id_;
+  std::vector<Box> boxes_;
+  Box around_;
+};
+
+/// Leaves the features for which `keep` holds. Their pixels lie all over the images, and most of the time
+/// would go by waiting for memory: `fetch` asks for it some features ahead.
+template <typename Fetch, typename Keep>
+void filter(std::vector<Feature>& features, Fetch&& fetch, Keep&& keep) {
+  constexpr size_t ahead = 64;
+  size_t kept = 0;
+  for (size_t i = 0; i < features.size(); ++i) {
+    if (i + ahead < features.size()) fetch(features[i + ahead]);
+    const Feature feature = features[i];
+    if (keep(feature)) features[kept++] = feature;
+  }
+  features.resize(kept);
+}
+
+Correspondences extract_background(const Frame& prev, const Frame& curr, const Instances& instances_prev,
+                                   const Instances& instances_curr, const ExtractionOptions& options) {
+  const int width = prev.gray.width();
+  const int height = prev.gray.height();
+  const int margin = options.mask_margin_px;
+  const auto landing = [&](const Feature& f) { return land(f.x, f.y, prev.flow(f.x, f.y), width, height); };
+  std::vector<Feature> corners = fast_corners(prev.gray, options.fast_threshold);
+  filter(
+      corners, [&](const Feature& f) { __builtin_prefetch(&prev.depth_m(f.x, f.y)); },
+      [&](const Feature& f) {
+        const float depth = prev.depth_m(f.x, f.y);
+        return valid_depth(depth) && depth <= options.max_static_depth_m;
+      });
+  filter(
+      corners, [&](const Feature& f) { __builtin_prefetch(&prev.flow(f.x, f.y)); },
+      [&](const Feature& f) {
+        const bool off =
+            !instances_prev.is_near(f.x, f.y, margin) || off_instances(prev.mask, f.x, f.y, margin);
+        return off && landing(f).inside;
+      });
+  filter(
+      corners,
+      [&](const Feature& f) {
+        const Landing to = landing(f);
+        if (!curr.depth_m.empty()) __builtin_prefetch(&curr.depth_m(to.x, to.y));
+      },
+      [&](const Feature& f) {
+        const Landing to = landing(f);
+        return !instances_curr.is_near(to.x, to.y, 0) || curr.mask(to.x, to.y) == 0;
+      });
+  Correspondences points;
+  for (const Feature& f : strongest_per_cell(corners, width, height, options)) {
+    const Flow& flow = prev.flow(f.x, f.y);
+    const Landing to = landing(f);
+    points.push_back(f.x, f.y, prev.depth_m(f.x, f.y), flow.u, flow.v, depth_at(curr.depth_m, to));
+  }
+  return points;
+}
+
+/// All instances of the current mask, with the samples of the previous image that land on them.
+std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
+                                               const Instances& instances, const ExtractionOptions& options) {
+  const int width = prev.mask.width();
+  const int height = prev.mask.height();
+  std::map<int, ObjectObservation> objects;
+  for (const auto& [id, instance] : instances.by_id()) {
+    objects[id].instance = id;
+    objects[id].area_fraction = static_cast<double>(instance.pixels) / (static_cast<double>(width) * height);
+  }
+  const auto left = static_cast<float>(instances.around().first_x) - 1;
+  const auto right = static_cast<float>(instances.around().last_x) + 1;
+  const auto top = static_cast<float>(instances.around().first_y) - 1;
+  const auto bottom = static_cast<float>(instances.around().last_y) + 1;
+  for (int y = 0; y < height; y += options.object_step_px) {
+    const Flow* flows = prev.flow.row(y);
+    for (int x = 0; x < width; x += options.object_step_px) {
+      const Flow& flow = flows[x];
+      const float u = static_cast<float>(x) + flow.u;
+      const float v = static_cast<float>(y) + flow.v;
+      if (!(u > left && u < right && v > top && v < bottom)) continue;  // most pixels
+      const Landing to = land(x, y, flow, width, height);
+      if (!to.inside || curr.mask(to.x, to.y) == 0) continue;
+      ObjectObservation& object = objects.at(curr.mask(to.x, to.y));
+      const uint16_t from = prev.mask(x, y);
+      if (from == 0) {
+        ++object.n_background;
+      } else if (valid_depth(prev.depth_m(x, y))) {
+        object.points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, depth_at(curr.depth_m, to));
+        object.instance_prev.push_back(from);
+      }
+    }
+  }
+  std::vector<ObjectObservation> ordered;
+  for (auto& [id, object] : objects) ordered.push_back(std::move(object));
+  return ordered;
+}
+
+}  // namespace
+
+void ExtractionOptions::check() const {
+  check_option(fast_threshold > 0 && fast_threshold < 255, "fast_threshold", fast_threshold, "in 1..254");
+  check_option(cell_px > 0, "cell_px", cell_px, "> 0");
+  check_option(features_per_cell > 0, "features_per_cell", features_per_cell, "> 0");
+  check_option(mask_margin_px >= 0, "mask_margin_px", mask_margin_px, ">= 0");
+  check_option(max_static_depth_m > 0, "max_static_depth_m", max_static_depth_m, "> 0");
+  check_option(object_step_px > 0, "object_step_px", object_step_px, "> 0");
+}
+
+std::vector<Feature> strongest_per_cell(const std::vector<Feature>& corners, int width, int height,
+                                        const ExtractionOptions& options) {
+  const int columns = (width + options.cell_px - 1) / options.cell_px;
+  const int rows = (height + options.cell_px - 1) / options.cell_px;
+  const auto cell_of = [&](const Feature& f) {
+    return static_cast<size_t>(f.y / options.cell_px) * columns + f.x / options.cell_px;
+  };
+  // Counting sort by cell.
+  std::vector<size_t> begin(static_cast<size_t>(columns) * rows + 1, 0);
+  for (const Feature& corner : corners) ++begin[cell_of(corner) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Feature> by_cell(corners.size());
+  std::vector<size_t> next(begin.begin(), begin.end() - 1);
+  for (const Feature& corner : corners) by_cell[next[cell_of(corner)]++] = corner;
+
+  const auto stronger = [](const Feature& a, const Feature& b) {
+    return std::tuple(b.response, a.y, a.x) < std::tuple(a.response, b.y, b.x);
+  };
+  std::vector<Feature> features;
+  for (size_t cell = 0; cell + 1 < begin.size(); ++cell) {
+    const auto first = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell]);
+    const auto last = by_cell.begin() + static_cast<std::ptrdiff_t>(begin[cell + 1]);
+    const auto end = first + std::min<std::ptrdiff_t>(last - first, options.features_per_cell);
+    std::partial_sort(first, end, last, stronger);
+    features.insert(features.end(), first, end);
+  }
+  return features;
+}
+
+FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoCamera& camera, double dt_s,
+                             const ExtractionOptions& options) {
+  check_frame(prev, true);
+  check_frame(curr, false);
+  FramePair pair;
+  pair.prev = prev.index;
+  pair.curr = curr.index;
+  pair.dt_s = dt_s;
+  pair.width = prev.gray.width();
+  pair.height = prev.gray.height();
+  pair.camera = camera;
+  const Instances instances_prev(prev.mask);
+  const Instances instances_curr(curr.mask);
+  pair.background = extract_background(prev, curr, instances_prev, instances_curr, options);
+  pair.objects = extract_objects(prev, curr, instances_curr, options);
+  for (const auto& [id, instance] : instances_prev.by_id()) {
+    if (!instances_curr.by_id().contains(id)) pair.lost_instances.push_back(id);
+  }
+  return pair;
+}
+
+}  // namespace sextant

@@ -1,0 +1,79 @@
+#pragma once
+
+// What the Ceres references share: SE(3) as a manifold with left perturbation, solver options, the solve.
+
+#include <ceres/ceres.h>
+
+#include <array>
+
+#include "sextant/estimator/solvers/degeneracy.h"
+
+namespace sextant {
+
+// Ambient parameters of a motion: quaternion x y z w, translation x y z.
+using MotionBlock = std::array<double, 7>;
+
+inline MotionBlock to_block(const SE3& T) {
+  const Eigen::Quaterniond& q = T.rotation();
+  const Eigen::Vector3d& t = T.translation();
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+inline SE3 from_block(const double* x) {
+  return {Eigen::Quaterniond(x[3], x[0], x[1], x[2]), Eigen::Vector3d(x[4], x[5], x[6])};
+}
+
+/// SE(3) with left perturbation, as everywhere in this project: plus(T, xi) = exp(xi) T.
+class SE3Manifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const MotionBlock moved = to_block(SE3::exp(Eigen::Map<const Vector6d>(delta)) * from_block(x));
+    std::copy(moved.begin(), moved.end(), x_plus_delta);
+    return true;
+  }
+
+  bool PlusJacobian(const double* x, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
+    const Eigen::Vector3d v(x[0], x[1], x[2]);
+    const Eigen::Vector3d t(x[4], x[5], x[6]);
+    j.setZero();
+    // d (exp(omega) q): vector part (w I - [v]x) / 2, scalar part -v^T / 2
+    j.block<3, 3>(0, 3) = 0.5 * (x[3] * Eigen::Matrix3d::Identity() - skew(v));
+    j.block<1, 3>(3, 3) = -0.5 * v.transpose();
+    j.block<3, 3>(4, 0).setIdentity();
+    j.block<3, 3>(4, 3) = -skew(t);
+    return true;
+  }
+
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    Eigen::Map<Vector6d>(y_minus_x, 6) = (from_block(y) * from_block(x).inverse()).log();
+    return true;
+  }
+
+  bool MinusJacobian(const double* x, double* jacobian) const override {
+    // Left inverse of PlusJacobian: d omega = 2 (w I + [v]x) d v - 2 v d w; d rho = d t + [t]x d omega.
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> j(jacobian);
+    const Eigen::Vector3d v(x[0], x[1], x[2]);
+    const Eigen::Vector3d t(x[4], x[5], x[6]);
+    j.setZero();
+    j.block<3, 3>(3, 0) = 2.0 * (x[3] * Eigen::Matrix3d::Identity() + skew(v));
+    j.block<3, 1>(3, 3) = -2.0 * v;
+    j.block<3, 4>(0, 0) = skew(t) * j.block<3, 4>(3, 0);
+    j.block<3, 3>(0, 4).setIdentity();
+    return true;
+  }
+};
+
+ceres::Solver::Options ceres_solver_options(const SolverOptions& options);
+
+/// A problem that owns nothing but its residual blocks.
+ceres::Problem::Options borrow();
+
+/// Solves for the motion of `problem` and fills in all but the refined flow.
+void solve(ceres::Problem& ceres_problem, const ceres::Solver::Options& options, const Problem& problem,
+           MotionBlock& motion, MotionEstimate& estimate);
+
+}  // namespace sextant

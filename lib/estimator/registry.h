@@ -1,0 +1,32 @@
+#pragma once
+
+// The table of the estimators that exist. How to add one:
+//   1. write lib/estimator/estimators/<name>.{h,cc}: an options struct (base/options.h) and a class derived
+//      from Estimator;
+//   2. add one line to the table in registry.cc.
+// The parametrised test in registry_test.cc then runs over it.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/base/options.h"
+#include "sextant/estimator/estimators/estimator.h"
+
+namespace sextant {
+
+struct EstimatorEntry {
+  std::string name;
+  std::string description;
+  std::function<std::unique_ptr<Estimator>(const Json& options)> make;  ///< strict options, {} = defaults
+  std::function<std::vector<OptionHelp>()> options;
+};
+
+std::span<const EstimatorEntry> estimators();
+
+/// Throws Error on an unknown name (with the nearest one) or an unknown option key.
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const Json& options = Json::object());
+
+}  // namespace sextant

@@ -1,0 +1,52 @@
+#pragma once
+
+// Errors in variables of one body (docs/method.md): depths are regressors, and they have errors.
+//
+//   H = sum_i w_i J_i^T S_i^-1 J_i         at the refined depths
+//   B = sum_i w_i var(s_i) J'_i^T S_i^-1 J'_i,   J' = dJ/ds
+//
+// H counts the spread of the true depths and that of their errors; H - B is what the true depths tell. The
+// structured estimate (every depth an unknown) is unbiased with covariance (H-B)^-1 H (H-B)^-1. The one that
+// takes the previous depths as measured has covariance H_p^-1 (p: without current depths) about a motion that
+// is shrunk towards no parallax within the body.
+//
+// In directions in which the latter scatters less - far or flat bodies - the structured estimate is drawn
+// towards it as far as the two do not contradict each other:
+//
+//   x = x_measured + share (x_structured - x_measured),   share = max(0, 1 - (3 / z)^2)
+//
+// z: their difference over its own standard deviation, from
+//   cov(x_structured - x_measured) = (H-B)^-1 H (H-B)^-1 + H_p^-1 - 2 sym((H-B)^-1 K H_p^-1),
+//   K = H_p - B_p + B: covariance of the two scores.
+// In the cost this is a MotionPrior about x_measured of precision lambda (1 - share) / share in units of H;
+// lambda: eigenvalues of H^-1 (H - B).
+
+#include <optional>
+
+#include "sextant/estimator/solvers/flow_depth_solver.h"
+#include "sextant/estimator/solvers/motion_prior.h"
+
+namespace sextant {
+
+struct DepthInformation {
+  Matrix6d total = Matrix6d::Zero();   ///< H
+  Matrix6d errors = Matrix6d::Zero();  ///< B
+};
+/// Where `data` was evaluated last, T_curr_prev with these levels (evaluate_points).
+template <typename Real>
+DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3& T_curr_prev,
+                                   const NoiseLevels& levels, const RobustKernel& kernel);
+
+/// The motion that takes depths as measured, by Gauss-Newton with weights S_i^-1; none if that leads nowhere.
+std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
+                                             const RobustKernel& kernel);
+
+/// Precision 0 where every direction is determined by the true depths.
+MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                            const RobustKernel& kernel);
+
+/// Of the left twist of the optimum, from errors of measurements and what is known of the bias; infinite
+/// where a direction is not determined.
+Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior);
+
+}  // namespace sextant

@@ -1,0 +1,118 @@
+#pragma once
+
+// The measurements of one rigid body as structure of arrays, for flow_depth_solver.h, and the noise they
+// have. Double for the estimate itself; float, twice as many at a time, for what only finds the way to it:
+// starts, noise levels and which points count. Units: px, m, 1/m.
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "sextant/geometry/lanes.h"
+#include "sextant/measurement/problem.h"
+
+namespace sextant {
+
+enum class DepthNoise { depth, disparity };
+
+/// Standard deviations of the measurements of one body.
+struct NoiseLevels {
+  double sigma_flow_u_px = 1;
+  double sigma_flow_v_px = 1;
+  double delta_d_px = 0;       ///< 0 = the depth is exact
+  double delta_d_curr_px = 0;  ///< of the current depth where there is one; 0 = do not use it
+  DepthNoise depth_noise = DepthNoise::depth;
+  bool as_measured = false;  ///< q and gradient to first order about the measured depths, which stay
+};
+
+/// The depth measurements of one point and the square roots of their information (m); 0 = no such
+/// measurement.
+struct PointDepths {
+  double inverse_depth = 0;  ///< 1/m
+  double weight = 0;
+  double inverse_depth_curr = 1;
+  double weight_curr = 0;
+};
+
+template <typename Real>
+class FlowDepthPoints {
+ public:
+  /// All points of the problem; those with numbers that are no measurement (NaN, depth <= 0) never count.
+  explicit FlowDepthPoints(const Problem& problem);
+  /// The same points in another precision.
+  template <typename Other>
+  explicit FlowDepthPoints(const FlowDepthPoints<Other>& other);
+
+  size_t size() const { return size_; }
+  const StereoCamera& camera() const { return camera_; }
+  /// Whether point i counts, and whether its current depth does.
+  void use(size_t i, bool point, bool depth_curr) {
+    column(weight)[i] = static_cast<Real>(point & (valid_[i] != 0));
+    column(has_curr)[i] = static_cast<Real>(depth_curr & (valid_curr_[i] != 0));
+  }
+  bool used(size_t i) const { return column(weight)[i] > 0; }
+  bool uses_depth_curr(size_t i) const { return column(has_curr)[i] > 0; }
+  bool measures_depth_curr(size_t i) const { return valid_curr_[i] != 0; }
+  bool is_measurement(size_t i) const { return valid_[i] != 0; }
+  size_t n_used() const;
+  /// Every k-th of the points that count and are `among` (empty: all): `size` to 2 `size` of them, or all.
+  FlowDepthPoints sample(size_t size, const std::vector<unsigned char>& among = {}) const;
+  void forget_depth_curr(size_t i) { valid_curr_[i] = 0; }
+  void shift_inverse_depth_curr(size_t i, double change) {
+    column(measured_curr)[i] += static_cast<Real>(change);
+  }
+  /// Back to the measured depths, from which the next evaluation starts.
+  void reset_depths();
+  /// On from those that the same points have elsewhere.
+  template <typename Other>
+  void take_depths(const FlowDepthPoints<Other>& other) {
+    std::copy_n(other.column(FlowDepthPoints<Other>::refined), size_, column(refined));
+  }
+
+  /// What point i says about depth under these levels.
+  PointDepths depths(size_t i, const NoiseLevels& levels) const;
+
+  /// At the motion of the last evaluate_points, after the minimum over the depth. q: +inf behind the camera
+  /// or without a measurement; error: u' - u - flow_u, px; slope: d u' / d s, px m; inverse depths: 1/m,
+  /// refined and predicted from it; x_curr: (u' - cx) / fx.
+  Real q(size_t i) const { return column(squared_distance)[i]; }
+  Real error_u(size_t i) const { return column(residual_u)[i]; }
+  Real error_v(size_t i) const { return column(residual_v)[i]; }
+  Real slope_u(size_t i) const { return column(du_ds)[i]; }
+  Real slope_v(size_t i) const { return column(dv_ds)[i]; }
+  Real inverse_depth(size_t i) const { return column(refined)[i]; }
+  Real inverse_depth_curr(size_t i) const { return column(predicted_curr)[i]; }
+  Real x_curr(size_t i) const { return column(moved_x)[i]; }
+  Real y_curr(size_t i) const { return column(moved_y)[i]; }
+  /// Measured, 1/m.
+  Real inverse_depth_curr_measured(size_t i) const { return column(measured_curr)[i]; }
+
+  /// For the loops: arrays of `padded` numbers, whole lanes of them; what pads them never counts.
+  // clang-format off
+  enum Column {
+    x, y, target_u, target_v, measured, measured_curr, weight, has_curr,
+    refined, squared_distance, residual_u, residual_v, du_ds, dv_ds, predicted_curr, moved_x, moved_y,
+    n_columns
+  };
+  // clang-format on
+  size_t padded() const { return padded_; }
+  Real* column(Column k) { return values_.get() + k * padded_; }
+  const Real* column(Column k) const { return values_.get() + k * padded_; }
+
+ private:
+  template <typename Other>
+  friend class FlowDepthPoints;
+  FlowDepthPoints(const StereoCamera& camera, size_t size);
+  /// Numbers that are no measurement become harmless ones that never count.
+  void neutralise_invalid();
+  StereoCamera camera_;
+  size_t size_ = 0;
+  size_t padded_ = 0;
+  std::vector<unsigned char> valid_, valid_curr_;
+  std::unique_ptr<Real[]> values_;
+};
+
+using FlowDepthData = FlowDepthPoints<double>;
+using RoughFlowDepthData = FlowDepthPoints<float>;
+
+}  // namespace sextant

@@ -1,0 +1,271 @@
+#include "sextant/estimator/solvers/reprojection_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "sextant/estimator/solvers/normal_sums.h"
+
+namespace sextant {
+namespace {
+
+/// What the loops read: `n` points from `begin` on.
+template <typename Real>
+struct LoopInput {
+  const Real *x, *y, *z, *target_u, *target_v, *weight;
+  size_t n;
+  RigidMotionOf<Real> m;
+  Real fx, fy, cx, cy;
+
+  LoopInput(const ReprojectionPoints<Real>& p, const SE3& motion, size_t begin, size_t count)
+      : n(count), m(motion) {
+    using P = ReprojectionPoints<Real>;
+    x = p.column(P::x) + begin, y = p.column(P::y) + begin, z = p.column(P::z) + begin;
+    target_u = p.column(P::target_u) + begin, target_v = p.column(P::target_v) + begin;
+    weight = p.column(P::weight) + begin;
+    const auto real = [](double value) { return static_cast<Real>(value); };
+    fx = real(p.camera().fx), fy = real(p.camera().fy), cx = real(p.camera().cx), cy = real(p.camera().cy);
+  }
+};
+
+/// Points i, i + 1 ... moved and projected.
+template <typename Real>
+struct Projection {
+  using L = LanesOf<Real>;
+  LaneMaskOf<Real> in_front;
+  L iz, xn, yn;  ///< inverse depth; x / z, y / z
+  L eu, ev;      ///< e = project(X m) - target = -r
+
+  [[gnu::always_inline]] Projection(const LoopInput<Real>& d, size_t i) {
+    const RigidMotionOf<Real>& m = d.m;
+    const L one = L{} + Real(1);
+    const L px = SEXTANT_LOAD(d.x + i);
+    const L py = SEXTANT_LOAD(d.y + i);
+    const L pz = SEXTANT_LOAD(d.z + i);
+    const L qx = m.r[0] * px + m.r[1] * py + m.r[2] * pz + m.t[0];
+    const L qy = m.r[3] * px + m.r[4] * py + m.r[5] * pz + m.t[1];
+    const L qz = m.r[6] * px + m.r[7] * py + m.r[8] * pz + m.t[2];
+    in_front = qz > Real(min_depth_m);
+    iz = one / (in_front ? qz : one);
+    xn = qx * iz;
+    yn = qy * iz;
+    eu = d.fx * xn + d.cx - SEXTANT_LOAD(d.target_u + i);
+    ev = d.fy * yn + d.cy - SEXTANT_LOAD(d.target_v + i);
+  }
+};
+
+template <typename Real>
+[[gnu::always_inline]] inline void sums_body(const LoopInput<Real>& d, Real sigma, Real threshold,
+                                             NormalSums& sums) {
+  using L = LanesOf<Real>;
+  constexpr size_t width = LaneTypes<Real>::n;
+  NormalLanes<Real> sum;
+  const L zero = {};
+  const L one = zero + Real(1);
+  const Real information = 1 / (sigma * sigma);
+  const Real threshold_px = threshold * sigma;
+  const Real threshold_px2 = threshold_px * threshold_px;
+  const bool robust = std::isfinite(threshold);
+  const Real linear_weight = robust ? threshold / sigma : Real(0);
+  const Real linear_cost = robust ? threshold * threshold : Real(0);
+  for (size_t i = 0; i < d.n; i += width) {
+    const L w = SEXTANT_LOAD(d.weight + i);
+    const Projection<Real> p(d, i);
+    const L &iz = p.iz, &xn = p.xn, &yn = p.yn, &eu = p.eu, &ev = p.ev;
+    sum.behind += p.in_front ? zero : w;
+    const L n2 = eu * eu + ev * ev;
+    const auto inside = n2 <= threshold_px2;
+    L norm = inside ? one : n2;
+    for (size_t k = 0; k < width; ++k) norm[k] = std::sqrt(norm[k]);
+    const L scale = w * (inside ? zero + information : linear_weight / norm);
+    const L radial = inside ? zero : scale / n2;
+    sum.cost += w * (inside ? information * n2 : Real(2) * linear_weight * norm - linear_cost);
+    const L wuu = scale - radial * eu * eu;
+    const L wuv = -radial * eu * ev;
+    const L wvv = scale - radial * ev * ev;
+    // Rows of d project(exp(xi) q) / d xi; ju[1] = jv[0] = 0.
+    const L ju[6] = {d.fx * iz, zero, -d.fx * xn * iz, -d.fx * xn * yn, d.fx * (one + xn * xn), -d.fx * yn};
+    const L jv[6] = {zero, d.fy * iz, -d.fy * yn * iz, -d.fy * (one + yn * yn), d.fy * xn * yn, d.fy * xn};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      const L wu = wuu * ju[a] + wuv * jv[a];
+      const L wv = wuv * ju[a] + wvv * jv[a];
+      sum.gradient[a] += scale * (eu * ju[a] + ev * jv[a]);
+      for (int b = a; b < 6; ++b) sum.hessian[k++] += wu * ju[b] + wv * jv[b];
+    }
+  }
+  sum.store(sums);
+}
+
+template <typename Real>
+[[gnu::always_inline]] inline void errors_body(const LoopInput<Real>& d, Real* errors) {
+  using L = LanesOf<Real>;
+  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
+    const Projection<Real> p(d, i);
+    const L behind = L{} + std::numeric_limits<Real>::infinity();
+    SEXTANT_STORE(errors + i, p.in_front ? p.eu * p.eu + p.ev * p.ev : behind);
+  }
+}
+
+template <typename Real>
+[[gnu::always_inline]] inline void components_body(const LoopInput<Real>& d, Real* eu, Real* ev) {
+  using L = LanesOf<Real>;
+  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
+    const Projection<Real> p(d, i);
+    const L behind = L{} + std::numeric_limits<Real>::infinity();
+    SEXTANT_STORE(eu + i, p.in_front ? p.eu : behind);
+    SEXTANT_STORE(ev + i, p.in_front ? p.ev : behind);
+  }
+}
+
+// Clones for processors cannot be templates.
+SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, NormalSums& sums) {
+  sums_body(d, sigma, threshold, sums);
+}
+SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float threshold, NormalSums& sums) {
+  sums_body(d, sigma, threshold, sums);
+}
+SEXTANT_SIMD void errors_double(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void errors_float(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void components_double(const LoopInput<double>& d, double* eu, double* ev) {
+  components_body(d, eu, ev);
+}
+SEXTANT_SIMD void components_float(const LoopInput<float>& d, float* eu, float* ev) {
+  components_body(d, eu, ev);
+}
+
+void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, NormalSums& sums) {
+  sums_double(d, kernel.sigma_px, kernel.threshold, sums);
+}
+void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, NormalSums& sums) {
+  sums_float(d, static_cast<float>(kernel.sigma_px), static_cast<float>(kernel.threshold), sums);
+}
+void error_loop(const LoopInput<double>& d, double* errors) { errors_double(d, errors); }
+void error_loop(const LoopInput<float>& d, float* errors) { errors_float(d, errors); }
+void component_loop(const LoopInput<double>& d, double* eu, double* ev) { components_double(d, eu, ev); }
+void component_loop(const LoopInput<float>& d, float* eu, float* ev) { components_float(d, eu, ev); }
+
+std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
+  std::vector<uint32_t> indices;
+  indices.reserve(keep.size());
+  for (size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i] != 0) indices.push_back(static_cast<uint32_t>(i));
+  }
+  return indices;
+}
+
+}  // namespace
+
+void SolverOptions::check() const {
+  check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0");
+  check_option(step_tolerance > 0, "step_tolerance", step_tolerance, "> 0");
+}
+
+template <typename Real>
+ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, std::span<const uint32_t> indices)
+    : camera_(problem.camera.left),
+      size_(indices.size()),
+      padded_((size_ + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
+      values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
+  const Correspondences& p = problem.points;
+  const double per_fx = 1 / camera_.fx;
+  const double per_fy = 1 / camera_.fy;
+  const auto put = [this](size_t to, double px, double py, double pz, double u, double v, double w) {
+    column(x)[to] = static_cast<Real>(px);
+    column(y)[to] = static_cast<Real>(py);
+    column(z)[to] = static_cast<Real>(pz);
+    column(target_u)[to] = static_cast<Real>(u);
+    column(target_v)[to] = static_cast<Real>(v);
+    column(weight)[to] = static_cast<Real>(w);
+  };
+  for (size_t k = 0; k < size_; ++k) {
+    const size_t i = indices[k];
+    put(k, (p.u[i] - camera_.cx) * per_fx * p.depth[i], (p.v[i] - camera_.cy) * per_fy * p.depth[i],
+        p.depth[i], p.u[i] + p.flow_u[i], p.v[i] + p.flow_v[i], 1);
+  }
+  for (size_t k = size_; k < padded_; ++k) put(k, 0, 0, 1, 0, 0, 0);  // a harmless point of weight 0
+}
+
+template <typename Real>
+ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, const std::vector<unsigned char>& keep)
+    : ReprojectionPoints(problem, indices_of(keep)) {
+  SEXTANT_CHECK(keep.size() == problem.points.size());
+}
+
+template <typename Real>
+NormalEquations accumulate(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev,
+                           const HuberKernel& kernel) {
+  NormalSums sums{};
+  sum_loop({data, T_curr_prev, 0, data.padded_size()}, kernel, sums);
+  return equations_of(sums);
+}
+
+template <typename Real>
+SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const SE3& start,
+                                   const HuberKernel& kernel, const SolverOptions& options) {
+  return minimize_on_se3([&](const SE3& X) { return accumulate(data, X, kernel); }, start, options,
+                         rounding_of_sums<Real>);
+}
+
+template <typename Real>
+void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors) {
+  errors.resize(data.padded_size());
+  error_loop({data, T_curr_prev, 0, data.padded_size()}, errors.data());
+  errors.resize(data.size());
+}
+
+template <typename Real>
+void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
+                         std::vector<Real>& ev) {
+  eu.resize(data.padded_size());
+  ev.resize(data.padded_size());
+  component_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
+  std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(),
+            std::numeric_limits<Real>::infinity());
+  std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(),
+            std::numeric_limits<Real>::infinity());
+}
+
+template <typename Real>
+int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
+                  int at_least) {
+  constexpr size_t block = 256;
+  static_assert(block % LaneTypes<Real>::n == 0);
+  std::array<Real, block> errors;
+  const auto threshold2 = static_cast<Real>(threshold_px * threshold_px);
+  int count = 0;
+  LoopInput<Real> input(data, T_curr_prev, 0, 0);
+  for (size_t begin = 0; begin < data.size(); begin += block) {
+    input.n = std::min(block, data.padded_size() - begin);
+    error_loop(input, errors.data());
+    for (const Real** array : {&input.x, &input.y, &input.z, &input.target_u, &input.target_v})
+      *array += block;
+    const size_t real = std::min(input.n, data.size() - begin);
+    for (size_t i = 0; i < real; ++i) count += errors[i] <= threshold2 ? 1 : 0;
+    const auto seen = static_cast<double>(begin + real);
+    const auto all = static_cast<double>(data.size());
+    if (count + (all - seen) < at_least) break;
+    // A model with at_least inliers would show at_least / all of them in the points seen, binomially.
+    const double share = at_least / all;
+    if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen))
+      break;
+  }
+  return count;
+}
+
+#define SEXTANT_INSTANTIATE(Real)                                                                       \
+  template class ReprojectionPoints<Real>;                                                              \
+  template NormalEquations accumulate(const ReprojectionPoints<Real>&, const SE3&, const HuberKernel&); \
+  template SolverResult minimize_reprojection(const ReprojectionPoints<Real>&, const SE3&,              \
+                                              const HuberKernel&, const SolverOptions&);                \
+  template void squared_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&);        \
+  template void reprojection_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&,    \
+                                    std::vector<Real>&);                                                \
+  template int count_inliers(const ReprojectionPoints<Real>&, const SE3&, double, int);
+SEXTANT_INSTANTIATE(double)
+SEXTANT_INSTANTIATE(float)
+#undef SEXTANT_INSTANTIATE
+
+}  // namespace sextant

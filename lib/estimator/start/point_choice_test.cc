@@ -1,0 +1,113 @@
+#include "sextant/estimator/start/point_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "sextant/estimator/estimators/motion_only.h"
+#include "sextant/estimator/start/robust_start.h"
+#include "sextant/estimator/solvers/testing.h"
+
+namespace sextant {
+namespace {
+
+using testing::make_random_problem;
+using testing::RandomProblem;
+using testing::RandomProblemOptions;
+
+size_t count(const StartingPoint& start) {
+  return std::accumulate(start.inliers.begin(), start.inliers.end(), size_t{0});
+}
+
+StartingPoint start_of(const Problem& problem, double threshold_px) {
+  RobustStartOptions options;
+  options.inlier_threshold_px = threshold_px;
+  const RobustStart start = robust_start(problem, std::nullopt, options);
+  EXPECT_EQ(start.status, Status::ok);
+  return start.start;
+}
+
+/// Root mean square of the motion's translation error (m) over problems, refined on chosen points.
+double rms_error_m(const RandomProblemOptions& problem, double threshold_px, const std::string& refine_on) {
+  double sum = 0;
+  constexpr unsigned n = 40;
+  for (unsigned seed = 1; seed <= n; ++seed) {
+    const RandomProblem random = make_random_problem(seed, problem);
+    const StartingPoint start =
+        choose_points(random.problem, start_of(random.problem, threshold_px), refine_on);
+    const MotionEstimate estimate = MotionOnly({}).estimate(random.problem, start);
+    EXPECT_EQ(estimate.status, Status::ok);
+    sum += (estimate.T_curr_prev.inverse() * random.T_curr_prev).translation().squaredNorm();
+  }
+  return std::sqrt(sum / n);
+}
+
+/// As the background under the flow noise of the paper's Table II, taken for both axes.
+constexpr RandomProblemOptions noisy{.n_points = 1500, .flow_noise_px = 1.34};
+
+TEST(PointChoice, InliersAndAllAreWhatTheySay) {
+  RandomProblem random = make_random_problem(1, noisy);
+  random.problem.points.depth[7] = NAN;
+  random.problem.points.flow_u[8] = INFINITY;
+  random.problem.points.depth[9] = -1;
+  const StartingPoint start = start_of(random.problem, 1);
+  EXPECT_EQ(choose_points(random.problem, start, "inliers").inliers, start.inliers);
+  const StartingPoint all = choose_points(random.problem, start, "all");
+  EXPECT_EQ(count(all), 1497U);
+  EXPECT_EQ(all.T_curr_prev.matrix(), start.T_curr_prev.matrix());
+}
+
+TEST(PointChoice, ReselectsAllPointsOfGaussianNoiseFromAnyThreshold) {
+  for (const double threshold_px : {0.3, 1.0, 4.0}) {
+    const RandomProblem random = make_random_problem(2, noisy);
+    const StartingPoint start = start_of(random.problem, threshold_px);
+    if (threshold_px == 0.3) {
+      EXPECT_LT(count(start), 0.1 * 1500);
+    }
+    EXPECT_GT(count(choose_points(random.problem, start, "reselected")), 0.99 * 1500) << threshold_px;
+  }
+}
+
+TEST(PointChoice, NoThresholdInPixelsDecidesTheAccuracy) {
+  const double of_all = rms_error_m(noisy, 1, "all");
+  EXPECT_GT(rms_error_m(noisy, 0.3, "inliers"), 3 * of_all);
+  for (const double threshold_px : {0.3, 1.0, 4.0})
+    EXPECT_LT(rms_error_m(noisy, threshold_px, "reselected"), 1.05 * of_all) << threshold_px;
+}
+
+TEST(PointChoice, LeavesWrongFlowsOut) {
+  RandomProblemOptions options = noisy;
+  options.flow_noise_px = 0.3;
+  const double clean = rms_error_m(options, 1, "reselected");
+  options.outlier_share = 0.4;
+  EXPECT_LT(rms_error_m(options, 1, "reselected"), 1.6 * clean);  // 1 / sqrt(0.6) = 1.29 without any of them
+  EXPECT_GT(rms_error_m(options, 1, "all"), 3 * clean);
+}
+
+TEST(PointChoice, FindsTheScaleOfEachAxis) {
+  RandomProblem random = make_random_problem(3, {.n_points = 2000, .flow_noise_px = 0.2});
+  const RandomProblem wider = make_random_problem(3, {.n_points = 2000, .flow_noise_px = 2.0});
+  random.problem.points.flow_u = wider.problem.points.flow_u;
+  const StartingPoint chosen = choose_points(random.problem, start_of(random.problem, 0.5), "reselected");
+  EXPECT_GT(count(chosen), 0.99 * 2000);
+  random.problem.points.flow_v[0] += 4 * 0.2 + 1;  // half a sigma of u, nine of v
+  EXPECT_EQ(choose_points(random.problem, start_of(random.problem, 0.5), "reselected").inliers[0], 0);
+}
+
+TEST(PointChoice, ExactDataKeepEverything) {
+  const RandomProblem random = make_random_problem(4, {.n_points = 300, .flow_noise_px = 0});
+  EXPECT_EQ(count(choose_points(random.problem, start_of(random.problem, 1), "reselected")), 300U);
+}
+
+TEST(PointChoice, TooFewPointsLeaveTheStart) {
+  const RandomProblem random = make_random_problem(5, {.n_points = 3});
+  const StartingPoint start{random.T_curr_prev, {1, 1, 1}};
+  const StartingPoint chosen = choose_points(random.problem, start, "reselected");
+  EXPECT_EQ(chosen.inliers, start.inliers);
+  EXPECT_EQ(chosen.T_curr_prev.matrix(), start.T_curr_prev.matrix());
+}
+
+TEST(PointChoice, UnknownNamesAreRefused) { EXPECT_THROW(check_refine_on("refine_on", "some"), Error); }
+
+}  // namespace
+}  // namespace sextant

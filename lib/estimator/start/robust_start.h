@@ -1,0 +1,48 @@
+#pragma once
+
+// Robust start: AP3P (p3p.h) inside RANSAC (Fischler & Bolles) against the propagated motion; the model with
+// more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples come from a counter-based
+// sequence of the sample's index: no state, no clock, no thread.
+
+#include <optional>
+
+#include "sextant/estimator/solvers/motion_estimate.h"
+
+namespace sextant {
+
+struct RobustStartOptions {
+  double inlier_threshold_px = 1.0;
+  double confidence = 0.999;
+  int max_iterations = 500;
+  int min_iterations = 20;
+  int local_refinements = 2;
+
+  template <typename V>
+  void visit(V& v) {
+    v("inlier_threshold_px", inlier_threshold_px, "px",
+      "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which "
+      "points are "
+      "refined on");
+    v("confidence", confidence, "probability", "of one all-inlier sample; sets the number of samples");
+    v("max_iterations", max_iterations, "count", "most samples drawn");
+    v("min_iterations", min_iterations, "count", "fewest samples drawn");
+    v("local_refinements", local_refinements, "count",
+      "least-squares steps on the winner's inliers, each kept "
+      "only if it gains inliers");
+  }
+  void check() const;
+};
+
+struct RobustStart {
+  Status status = Status::too_few_points;  ///< ok, too_few_points, collinear or at_infinity
+  StartingPoint start;
+  int n_inliers = 0;
+  int iterations = 0;
+  bool propagated = false;  ///< the propagated motion won
+};
+
+/// Needs at least 4 points. `propagated` is the motion predicted from the past, if there is one.
+RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
+                         const RobustStartOptions& options);
+
+}  // namespace sextant

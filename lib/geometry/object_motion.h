@@ -1,0 +1,36 @@
+#pragma once
+
+// Rigid motion of an object between the previous and the current frame, in the frames that the field writes it
+// in, and its speed. X = T_curr_prev of the object: it maps the object's points from previous to current camera
+// coordinates, the camera's own motion included.
+//
+//   H        in previous camera coordinates  H = T_prev_curr X (paper eq. (9)), T_curr_prev of the background
+//   H_world  in the world                    H_world = T_world_curr X T_world_prev^-1
+//   H_body   in the object's own frame       L^-1 H L, L = T_camera_object at the previous frame
+//   v        speed, m/s                      |t - (I - R) c| / dt = |H c - c| / dt (paper sec. V, after Chirikjian
+//                                            et al. 2017), c = centroid of the object's points, same frame as H
+//
+// With the origin of a label box as c, v is the displacement of that origin (the published code's reading).
+
+#include "sextant/geometry/se3.h"
+
+namespace sextant {
+
+constexpr double kmh_per_mps = 3.6;
+
+/// H.
+SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object);
+
+/// H_world of one step.
+SE3 world_motion(const SE3& T_world_prev, const SE3& T_world_curr, const SE3& T_curr_prev_object);
+
+/// H_body, from H.
+SE3 body_motion(const SE3& H_prev_camera, const SE3& T_camera_object_prev);
+
+/// v.
+double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s);
+
+/// v in km/h.
+double velocity_kmh(const SE3& H, const Eigen::Vector3d& centroid, double dt_s);
+
+}  // namespace sextant
