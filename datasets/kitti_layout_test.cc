@@ -424,6 +424,39 @@ TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
   EXPECT_EQ(stages(), 0);
 }
 
+// As kill -9 would, a folder in the way of the last file ends the move in the middle.
+TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
+  TempFolder temp;
+  const PatternSequence sequence(4);
+  const fs::path in_the_way = temp.path() / "a/training/object_pose/0007.txt";
+  const auto cut_off = [&] {
+    LayoutRequest request{.out = temp.path() / "a", .quiet = true};
+    request.between_frames = [&] { fs::create_directories(in_the_way / "x"); };
+    EXPECT_THROW(find_layout("kitti").write(sequence, request), fs::filesystem_error);
+    EXPECT_TRUE(fs::exists(temp.path() / "a/training/image_02/0007/000003.png"));
+    fs::remove_all(in_the_way);
+  };
+  const auto files = [&](const char* root) {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::recursive_directory_iterator(temp.path() / root)) {
+      if (entry.is_regular_file())
+        bytes[entry.path().lexically_relative(temp.path() / root).string()] = read_file(entry.path());
+    }
+    return bytes;
+  };
+  write(sequence, temp.path() / "whole");
+  cut_off();
+  EXPECT_EQ(write(sequence, temp.path() / "a"), "kitti:" + (temp.path() / "a").string() + "#0007");
+  EXPECT_EQ(files("a"), files("whole"));
+  expect_error([&] { write(sequence, temp.path() / "a"); }, "is there already");
+
+  fs::remove_all(temp.path() / "a");
+  cut_off();
+  write(sequence, temp.path() / "a", Json::object(), "0008");  // something else: both are there then
+  write(sequence, temp.path() / "whole", Json::object(), "0008");
+  EXPECT_EQ(files("a"), files("whole"));
+}
+
 TEST(KittiLayoutErrors, TheWorkingFolderIsNotMeantByNothing) {
   for (const Layout& layout : layouts())
     expect_error([&] { layout.write(PatternSequence(2), {.out = "", .quiet = true}); }, "--out");

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/vdo_layout.h"
@@ -24,6 +25,8 @@ namespace fs = std::filesystem;
 using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
 
 constexpr const char* stage_prefix = ".sextant_incomplete_";
+/// In a stage whose files are all there: what was written, and the SOURCE that reads it.
+constexpr const char* complete_file = ".complete";
 
 /// A folder that this process has locked; the lock goes when the process does, however that ends.
 class FolderLock {
@@ -47,8 +50,25 @@ class FolderLock {
   bool held_ = false, refused_ = false;
 };
 
-/// What writers that were killed have left.
-void remove_abandoned(const fs::path& out) {
+/// Text last: without it no reader takes the images for a sequence with truth.
+void move_into_place(const fs::path& stage, const fs::path& out) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(stage)) {
+    if (entry.is_regular_file() && entry.path() != stage / complete_file) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  std::stable_partition(files.begin(), files.end(),
+                        [](const fs::path& file) { return file.extension() != ".txt"; });
+  for (const fs::path& file : files) {
+    const fs::path to = out / file.lexically_relative(stage);
+    fs::create_directories(to.parent_path());
+    fs::rename(file, to);
+  }
+}
+
+/// What writers that were killed have left: moved into place where it is complete, else removed. Returns the
+/// SOURCE of what `what` has written so.
+std::optional<std::string> take_abandoned(const fs::path& out, const Json& what) {
   std::vector<fs::path> stages;
   for (const auto& entry : fs::directory_iterator(out)) {
     if (entry.is_directory() && !entry.is_symlink() &&
@@ -56,19 +76,29 @@ void remove_abandoned(const fs::path& out) {
       stages.push_back(entry.path());
   }
   std::error_code ignored;
+  std::optional<std::string> source;
   for (const fs::path& stage : stages) {
     const FolderLock lock(stage);
-    if (lock.held()) fs::remove_all(stage, ignored);
+    if (!lock.held()) continue;
+    if (fs::exists(stage / complete_file)) {
+      const Json written = read_json(stage / complete_file);
+      move_into_place(stage, out);
+      if (written.value("what", Json()) == what)
+        source = json_member<std::string>(written, "source", (stage / complete_file).string());
+    }
+    fs::remove_all(stage, ignored);
   }
+  return source;
 }
 
-/// A hidden folder in `out`, which goes, with the folders made for it, when the files did not get into place.
+/// A hidden folder in `out`, which goes, with the folders made for it, when the files are not complete.
 class Stage {
  public:
-  explicit Stage(const fs::path& out) : out_(fs::absolute(out).lexically_normal()) {
+  /// `what` tells what is to be written from everything else.
+  Stage(const fs::path& out, Json what) : out_(fs::absolute(out).lexically_normal()), what_(std::move(what)) {
     for (fs::path folder = out_; !fs::exists(folder); folder = folder.parent_path()) made_.push_back(folder);
     fs::create_directories(out_);
-    remove_abandoned(out_);
+    finished_ = take_abandoned(out_, what_);
     do {  // until no other writer has taken it for abandoned before it was locked
       std::string name = (out_ / stage_prefix).string() + "XXXXXX";
       if (::mkdtemp(name.data()) == nullptr)
@@ -79,44 +109,48 @@ class Stage {
   }
   ~Stage() {
     std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    if (!is_complete_) fs::remove_all(folder_, ignored);
     for (const fs::path& folder : made_) fs::remove(folder, ignored);  // only those that are empty
   }
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
   const fs::path& folder() const { return folder_; }
 
-  /// Text last: without it no reader takes the images for a sequence with truth.
-  void publish() const {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
-      if (entry.is_regular_file()) files.push_back(entry.path());
-    }
-    std::ranges::sort(files);
-    std::stable_partition(files.begin(), files.end(),
-                          [](const fs::path& file) { return file.extension() != ".txt"; });
-    for (const fs::path& file : files) {
-      const fs::path to = out_ / file.lexically_relative(folder_);
-      fs::create_directories(to.parent_path());
-      fs::rename(file, to);
-    }
+  /// The SOURCE that an earlier writer of the same, which was killed at the end, has written.
+  const std::optional<std::string>& finished() const { return finished_; }
+
+  /// Whatever ends this in the middle, the next writer in the folder brings it to its end.
+  void publish(const std::string& source) {
+    write_file(folder_ / complete_file, json_text({{"what", what_}, {"source", source}}));
+    is_complete_ = true;
+    move_into_place(folder_, out_);
+    is_complete_ = false;
   }
 
  private:
   fs::path out_;
+  Json what_;
   fs::path folder_;
+  std::optional<std::string> finished_;
+  bool is_complete_ = false;  ///< and not all of it in place
   std::optional<FolderLock> lock_;
   std::vector<fs::path> made_;  // innermost first
 };
 
-Write staged(const Write& write) {
-  return [write](const Sequence& sequence, const LayoutRequest& request) {
+Write staged(const std::string& layout, const Write& write) {
+  return [layout, write](const Sequence& sequence, const LayoutRequest& request) {
     if (request.out.empty()) fail("--out: expected a folder, got ''");
-    const Stage stage(request.out);
+    const SequenceInfo& info = sequence.info();
+    Stage stage(request.out, {{"layout", layout},
+                              {"sequence", request.sequence},
+                              {"options", request.options},
+                              {"of", {info.dataset, info.sequence, info.first_frame, info.last_frame}},
+                              {"provenance", info.provenance}});
+    if (stage.finished()) return *stage.finished();
     LayoutRequest inside = request;
     inside.stage = stage.folder();
     std::string source = write(sequence, inside);
-    stage.publish();
+    stage.publish(source);
     return source;
   };
 }
@@ -126,15 +160,15 @@ Write staged(const Write& write) {
 std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
       {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
-       staged(write_kitti_layout), [] { return describe_options(KittiLayoutOptions{}); }},
+       staged("kitti", write_kitti_layout), [] { return describe_options(KittiLayoutOptions{}); }},
       {"vdo",
        "VDO-SLAM folder: image_0, depth as disparity, flow, semantic, camera.yaml; any camera and rate",
-       staged(write_vdo_layout), [] { return describe_options(VdoLayoutOptions{}); }},
-      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", staged(write_vkitti1_layout),
-       [] { return describe_options(VkittiLayoutOptions{}); }},
+       staged("vdo", write_vdo_layout), [] { return describe_options(VdoLayoutOptions{}); }},
+      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only",
+       staged("vkitti1", write_vkitti1_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
       {"vkitti2",
        "Virtual KITTI 2.0.3: any camera, right image, backward flow; images as JPEG, which is lossy",
-       staged(write_vkitti2_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
+       staged("vkitti2", write_vkitti2_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
   };
   return table;
 }

@@ -28,7 +28,8 @@ struct Layout {
   std::string description;  ///< one line for help
   /// Writes all frames and the truth; returns the SOURCE that reads them. Throws Error when the sequence is
   /// there already, or holds what the format cannot express. Files appear in `out` when all are complete;
-  /// with an error nothing is left.
+  /// with an error nothing is left. Killed while they are moved there, the next writer in `out` moves the
+  /// rest first; when it is to write the same it is done with that.
   std::function<std::string(const Sequence&, const LayoutRequest&)> write;
   std::function<std::vector<OptionHelp>()> options;
 };
