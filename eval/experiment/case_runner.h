@@ -5,9 +5,10 @@
 //
 //   pair -> noise -> estimator -> records;   poses and object motions are accumulated on the way
 
+#include <functional>
 #include <map>
 #include <memory>
-#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,6 @@ struct CaseSettings {
   bool rescore = false;          ///< CaseContext::rescore
 };
 
-/// What a case leaves behind besides its records.
 struct CaseMotions {
   Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
   bool starts_at_truth = false;  ///< the first pose is the true one; else the identity
@@ -38,40 +38,23 @@ struct CaseMotions {
   std::map<int, std::map<int, SE3>> objects;
 };
 
-class CaseRunner {
- public:
-  /// `sequence` must live as long as this. Only its description and truth are used.
-  CaseRunner(const Sequence& sequence, CaseSettings settings);
-
-  struct Outcome {
-    FrameResult result;  ///< of several, the first
-    /// Of each result of the estimator, one after the other: ego first, then objects by id.
-    std::vector<Record> records;
-  };
-  /// The next pair; in order.
-  Outcome process(const ExtractedPair& extracted);
-
-  /// Of several results, those of the first.
-  const CaseMotions& motions() const { return results_.empty() ? start_ : results_.front().motions; }
-  const NoiseVerification& achieved_noise() const { return achieved_; }
-  /// Of the estimator, PairSolver::problems().
-  std::vector<std::string> problems() const;
-
- private:
-  struct Result {
-    std::string label;  ///< in records
-    std::unique_ptr<PairSolver> solver;
-    CaseMotions motions;
-  };
-  void begin();
-
-  const Sequence& sequence_;
-  CaseSettings settings_;
-  Noise point_noise_;
-  std::optional<Draws> draws_;   ///< with noise only
-  CaseMotions start_;            ///< before the first pair
-  std::vector<Result> results_;  ///< from the first pair on
-  NoiseVerification achieved_;
+struct CaseOutcome {
+  /// By pair; of each result of the estimator, one after the other: ego first, then objects by id.
+  std::vector<Record> records;
+  CaseMotions motions;                ///< of several results, of the first
+  NoiseVerification noise;            ///< achieved on the points
+  std::vector<std::string> problems;  ///< of the estimator, PairSolver::problems()
 };
+
+/// The next pairs, in order, valid until the next call; none at the end.
+using NextPairs = std::function<std::span<const ExtractedPair>()>;
+
+/// Called after each pair, in order, with the first result of the estimator and the records of all.
+using PairObserver = std::function<void(const FrameResult&, std::span<const Record>)>;
+
+/// Cases that share their pairs: each goes over them in order, several at a time. Of `sequence` only its
+/// description and truth are used. `on_pair` (may be empty) sees the first case. Throws Interrupted on Ctrl-C.
+std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
+                                   const NextPairs& next, int jobs, const PairObserver& on_pair = {});
 
 }  // namespace sextant

@@ -18,14 +18,13 @@ const Correspondences& clean_points(const BodyResult& body, const FramePair& cle
   return object->points;
 }
 
-/// `offered` without its noise. Noise and gates only leave points out: pixels and order stay.
+/// `offered` without its noise.
 Correspondences exact_points(const Correspondences& offered, const Correspondences& clean) {
+  SEXTANT_CHECK(offered.before_noise.size() == offered.size());
   Correspondences exact;
   exact.reserve(offered.size());
-  size_t k = 0;
-  for (size_t i = 0; i < offered.size(); ++i, ++k) {
-    while (k < clean.size() && !(clean.u[k] == offered.u[i] && clean.v[k] == offered.v[i])) ++k;
-    SEXTANT_CHECK(k < clean.size());
+  for (size_t i = 0; i < offered.size(); ++i) {
+    const size_t k = offered.before_noise[i];
     const bool current_depth = std::isfinite(offered.depth_curr[i]);
     exact.push_back(clean.u[k], clean.v[k], clean.depth[k], clean.flow_u[k], clean.flow_v[k],
                     current_depth ? clean.depth_curr[k] : std::numeric_limits<double>::quiet_NaN());

@@ -6,9 +6,8 @@
 //   <content>.pack   content = SHA-256 of the inputs' SHA-256s, the source's and extraction's options and the
 //                    version: equal data have equal packs, wherever they lie
 //   <request>.json   request = SHA-256 of the source (as an absolute path) and options -> content and the
-//   inputs
-//                    (path, size, time of change, SHA-256). An input whose size and time are as before is
-//                    taken to be the same; one whose time alone differs is hashed again
+//                    inputs (path, size, time of change, SHA-256). An input whose size and time are as before
+//                    is taken to be the same; one whose time alone differs is hashed again
 //
 // Damaged, foreign or outdated files are made anew. Files are written whole or not at all, so several
 // processes may share the folder.

@@ -17,11 +17,7 @@ using testing::HasSubstr;
 class PackTest : public testing::Test {
  protected:
   PackTest() : cache_(folder_.path() / "cache") {
-    VdoFixtureOptions options;
-    options.n_frames = 4;
-    options.width = 160;
-    options.height = 48;
-    make_vdo_fixture(folder_.path() / "vdo", options);
+    make_vdo_fixture(folder_.path() / "vdo", {.n_frames = 4, .width = 160, .height = 48});
   }
 
   PackCache::Packed load(const std::string& name = "vdo") const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 
@@ -33,6 +34,17 @@ void add_samples(const Image<Flow>& dense, const Correspondences& points,
 }
 
 }  // namespace
+
+void check_runnable(const SourceSpec& spec, const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  if (info.last_frame <= info.first_frame) {
+    fail("{}: has frames {}-{}; at least two are needed", spec.text, info.first_frame, info.last_frame);
+  }
+  if (!info.channels.gray || !info.channels.depth || !info.channels.flow || !info.channels.mask) {
+    fail("{}: has no images, depth, flow or masks; a run needs all four", spec.text);
+  }
+  sequence.check_files();
+}
 
 FlowSamples::FlowSamples(std::vector<Sample> samples) : samples_(std::move(samples)) {
   std::ranges::stable_sort(samples_, earlier);

@@ -13,6 +13,9 @@
 
 namespace sextant {
 
+/// Throws Error unless a source has two frames, images, depth, flow and masks, and every file of them.
+void check_runnable(const SourceSpec& spec, const Sequence& sequence);
+
 /// True flow at some pixels of one frame.
 class FlowSamples {
  public:

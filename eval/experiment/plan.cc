@@ -112,10 +112,8 @@ class PlanReader {
       try {
         const std::unique_ptr<Sequence> opened = open_source(spec);
         const SequenceInfo& info = opened->info();
-        const bool twice = std::ranges::any_of(seen, [&](const SequenceInfo& other) {
-          return other.dataset == info.dataset && other.sequence == info.sequence &&
-                 other.first_frame < info.last_frame && info.first_frame < other.last_frame;
-        });
+        const bool twice =
+            std::ranges::any_of(seen, [&](const SequenceInfo& other) { return share_pairs(other, info); });
         seen.push_back(info);
         if (twice) {
           fail("its frames of {} sequence {} are in the plan twice", info.dataset, info.sequence);
@@ -275,6 +273,17 @@ PlanCase Plan::at(uint64_t number) const {
   c.estimator = number % estimators.size();
   c.source = number / estimators.size();
   return c;
+}
+
+CaseSettings case_settings(const Plan& plan, const PlanCase& c) {
+  const PlanEstimator& estimator = plan.estimators[c.estimator];
+  const PlanLevel& level = plan.levels[c.level];
+  return {estimator.label, estimator.estimator, estimator.pipeline, level.noise, level.level, c.seed};
+}
+
+bool share_pairs(const SequenceInfo& a, const SequenceInfo& b) {
+  return a.dataset == b.dataset && a.sequence == b.sequence && a.first_frame < b.last_frame &&
+         b.first_frame < a.last_frame;
 }
 
 Json Plan::json() const {

@@ -24,7 +24,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/points/extraction.h"
-#include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
@@ -70,6 +70,12 @@ struct Plan {
   /// data.
   Json json() const;
 };
+
+/// A case as it is run; its folder and whether it is rescored are for the caller to say.
+CaseSettings case_settings(const Plan& plan, const PlanCase& c);
+
+/// Whether two sources have a frame pair in common: their records would look alike.
+bool share_pairs(const SequenceInfo& a, const SequenceInfo& b);
 
 /// The most cases that one plan may have.
 inline constexpr uint64_t max_plan_cases = 10'000'000;

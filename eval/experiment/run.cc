@@ -3,102 +3,88 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <numeric>
 #include <utility>
 
 #include "sextant/base/error.h"
-#include "sextant/base/interrupt.h"
-#include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/body_tracks.h"
-#include "sextant/eval/experiment/pair_reader.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/experiment/procedures.h"
 
 namespace sextant {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+/// The run as a plan of one estimator and one level.
+Plan plan_of(const RunConfig& config) {
+  if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
+  const ResolvedOptions options = resolve_options(config.options);
+  const auto estimator = make_case_estimator(config.estimator, options.estimator);
+  Plan plan;
+  plan.sources = config.sources;
+  for (SourceSpec& spec : plan.sources) spec.add_options(options.source);
+  plan.extraction = options.extraction;
+  plan.pipeline = options.pipeline;
+  plan.estimators = {{config.estimator, estimator->label(), estimator->options(), options.extraction,
+                      options.pipeline, estimator}};
+  plan.levels = {{config.level, config.noise}};
+  plan.seeds.resize(static_cast<size_t>(config.n_seeds));
+  std::iota(plan.seeds.begin(), plan.seeds.end(), uint64_t{0});
+  return plan;
 }
 
-std::unique_ptr<Sequence> open_checked(SourceSpec spec, const Json& source_options) {
-  spec.add_options(source_options);
-  std::unique_ptr<Sequence> sequence = open_source(spec);
-  check_runnable(spec, *sequence);
-  return sequence;
+/// The cases of a source, one per seed.
+std::vector<CaseSettings> cases_of(const RunConfig& config, const Plan& plan, size_t source,
+                                   const SequenceInfo& info) {
+  std::vector<CaseSettings> cases;
+  for (size_t i = 0; i < plan.seeds.size(); ++i) {
+    CaseSettings settings = case_settings(plan, plan.at(source * plan.seeds.size() + i));
+    settings.rescore = config.rescore;
+    if (!config.folder.empty())
+      settings.folder = config.folder / fmt::format("{}_seed{}", folder_name(info), i);
+    cases.push_back(std::move(settings));
+  }
+  return cases;
 }
 
-std::filesystem::path case_folder(const RunConfig& config, const SequenceInfo& info, int seed) {
-  if (config.folder.empty()) return {};
-  std::string name =
-      fmt::format("{}_{}_{}-{}_seed{}", info.dataset, info.sequence, info.first_frame, info.last_frame, seed);
-  std::ranges::replace(name, '/', '-');
-  return config.folder / name;
-}
-
-/// One runner per seed; each goes over the pairs in order.
-class SeedRunners {
- public:
-  SeedRunners(const RunConfig& config, const ResolvedOptions& options,
-              const std::shared_ptr<const CaseEstimator>& estimator, const Sequence& sequence)
-      : config_(config), records_(static_cast<size_t>(config.n_seeds)) {
-    for (int seed = 0; seed < config.n_seeds; ++seed) {
-      runners_.emplace_back(
-          sequence, CaseSettings{estimator->label(), estimator, options.pipeline, config.noise, config.level,
-                                 static_cast<uint64_t>(seed), case_folder(config, sequence.info(), seed),
-                                 config.rescore});
-    }
-  }
-
-  void consume(const std::vector<ExtractedPair>& pairs, Progress& progress) {
-    parallel_for(config_.n_seeds, config_.n_seeds > 1 ? config_.jobs : 1, [&](int seed) {
-      for (const ExtractedPair& extracted : pairs) {
-        check_interrupt();
-        CaseRunner::Outcome outcome = runners_[static_cast<size_t>(seed)].process(extracted);
-        if (seed == 0 && config_.on_pair) config_.on_pair(outcome.result, outcome.records);
-        std::ranges::move(outcome.records, std::back_inserter(records_[static_cast<size_t>(seed)]));
-        if (seed == 0) progress.advance();
-      }
-    });
-  }
-
-  void finish(SourceRun& out, std::vector<Record>& records) {
-    for (std::vector<Record>& of_seed : records_) std::ranges::move(of_seed, std::back_inserter(records));
-    out.motions = runners_.front().motions();
-    for (const CaseRunner& runner : runners_)
-      std::ranges::move(runner.problems(), std::back_inserter(out.problems));
-    if (config_.noise.none()) return;
-    NoiseVerification achieved;
-    for (const CaseRunner& runner : runners_) achieved.merge(runner.achieved_noise());
-    out.noise = achieved.json(config_.noise.options());
-  }
-
- private:
-  const RunConfig& config_;
-  std::vector<CaseRunner> runners_;
-  std::vector<std::vector<Record>> records_;  ///< by seed
-};
-
-SourceRun run_source(const std::string& text, const Sequence& sequence, const RunConfig& config,
-                     const ResolvedOptions& options, const std::shared_ptr<const CaseEstimator>& estimator,
+SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, const Sequence& sequence,
                      std::vector<Record>& records) {
   SourceRun out;
-  out.source = text;
+  out.source = config.sources[source].text;
   out.info = sequence.info();
   out.truth = sequence.truth().camera;
-  PairReader reader(sequence, options.extraction, config.noise, config.jobs);
-  SeedRunners runners(config, options, estimator, sequence);
-  Progress progress(out.info.sequence + " pairs", out.info.last_frame - out.info.first_frame, config.quiet);
-
   // The next window is decoded while the present one goes through the pipeline.
-  std::vector<ExtractedPair> window = reader.next();
-  while (!window.empty()) {
-    std::future<std::vector<ExtractedPair>> ahead = std::async(
-        config.jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return reader.next(); });
-    runners.consume(window, progress);
+  PairReader reader(sequence, plan.extraction, config.noise, config.jobs);
+  std::vector<ExtractedPair> window;
+  std::future<std::vector<ExtractedPair>> ahead;
+  const auto read_ahead = [&] {
+    ahead = std::async(config.jobs > 1 ? std::launch::async : std::launch::deferred,
+                       [&] { return reader.next(); });
+  };
+  const auto next = [&]() -> std::span<const ExtractedPair> {
     window = ahead.get();
+    if (!window.empty()) read_ahead();
+    return window;
+  };
+  Progress progress(out.info.sequence + " pairs", out.info.last_frame - out.info.first_frame, config.quiet);
+  const auto on_pair = [&](const FrameResult& result, std::span<const Record> of_pair) {
+    if (config.on_pair) config.on_pair(result, of_pair);
+    progress.advance();
+  };
+  read_ahead();
+  std::vector<CaseOutcome> outcomes =
+      run_cases(sequence, cases_of(config, plan, source, out.info), next, config.jobs, on_pair);
+
+  out.motions = std::move(outcomes.front().motions);
+  NoiseVerification achieved;
+  for (CaseOutcome& outcome : outcomes) {
+    std::ranges::move(outcome.records, std::back_inserter(records));
+    std::ranges::move(outcome.problems, std::back_inserter(out.problems));
+    achieved.merge(outcome.noise);
   }
-  runners.finish(out, records);
+  if (!config.noise.none()) out.noise = achieved.json(config.noise.options());
   out.tracks = body_tracks(out.motions, sequence.truth(), out.info);
   out.inputs = sequence.inputs().entries();
   return out;
@@ -108,13 +94,11 @@ SourceRun run_source(const std::string& text, const Sequence& sequence, const Ru
 void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
                     const std::vector<SourceSpec>& specs) {
   for (size_t i = 0; i < sequences.size(); ++i) {
+    const SequenceInfo& info = sequences[i]->info();
     for (size_t j = 0; j < i; ++j) {
-      const SequenceInfo& a = sequences[i]->info();
-      const SequenceInfo& b = sequences[j]->info();
-      const bool overlap = a.first_frame < b.last_frame && b.first_frame < a.last_frame;
-      if (a.dataset == b.dataset && a.sequence == b.sequence && overlap) {
+      if (share_pairs(info, sequences[j]->info())) {
         fail("sources '{}' and '{}' are frames of the same {} sequence '{}': give each once", specs[j].text,
-             specs[i].text, a.dataset, a.sequence);
+             specs[i].text, info.dataset, info.sequence);
       }
     }
   }
@@ -122,15 +106,11 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
 
 }  // namespace
 
-void check_runnable(const SourceSpec& spec, const Sequence& sequence) {
-  const SequenceInfo& info = sequence.info();
-  if (info.last_frame <= info.first_frame) {
-    fail("{}: has frames {}-{}; at least two are needed", spec.text, info.first_frame, info.last_frame);
-  }
-  if (!info.channels.gray || !info.channels.depth || !info.channels.flow || !info.channels.mask) {
-    fail("{}: has no images, depth, flow or masks; a run needs all four", spec.text);
-  }
-  sequence.check_files();
+std::string folder_name(const SequenceInfo& info) {
+  std::string name =
+      fmt::format("{}_{}_{}-{}", info.dataset, info.sequence, info.first_frame, info.last_frame);
+  std::ranges::replace(name, '/', '-');
+  return name;
 }
 
 ResolvedOptions resolve_options(const Json& tree) {
@@ -151,16 +131,26 @@ ResolvedOptions resolve_options(const Json& tree) {
   return options;
 }
 
+void follow_procedure(const std::string& name, bool with_noise, RunConfig& config) {
+  Json options = procedure_options(name, config.estimator);
+  options.merge_patch(config.options);
+  config.options = std::move(options);
+  if (!with_noise) return;
+  const Json noise = find_procedure(name).at("noise");
+  config.noise = Noise(noise.at("noise"));
+  config.level = noise.at("level");
+}
+
 Json resolved_configuration(const RunConfig& config) {
-  const ResolvedOptions options = resolve_options(config.options);
+  const Plan plan = plan_of(config);
   Json json;
   json["sources"] = Json::array();
   for (const SourceSpec& spec : config.sources) json["sources"].push_back(spec.text);
   json["estimator"] = config.estimator;
-  json["options"] = {{"extraction", write_options(options.extraction)},
-                     {"pipeline", write_options(options.pipeline)},
-                     {"estimator", make_case_estimator(config.estimator, options.estimator)->options()},
-                     {"source", options.source}};
+  json["options"] = {{"extraction", write_options(plan.extraction)},
+                     {"pipeline", write_options(plan.pipeline)},
+                     {"estimator", plan.estimators.front().options},
+                     {"source", resolve_options(config.options).source}};
   json["noise"] = config.noise.options();
   json["level"] = config.level;
   json["seeds"] = config.n_seeds;
@@ -171,23 +161,22 @@ RunResult run(const RunConfig& config) {
   const Clock::time_point start = Clock::now();
   if (config.sources.empty()) fail("no source given: expected at least one ADAPTER:PATH");
   if (config.jobs < 1) fail("jobs = {}: must be >= 1", config.jobs);
-  if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
-  const ResolvedOptions options = resolve_options(config.options);
-  const auto estimator = make_case_estimator(config.estimator, options.estimator);
-
+  const Plan plan = plan_of(config);
   std::vector<std::unique_ptr<Sequence>> sequences;
-  for (const SourceSpec& spec : config.sources) sequences.push_back(open_checked(spec, options.source));
-  check_distinct(sequences, config.sources);
+  for (const SourceSpec& spec : plan.sources) {
+    sequences.push_back(open_source(spec));
+    check_runnable(spec, *sequences.back());
+  }
+  check_distinct(sequences, plan.sources);
 
   RunResult result;
   result.jobs = config.jobs;
   result.configuration = resolved_configuration(config);
   for (size_t i = 0; i < sequences.size(); ++i) {
-    result.sources.push_back(
-        run_source(config.sources[i].text, *sequences[i], config, options, estimator, result.records));
+    result.sources.push_back(run_source(config, plan, i, *sequences[i], result.records));
     sequences[i].reset();
   }
-  result.wall_time_s = ms_since(start) / 1000.0;
+  result.wall_time_s = std::chrono::duration<double>(Clock::now() - start).count();
   return result;
 }
 

@@ -1,11 +1,10 @@
 #pragma once
 
-// Runs one estimator over sources and compares with their ground truth. Per source, in windows of frames
-// (bounded memory): decode every frame once and extract the pairs' points, in parallel; then the sequential
-// pipeline over the pairs; then records. The outcome does not depend on `jobs`, times excepted. Nothing is
-// written here: see output.h.
+// Runs one estimator over sources and compares with their ground truth: a plan of one level, whose cases are
+// the seeds. Per source, in windows of frames (bounded memory): decode every frame once and extract the
+// pairs' points, in parallel; then the cases over the pairs (case_runner.h). The outcome does not depend on
+// `jobs`, times excepted. Nothing is written here: see run_output.h.
 
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,9 +18,6 @@
 
 namespace sextant {
 
-/// Called after each pair of the first seed, in order, with the pipeline's own result and the pair's records.
-using PairObserver = std::function<void(const FrameResult&, const std::vector<Record>&)>;
-
 struct RunConfig {
   std::vector<SourceSpec> sources;
   std::string estimator = "joint_flow";  ///< as make_case_estimator() takes it
@@ -33,7 +29,7 @@ struct RunConfig {
   bool quiet = false;                    ///< no progress line
   std::filesystem::path folder;  ///< for files that an external estimator leaves; empty: it leaves none
   bool rescore = false;          ///< of such files that are there already; no program is run
-  PairObserver on_pair;          ///< may be empty
+  PairObserver on_pair;          ///< of the first seed; may be empty
 };
 
 /// The options tree, read and completed with defaults.
@@ -44,9 +40,12 @@ struct ResolvedOptions {
   Json source = Json::object();
 };
 
-/// Throws Error on an unknown key anywhere above "estimator" and "source"; those two are read by their
-/// owners.
+/// Throws Error on an unknown key anywhere above "estimator" and "source", which are read by their owners.
 ResolvedOptions resolve_options(const Json& tree);
+
+/// Puts a run on a procedure (procedures.h): its options for the estimator go below those of the run, and,
+/// where asked for, its noise and level replace the run's.
+void follow_procedure(const std::string& name, bool with_noise, RunConfig& config);
 
 /// What decides the records: sources, estimator and every option with its value. Equal configurations on
 /// equal data give equal records.
@@ -71,8 +70,8 @@ struct RunResult {
   int jobs = 1;
 };
 
-/// Throws Error unless a source has two frames, images, depth, flow and masks, and every file of them.
-void check_runnable(const SourceSpec& spec, const Sequence& sequence);
+/// What folders of a source are called: "<dataset>_<sequence>_<first>-<last>".
+std::string folder_name(const SequenceInfo& info);
 
 /// Throws Error on bad input, Interrupted on Ctrl-C.
 RunResult run(const RunConfig& config);

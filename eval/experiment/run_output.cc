@@ -1,7 +1,5 @@
 #include "sextant/eval/experiment/run_output.h"
 
-#include <algorithm>
-
 namespace sextant {
 namespace {
 
@@ -37,11 +35,7 @@ std::string tum_text(const Trajectory& trajectory, const SequenceInfo& info) {
 
 /// The source's subfolder; none when it is alone.
 std::string folder_of(const SourceRun& source, bool alone) {
-  if (alone) return "";
-  std::string name = fmt::format("{}_{}_{}-{}", source.info.dataset, source.info.sequence,
-                                 source.info.first_frame, source.info.last_frame);
-  std::replace(name.begin(), name.end(), '/', '-');
-  return name + "/";
+  return alone ? "" : folder_name(source.info) + "/";
 }
 
 Json source_json(const SourceRun& source) {

@@ -6,11 +6,12 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "sextant/base/error.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/check/check_source.h"
 #include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/testing.h"
 
 namespace sextant {
 namespace {
@@ -27,32 +28,15 @@ RunConfig config_of(const std::string& source, int jobs = 1) {
 }
 
 /// The records' bytes without times.
-std::string untimed(const RunResult& result) {
-  std::vector<Record> records;
-  for (const Record& record : result.records) records.push_back(strip_times(record));
-  return write_records(records);
-}
-
-template <typename F>
-std::string message_of(F f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
+std::string untimed_bytes(const RunResult& result) { return write_records(untimed(result.records)); }
 
 /// 20 frames: more than one window of the runner.
 class RunFixture : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TempFolder>();
-    VdoFixtureOptions options;
-    options.n_frames = 20;
-    options.width = 160;
-    options.height = 48;
-    fixture_ = std::make_unique<VdoFixture>(make_vdo_fixture(folder_->path() / "vdo", options));
+    fixture_ = std::make_unique<VdoFixture>(
+        make_vdo_fixture(folder_->path() / "vdo", {.n_frames = 20, .width = 160, .height = 48}));
   }
   static void TearDownTestSuite() {
     fixture_.reset();
@@ -67,7 +51,7 @@ std::unique_ptr<VdoFixture> RunFixture::fixture_;
 TEST_F(RunFixture, GivesTheSameBytesForAnyJobs) {
   const RunResult one = run(config_of(fixture_->source(), 1));
   const RunResult three = run(config_of(fixture_->source(), 3));
-  EXPECT_EQ(untimed(one), untimed(three));
+  EXPECT_EQ(untimed_bytes(one), untimed_bytes(three));
   OutputFiles a = run_files(one);
   OutputFiles b = run_files(three);
   for (const char* timed : {"records.jsonl", "run.json"}) {
@@ -103,7 +87,7 @@ TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {
   RunConfig config = config_of(fixture_->source() + "@0-5");
   config.sources.push_back(SourceSpec::parse(fixture_->source() + "@3-8"));
-  EXPECT_THAT(message_of([&] { run(config); }), HasSubstr("give each once"));
+  EXPECT_THAT(error_of([&] { run(config); }), HasSubstr("give each once"));
 }
 
 TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
@@ -136,10 +120,10 @@ TEST_F(RunFixture, SourceCheckPassesAndNamesABadFrame) {
 }
 
 TEST(ResolveOptions, IsStrictAtEveryLevel) {
-  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"pipelin":{}})")); }), HasSubstr("'pipeline'"));
-  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"pipeline":3})")); }),
+  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"pipelin":{}})")); }), HasSubstr("'pipeline'"));
+  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"pipeline":3})")); }),
               HasSubstr("expected an object"));
-  EXPECT_THAT(message_of([] { resolve_options(Json::parse(R"({"extraction":{"cell":1}})")); }),
+  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"extraction":{"cell":1}})")); }),
               HasSubstr("extraction.cell"));
   EXPECT_EQ(
       resolve_options(Json::parse(R"({"pipeline":{"min_object_points":40}})")).pipeline.min_object_points,
@@ -164,19 +148,19 @@ TEST(OutputFolder, ARunMayBeRepeatedInPlaceButNotReplaceAnother) {
   const Json configuration = {{"estimator", "joint_flow"}};
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   write_file(temp.path() / "records.jsonl", "x\n");
-  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), configuration, false); }),
+  EXPECT_THAT(error_of([&] { check_output_folder(temp.path(), configuration, false); }),
               HasSubstr("--force"));
   write_file(temp.path() / "run.json", Json{{"configuration", configuration}}.dump());
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   const Json other = {{"estimator", "motion_only"}};
-  EXPECT_THAT(message_of([&] { check_output_folder(temp.path(), other, false); }), HasSubstr("--force"));
+  EXPECT_THAT(error_of([&] { check_output_folder(temp.path(), other, false); }), HasSubstr("--force"));
   EXPECT_NO_THROW(check_output_folder(temp.path(), other, true));
 }
 
 TEST(OutputFolder, RefusesAFile) {
   const TempFolder temp;
   write_file(temp.path() / "f", "x");
-  EXPECT_THAT(message_of([&] { check_output_folder(temp.path() / "f", {}, true); }), HasSubstr("is a file"));
+  EXPECT_THAT(error_of([&] { check_output_folder(temp.path() / "f", {}, true); }), HasSubstr("is a file"));
 }
 
 // ---- real data
@@ -207,7 +191,7 @@ TEST(RunOnRealData, Kitti03DemoReachesTheKnownErrors) {
   EXPECT_EQ(std::count_if(result.records.begin(), result.records.end(),
                           [](const Record& r) { return r.body == "object:1" && r.status == Status::ok; }),
             19);
-  EXPECT_EQ(untimed(result), untimed(run(config_of(source, 1))));
+  EXPECT_EQ(untimed_bytes(result), untimed_bytes(run(config_of(source, 1))));
 }
 
 }  // namespace

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/eval/experiment/achieved_noise.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {
@@ -33,23 +32,6 @@ struct OpenSource {
   static std::string key(const PlanEstimator& estimator, const PlanLevel& level) {
     return json_line(write_options(estimator.extraction)) + json_line(level.noise.only_masks().options());
   }
-  const PackCache::Packed& packed(const PlanEstimator& estimator, const PlanLevel& level) const {
-    return packs.at(key(estimator, level));
-  }
-  /// Those of all estimators at a level, each once, in order of estimator.
-  std::vector<const PackCache::Packed*> packs_of(const Plan& plan, const PlanLevel& level) const {
-    std::vector<const PackCache::Packed*> out;
-    for (const PlanEstimator& estimator : plan.estimators) {
-      const PackCache::Packed* pack = &packed(estimator, level);
-      if (std::ranges::find(out, pack) == out.end()) out.push_back(pack);
-    }
-    return out;
-  }
-};
-
-struct CaseOutcome {
-  std::vector<Record> records;
-  std::vector<std::string> problems;
 };
 
 /// A plan with its sources and estimators at hand; runs single cases.
@@ -74,40 +56,39 @@ class PlanRunner {
 
   const std::vector<OpenSource>& sources() const { return sources_; }
 
+  const std::vector<ExtractedPair>& pairs(const PlanCase& c) const {
+    return sources_[c.source]
+        .packs.at(OpenSource::key(config_.plan.estimators[c.estimator], config_.plan.levels[c.level]))
+        .pairs;
+  }
+
   CaseOutcome run(const PlanCase& c) const {
-    const OpenSource& source = sources_[c.source];
-    const PlanLevel& level = config_.plan.levels[c.level];
-    const PlanEstimator& estimator = config_.plan.estimators[c.estimator];
-    CaseRunner runner(*source.sequence,
-                      {estimator.label, estimator.estimator, estimator.pipeline, level.noise, level.level,
-                       c.seed, folder_of(c), !config_.rescored.empty()});
-    CaseOutcome out;
-    const auto process = [&](const std::vector<ExtractedPair>& pairs) {
-      for (const ExtractedPair& extracted : pairs) {
-        check_interrupt();
-        std::ranges::move(runner.process(extracted).records, std::back_inserter(out.records));
-      }
+    const Sequence& sequence = *sources_[c.source].sequence;
+    CaseSettings settings = case_settings(config_.plan, c);
+    settings.rescore = !config_.rescored.empty();
+    const fs::path& folder = settings.rescore ? config_.rescored : config_.out;
+    if (!folder.empty()) settings.folder = folder / "external" / fmt::format("case_{:06}", c.number);
+
+    PairReader reader(sequence, config_.plan.estimators[c.estimator].extraction, settings.noise, 1);
+    std::vector<ExtractedPair> window;
+    bool is_first = true;
+    const auto next = [&]() -> std::span<const ExtractedPair> {
+      if (config_.use_packs)
+        return std::exchange(is_first, false) ? std::span(pairs(c)) : std::span<const ExtractedPair>();
+      return window = reader.next();
     };
-    if (config_.use_packs) {
-      process(source.packed(estimator, level).pairs);
-    } else {
-      PairReader reader(*source.sequence, estimator.extraction, level.noise, 1);
-      for (auto window = reader.next(); !window.empty(); window = reader.next()) process(window);
-    }
-    out.problems = runner.problems();
-    return out;
+    return std::move(run_cases(sequence, {settings}, next, 1).front());
   }
 
   /// Whether the lines are records that the case can have: of its data, estimator, level and seed.
   bool has_written(const PlanCase& c, std::string_view lines) const {
     const SequenceInfo& info = sources_[c.source].sequence->info();
-    const PlanLevel& level = config_.plan.levels[c.level];
-    const std::string& label = config_.plan.estimators[c.estimator].label;
+    const CaseSettings s = case_settings(config_.plan, c);
     try {
       return std::ranges::all_of(parse_records(lines, "journal"), [&](const Record& r) {
-        return r.dataset == info.dataset && r.sequence == info.sequence && r.seed == c.seed &&
-               (r.estimator == label || r.estimator.starts_with(label + ".")) && r.level == level.level &&
-               r.noise == level.noise.name();
+        return r.dataset == info.dataset && r.sequence == info.sequence && r.seed == s.seed &&
+               (r.estimator == s.estimator_label || r.estimator.starts_with(s.estimator_label + ".")) &&
+               r.level == s.level && r.noise == s.noise.name();
       });
     } catch (const Error&) {
       return false;
@@ -124,11 +105,6 @@ class PlanRunner {
   }
 
  private:
-  fs::path folder_of(const PlanCase& c) const {
-    const fs::path& folder = config_.rescored.empty() ? config_.out : config_.rescored;
-    return folder.empty() ? fs::path() : folder / "external" / fmt::format("case_{:06}", c.number);
-  }
-
   const SweepConfig& config_;
   std::vector<OpenSource> sources_;
 };
@@ -144,23 +120,6 @@ std::vector<uint64_t> cases_of_shard(const SweepConfig& config) {
   return numbers;
 }
 
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder)) {
-    fail("{}: cannot make the folder for results: {}", folder.string(),
-         error ? error.message() : "it is a file");
-  }
-}
-
-Json read_plan_file(const fs::path& folder) {
-  const Json json = read_json(folder / "plan.json");
-  if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
-    fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
-  }
-  return json;
-}
-
 /// What plan.json holds.
 Json plan_file(const SweepConfig& config, const Json& data) {
   return {{"plan", config.plan.json()},
@@ -168,92 +127,14 @@ Json plan_file(const SweepConfig& config, const Json& data) {
           {"data", data}};
 }
 
-/// Writes plan.json, or sees that the one there is the same.
-void claim_folder(const SweepConfig& config, const Json& wanted) {
-  make_folder(config.out);
-  if (!fs::exists(config.out / "plan.json")) {
-    if (fs::exists(config.out / "records.jsonl")) {
-      fail("{}: holds the records of something else than a sweep; choose another folder",
-           config.out.string());
-    }
-    write_file(config.out / "plan.json", json_text(wanted));
-    return;
-  }
-  const Json present = read_plan_file(config.out);
-  for (const auto& [key, what] : {std::pair{"plan", "another plan"}, std::pair{"shard", "another shard"},
-                                  std::pair{"data", "data that have changed since"}}) {
-    if (present[key] == wanted[key]) continue;
-    if (!config.replace) {
-      fail("{}: holds a sweep of {}; choose another folder, or remove it", config.out.string(), what);
-    }
-    for (const char* file : {"records.jsonl", "cases.jsonl", "run.json", "journal.jsonl"})
-      fs::remove(config.out / file);
-    write_file(config.out / "plan.json", json_text(wanted));
-    return;
-  }
-}
-
-/// Of write_file() in a process that was killed. Only for who holds the journal's lock.
-void remove_temporaries(const fs::path& folder) {
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    for (const char* file : {"plan.json", "run.json", "cases.jsonl", "records.jsonl"}) {
-      if (name.starts_with(fmt::format("{}.tmp", file))) left.push_back(entry.path());
-    }
-  }
-  for (const fs::path& file : left) fs::remove(file);
-}
-
-std::string case_index(const std::map<uint64_t, Journal::Block>& blocks) {
-  std::string text;
-  for (const auto& [number, block] : blocks) {
-    text += json_line(Json{{"case", number}, {"records", block.n_records}}) + "\n";
-  }
-  return text;
-}
-
-/// Requested and achieved noise of one source at one level, over all seeds.
-Json level_noise_json(const SweepConfig& config, const PlanRunner& runner, size_t source, size_t level) {
-  const OpenSource& data = runner.sources()[source];
-  const SequenceInfo& info = data.sequence->info();
-  const PlanLevel& wanted = config.plan.levels[level];
-  NoiseVerification achieved;
-  for (const uint64_t seed : config.plan.seeds) {
-    check_interrupt();
-    const Draws draws(seed, info.dataset, info.sequence);
-    for (const PackCache::Packed* pack : data.packs_of(config.plan, wanted)) {
-      for (const ExtractedPair& pair : pack->pairs)
-        achieved.merge(wanted.noise.without_masks().apply(pair.pair, draws).achieved);
-    }
-  }
-  Json entry = {{"source", config.plan.sources[source].text}, {"level", wanted.level}};
-  entry["noise"] = achieved.json(wanted.noise.options());
-  return entry;
-}
-
-/// The same for every source and level that adds any.
-Json noise_json(const SweepConfig& config, const PlanRunner& runner) {
-  std::vector<std::pair<size_t, size_t>> noisy;
-  for (size_t s = 0; s < runner.sources().size(); ++s) {
-    for (size_t l = 0; l < config.plan.levels.size(); ++l) {
-      if (!config.plan.levels[l].noise.none()) noisy.emplace_back(s, l);
-    }
-  }
-  std::vector<Json> entries(noisy.size());
-  parallel_for(static_cast<int>(noisy.size()), config.jobs, [&](int i) {
-    const auto at = static_cast<size_t>(i);
-    entries[at] = level_noise_json(config, runner, noisy[at].first, noisy[at].second);
-  });
-  return entries;
-}
-
-Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {
+Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const Journal& journal) {
   Json json = build_provenance();
   json["configuration"] = config.plan.json();
   json["shard"] = {config.shard % config.n_shards, config.n_shards};
   json["cases"] = config.plan.n_cases();
-  json["noise"] = noise_json(config, runner);
+  std::map<uint64_t, Json> noise;
+  for (const auto& [number, block] : journal.blocks()) noise[number] = block.noise;
+  json["noise"] = achieved_noise(config.plan.json(), noise);
   json["sources"] = Json::array();
   for (size_t s = 0; s < runner.sources().size(); ++s) {
     const OpenSource& source = runner.sources()[s];
@@ -274,19 +155,13 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner) {
   return json;
 }
 
-uint64_t count_records(const std::map<uint64_t, Journal::Block>& blocks) {
-  uint64_t n = 0;
-  for (const auto& [number, block] : blocks) n += block.n_records;
-  return n;
-}
-
 }  // namespace
 
 SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = cases_of_shard(config);
   const PlanRunner runner(config);
   const Json plan = plan_file(config, runner.data_json());
-  claim_folder(config, plan);
+  claim_folder(config.out, plan, config.replace);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
   const fs::path records_path = config.out / "records.jsonl";
@@ -311,20 +186,26 @@ SweepOutcome sweep(const SweepConfig& config) {
     Progress progress("cases", static_cast<int>(open.size()), config.quiet);
     parallel_for(static_cast<int>(open.size()), config.jobs, [&](int i) {
       check_interrupt();
-      const uint64_t number = open[static_cast<size_t>(i)];
-      CaseOutcome done = runner.run(config.plan.at(number));
-      journal.append(number, done.records.size(), write_records(done.records));
+      const PlanCase c = config.plan.at(open[static_cast<size_t>(i)]);
+      CaseOutcome done = runner.run(c);
+      const bool is_noisy = !config.plan.levels[c.level].noise.none();
+      journal.append(c.number, done.records.size(), write_records(done.records),
+                     is_noisy ? done.noise.sums() : Json());
       problems[static_cast<size_t>(i)] = std::move(done.problems);
       progress.advance();
     });
     outcome.wall_time_s = seconds_since(start);
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
-    outcome.n_records = count_records(journal.blocks());
-    Json provenance = sweep_provenance(config, runner);
+    std::string index;
+    for (const auto& [number, block] : journal.blocks()) {
+      outcome.n_records += block.n_records;
+      index += json_line(case_json(number, block.n_records, block.noise)) + "\n";
+    }
+    Json provenance = sweep_provenance(config, runner, journal);
     provenance["records"] = outcome.n_records;
     write_file(config.out / "run.json", json_text(provenance));
-    write_file(config.out / "cases.jsonl", case_index(journal.blocks()));
+    write_file(config.out / "cases.jsonl", index);
     write_file(records_path, journal.ordered_lines());
     sync_folder(config.out);
   }
@@ -350,95 +231,10 @@ SweepEstimate estimate_sweep(const SweepConfig& config) {
       it->second = seconds_since(start);
     }
     total_s += it->second;
-    const OpenSource& source = runner.sources()[c.source];
-    estimate.n_pairs +=
-        source.packed(config.plan.estimators[c.estimator], config.plan.levels[c.level]).pairs.size();
+    estimate.n_pairs += runner.pairs(c).size();
   }
   estimate.seconds = total_s / config.jobs;
   return estimate;
-}
-
-namespace {
-
-/// The lines of a finished shard, by case.
-std::map<uint64_t, std::string> read_cases(const fs::path& folder) {
-  const std::string records = read_file(folder / "records.jsonl", records_file);
-  const std::string index = read_file(folder / "cases.jsonl");
-  const std::string name = (folder / "cases.jsonl").string();
-  std::map<uint64_t, std::string> cases;
-  size_t at = 0;
-  int line = 0;
-  for (const std::string& text : split(index, '\n')) {
-    ++line;
-    if (text.empty()) continue;
-    const Json entry = parse_json(text, name, line);
-    const std::string where = fmt::format("{}:{}", name, line);
-    const auto number = json_member<uint64_t>(entry, "case", where);
-    size_t end = at;
-    for (auto n = json_member<uint64_t>(entry, "records", where); n > 0 && end != std::string::npos; --n) {
-      end = records.find('\n', end);
-      if (end != std::string::npos) ++end;
-    }
-    if (end == std::string::npos)
-      fail("{}: has fewer records than {} says", (folder / "records.jsonl").string(), name);
-    if (!cases.emplace(number, records.substr(at, end - at)).second)
-      fail("{}: case {} is there twice", where, number);
-    at = end;
-  }
-  if (at != records.size())
-    fail("{}: has more records than {} says", (folder / "records.jsonl").string(), name);
-  return cases;
-}
-
-}  // namespace
-
-SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out) {
-  if (folders.empty()) fail("merge: no folders given");
-  Json first;
-  uint64_t n_cases = 0;
-  std::map<uint64_t, std::string> cases;
-  for (const fs::path& folder : folders) {
-    const Json plan = read_plan_file(folder);
-    if (first.is_null()) first = plan;
-    if (plan["plan"] != first["plan"] || plan["data"] != first["data"]) {
-      fail("{}: holds another plan, or other data, than {}", folder.string(), folders.front().string());
-    }
-    if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
-      fail("{}: its sweep is not finished: give its command again first", folder.string());
-    }
-    for (auto& [number, lines] : read_cases(folder)) {
-      if (!cases.emplace(number, std::move(lines)).second) {
-        fail("{}: case {} is in an earlier folder too: give each shard once", folder.string(), number);
-      }
-    }
-  }
-  const Json run = read_run_json(folders.front());
-  n_cases = run.value("cases", uint64_t{0});
-  for (uint64_t number = 0; number < n_cases; ++number) {
-    if (!cases.contains(number)) {
-      fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
-    }
-  }
-  SweepOutcome outcome;
-  outcome.n_cases = cases.size();
-  std::string records, index;
-  for (const auto& [number, lines] : cases) {
-    const auto n = static_cast<uint64_t>(std::ranges::count(lines, '\n'));
-    outcome.n_records += n;
-    index += json_line(Json{{"case", number}, {"records", n}}) + "\n";
-    records += lines;
-  }
-  Json provenance = run;
-  provenance["shard"] = {0, 1};
-  provenance["records"] = outcome.n_records;
-  Json plan = first;
-  plan["shard"] = {0, 1};
-  check_output_folder(out, provenance["configuration"], /*force=*/false);
-  write_output_folder(out, {{"plan.json", json_text(plan)},
-                            {"run.json", json_text(provenance)},
-                            {"cases.jsonl", index},
-                            {"records.jsonl", records}});
-  return outcome;
 }
 
 }  // namespace sextant

@@ -6,9 +6,12 @@
 //   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records. A
 //                  block that was cut off (kill -9, full disk) is dropped on resuming, and its case done
 //                  again
-//   records.jsonl  at the end: all records in order of case; cases.jsonl says how many belong to each
+//   records.jsonl  at the end: all records in order of case
+//   cases.jsonl    per case {"case","records"}: how many lines are its own; with noise "noise", the sums of
+//                  what was added (as in the journal)
 //   external/      what external estimators leave, a folder per case
-//   run.json       provenance and, per source and level, the noise that was asked for and achieved
+//   run.json       provenance and, per source and level, the noise that was asked for and achieved in the
+//                  cases of the folder
 //
 // The bytes of records.jsonl (times apart) do not depend on jobs, interruptions or shards: shard I of N takes
 // the cases whose number is I modulo N (so 0..N-1 and 1..N both name all of them), and merge_sweeps() puts

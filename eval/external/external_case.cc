@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 4> kEnds = {"exited", "signalled", "timed_out", "too_much_log"};
+constexpr std::array<const char*, 4> file_ends = {"exited", "signalled", "timed_out", "too_much_log"};
 
 struct FinishedCase {
   std::string end;
@@ -54,7 +54,7 @@ CaseFolder::~CaseFolder() {
 }
 
 void write_case(const ProcessOutcome& outcome, const fs::path& folder) {
-  const FinishedCase c{kEnds.at(static_cast<size_t>(outcome.end)), outcome.code, outcome.wall_s,
+  const FinishedCase c{file_ends.at(static_cast<size_t>(outcome.end)), outcome.code, outcome.wall_s,
                        outcome.cpu_s, outcome.peak_memory_mb};
   write_file(folder / "case.json", json_line(write_options(c)) + "\n");
 }
@@ -71,10 +71,11 @@ ProcessOutcome read_case(const fs::path& folder) {
   } catch (const Error& error) {
     fail("{}: {}", path.string(), error.what());
   }
-  const auto* const end = std::ranges::find(kEnds, c.end);
-  if (end == kEnds.end())
-    fail("{}: end = '{}': expected one of {}", path.string(), c.end, fmt::join(kEnds, ", "));
-  return {static_cast<ProcessOutcome::End>(end - kEnds.begin()), c.code, c.wall_s, c.cpu_s, c.peak_memory_mb};
+  const auto* const end = std::ranges::find(file_ends, c.end);
+  if (end == file_ends.end())
+    fail("{}: end = '{}': expected one of {}", path.string(), c.end, fmt::join(file_ends, ", "));
+  return {static_cast<ProcessOutcome::End>(end - file_ends.begin()), c.code, c.wall_s, c.cpu_s,
+          c.peak_memory_mb};
 }
 
 std::string last_line(const fs::path& path) {

@@ -10,6 +10,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/records/testing.h"
 
 namespace sextant {
 namespace {
@@ -241,8 +242,8 @@ TEST_F(ExternalEstimatorTest, Garbage) {
 TEST_F(ExternalEstimatorTest, ExitCodeAndPartialOutput) {
   write_camera();
   last_ =
-      run_with(config("head -n 3 $(dirname $0)/camera.txt > $output/camera.txt; printf '6 1 0 0' >> "
-                      "$output/camera.txt; exit 3"));
+      run_with(config("head -n 3 $(dirname $0)/camera.txt > $output/camera.txt; "
+                      "printf '6 1 0 0' >> $output/camera.txt; exit 3"));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("program: exit code 3 (")));
   EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
@@ -373,19 +374,16 @@ class ExternalSweepTest : public ExternalEstimatorTest {
     c.quiet = true;
     return c;
   }
-  std::string untimed(const std::string& out) const {
-    std::vector<Record> records;
-    for (const Record& record : read_records(file(out) / "records.jsonl"))
-      records.push_back(strip_times(record));
-    return write_records(records);
+  std::string untimed_bytes(const std::string& out) const {
+    return write_records(untimed(read_records(file(out) / "records.jsonl")));
   }
 };
 
 TEST_F(ExternalSweepTest, GoesOnAfterCasesThatFail) {
   write_camera();
   const std::string estimator = config(
-      "case $seed in 0) cp $(dirname $0)/camera.txt $output;; 1) exit 7;; 2) echo garbage > "
-      "$output/camera.txt;; esac");
+      "case $seed in 0) cp $(dirname $0)/camera.txt $output;; 1) exit 7;; 2) "
+      "echo garbage > $output/camera.txt;; esac");
   const SweepOutcome outcome = sweep(sweep_config("a", estimator));
   EXPECT_EQ(outcome.n_cases, 12U);
   ASSERT_EQ(outcome.problems.size(), 6U);  // 2 levels x (exit code, its missing file, garbage)
@@ -408,7 +406,7 @@ TEST_F(ExternalSweepTest, BytesDoNotDependOnJobs) {
   const std::string estimator = config("cp $(dirname $0)/camera.txt $output");
   sweep(sweep_config("a", estimator, 1));
   sweep(sweep_config("b", estimator, 2));
-  EXPECT_EQ(untimed("a"), untimed("b"));
+  EXPECT_EQ(untimed_bytes("a"), untimed_bytes("b"));
 }
 
 TEST_F(ExternalSweepTest, AnotherConfigurationIsAnotherSweep) {

@@ -12,6 +12,7 @@
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/summary.h"
 
 namespace sextant {
@@ -77,8 +78,8 @@ TEST_F(ExternalProtocolTest, VdoFolderOfBothStages) {
   write_vdo_results();
   const std::string copy = "cp $(dirname $0)/vdo/* $output/";
   EXPECT_THAT(problem_of(copy, {{"camera", {{"file", "refined_*.txt"}}}, {"objects", {{"format", "vdo"}}}}),
-              AllOf(HasSubstr("motions of two stages, obj_mot_stereo_new.txt (initial) and "
-                              "obj_mot_stereo_rf_new.txt (refined)"),
+              AllOf(HasSubstr("motions of two stages, obj_mot_stereo_new.txt (initial) "
+                              "and obj_mot_stereo_rf_new.txt (refined)"),
                     HasSubstr("choose one")));
   last_ = run_with(config(copy, vdo_set("refined")));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
@@ -189,8 +190,8 @@ TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
   EXPECT_EQ(statuses("ego"), lost4);
   // The folder itself.
   last_ =
-      run_with(config("rmdir $output; mkdir $(dirname $0)/away; cp $(dirname $0)/camera.txt "
-                      "$(dirname $0)/away; ln -s $(dirname $0)/away $output"));
+      run_with(config("rmdir $output; mkdir $(dirname $0)/away; "
+                      "cp $(dirname $0)/camera.txt $(dirname $0)/away; ln -s $(dirname $0)/away $output"));
   EXPECT_EQ(statuses("ego"), lost4);
   // Those within are as good as files.
   last_ = run_with(config("cp $(dirname $0)/camera.txt $output/pose.txt; ln -s pose.txt $output/camera.txt"));
@@ -447,14 +448,9 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
     again.cache = c.cache;
     again.quiet = true;
     sweep(again);
-    std::vector<Record> records;
-    for (const Record& record : read_records(file(out) / "records.jsonl"))
-      records.push_back(strip_times(record));
-    return records;
+    return untimed(read_records(file(out) / "records.jsonl"));
   };
-  std::vector<Record> first;
-  for (const Record& record : read_records(file("out") / "records.jsonl"))
-    first.push_back(strip_times(record));
+  const std::vector<Record> first = untimed(read_records(file("out") / "records.jsonl"));
   EXPECT_EQ(rescore("same", Json::object()), first);
   const std::vector<Record> refined = rescore("refined", {{"estimator", vdo_set("refined")}});
   ASSERT_EQ(refined.size(), first.size());
@@ -486,9 +482,7 @@ TEST_F(ExternalProtocolTest, TheListingInTheDocumentIsTrue) {
     std::smatch found;
     if (std::regex_match(line, found, std::regex("  (\\S+)(  .*)?"))) listed.insert(found[1]);
   }
-  VdoFixtureOptions options;
-  options.n_frames = 3;
-  fixture_ = make_vdo_fixture(file("small"), options);
+  fixture_ = make_vdo_fixture(file("small"), {.n_frames = 3});
   write_file(file("template.yaml"), "fx: {fx}\n");
   run_with(
       config(": > $output/camera.txt; : > $output/obj_1.txt",

@@ -22,9 +22,7 @@ class ExternalEstimatorTest : public testing::Test {
  protected:
   ExternalEstimatorTest() {
     add_external_estimators();
-    VdoFixtureOptions options;
-    options.first_frame = 3;
-    fixture_ = make_vdo_fixture(folder_.path() / "data", options);
+    fixture_ = make_vdo_fixture(folder_.path() / "data", {.first_frame = 3});
     sequence_ = open_source(SourceSpec::parse(fixture_.source()));
   }
 

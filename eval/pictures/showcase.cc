@@ -28,9 +28,9 @@ Showcase make_showcase(const ShowcaseRequest& request) {
   config.options = request.options;
   config.jobs = request.jobs;
   config.quiet = request.quiet;
-  config.on_pair = [&](const FrameResult& pair, const std::vector<Record>& of_pair) {
+  config.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
     result = pair;
-    records = of_pair;
+    records.assign(of_pair.begin(), of_pair.end());
   };
   Showcase showcase;
   showcase.run = run(config);

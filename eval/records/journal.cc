@@ -19,19 +19,15 @@ namespace {
 struct Header {
   uint64_t number = 0;
   uint64_t n_records = 0;
+  Json noise;
   std::string sum;
 };
-
-std::string header_line(const Header& header) {
-  return json_line(Json{{"case", header.number}, {"records", header.n_records}, {"sha256", header.sum}}) +
-         "\n";
-}
 
 std::optional<Header> read_header(std::string_view line) {
   try {
     const Json json = parse_json(line, "journal");
     return Header{json_member<uint64_t>(json, "case", "journal"),
-                  json_member<uint64_t>(json, "records", "journal"),
+                  json_member<uint64_t>(json, "records", "journal"), json.value("noise", Json()),
                   json_member<std::string>(json, "sha256", "journal")};
   } catch (const Error&) {
     return std::nullopt;
@@ -50,6 +46,12 @@ size_t end_of_lines(std::string_view text, size_t from, uint64_t n) {
 
 }  // namespace
 
+Json case_json(uint64_t number, uint64_t n_records, const Json& noise) {
+  Json json = {{"case", number}, {"records", n_records}};
+  if (!noise.is_null()) json["noise"] = noise;
+  return json;
+}
+
 Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
     : path_(std::move(path)), owner_(std::move(owner)) {
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0644);
@@ -64,8 +66,9 @@ Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits
 
 Journal::~Journal() { ::close(file_); }
 
-std::string Journal::sum(uint64_t number, std::string_view lines) const {
-  return sha256(fmt::format("{}\n{}\n{}", owner_, number, lines));
+std::string Journal::sum(uint64_t number, const Json& noise, std::string_view lines) const {
+  const std::string note = noise.is_null() ? "" : json_line(noise) + "\n";
+  return sha256(fmt::format("{}\n{}\n{}{}", owner_, number, note, lines));
 }
 
 void Journal::find_blocks(const Fits& fits) {
@@ -79,8 +82,9 @@ void Journal::find_blocks(const Fits& fits) {
     const size_t end = end_of_lines(text, header_end, header->n_records);
     if (end == std::string::npos) break;
     const std::string_view lines = std::string_view(text).substr(header_end, end - header_end);
-    if (header->sum != sum(header->number, lines)) break;
-    if (fits(header->number, lines)) blocks_[header->number] = {header->n_records, header_end, lines.size()};
+    if (header->sum != sum(header->number, header->noise, lines)) break;
+    if (fits(header->number, lines))
+      blocks_[header->number] = {header->n_records, header->noise, header_end, lines.size()};
     at = end;
   }
   end_ = at;
@@ -89,8 +93,10 @@ void Journal::find_blocks(const Fits& fits) {
   }
 }
 
-void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines) {
-  const std::string header = header_line({number, n_records, sum(number, lines)});
+void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise) {
+  Json entry = case_json(number, n_records, noise);
+  entry["sha256"] = sum(number, noise, lines);
+  const std::string header = json_line(entry) + "\n";
   std::string block = header;
   block += lines;
   const std::scoped_lock lock(mutex_);
@@ -108,7 +114,7 @@ void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines
     done += static_cast<size_t>(n);
   }
   if (::fdatasync(file_) != 0) give_up();
-  blocks_[number] = {n_records, end_ + header.size(), lines.size()};
+  blocks_[number] = {n_records, noise, end_ + header.size(), lines.size()};
   end_ += block.size();
 }
 

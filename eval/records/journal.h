@@ -12,12 +12,18 @@
 #include <string>
 #include <string_view>
 
+#include "sextant/base/json.h"
+
 namespace sextant {
+
+/// {"case","records"} and, unless it is null, "noise": a line of cases.jsonl, and of what precedes a block.
+Json case_json(uint64_t number, uint64_t n_records, const Json& noise);
 
 class Journal {
  public:
   struct Block {
     uint64_t n_records = 0;
+    Json noise;         ///< what was added in the case, NoiseVerification::sums(); null without noise
     size_t offset = 0;  ///< of the records' lines in the file
     size_t bytes = 0;
   };
@@ -35,7 +41,7 @@ class Journal {
 
   /// Appends the records of one case. Safe to call from several threads. Throws Error when the disk is full;
   /// the journal then is as before.
-  void append(uint64_t number, uint64_t n_records, std::string_view lines);
+  void append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise = {});
 
   const std::map<uint64_t, Block>& blocks() const { return blocks_; }
   /// The lines of all blocks in order of case.
@@ -43,7 +49,7 @@ class Journal {
 
  private:
   void find_blocks(const Fits& fits);
-  std::string sum(uint64_t number, std::string_view lines) const;
+  std::string sum(uint64_t number, const Json& noise, std::string_view lines) const;
 
   std::filesystem::path path_;
   std::string owner_;

@@ -23,7 +23,9 @@ Correspondences Correspondences::subset(const std::vector<unsigned char>& keep) 
   Correspondences out;
   out.reserve(size());
   for (size_t i = 0; i < size(); ++i) {
-    if (keep[i]) out.push_back(u[i], v[i], depth[i], flow_u[i], flow_v[i], depth_curr[i]);
+    if (!keep[i]) continue;
+    out.push_back(u[i], v[i], depth[i], flow_u[i], flow_v[i], depth_curr[i]);
+    if (!before_noise.empty()) out.before_noise.push_back(before_noise[i]);
   }
   return out;
 }

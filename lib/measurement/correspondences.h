@@ -1,6 +1,7 @@
 #pragma once
 
-// Point measurements between two frames, as structure of arrays; all arrays have the same length.
+// Point measurements between two frames, as structure of arrays; all arrays have the same length
+// (before_noise: or none).
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
 //   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none.
@@ -20,6 +21,8 @@ struct Correspondences {
   std::vector<double> flow_u;      ///< px
   std::vector<double> flow_v;      ///< px
   std::vector<double> depth_curr;  ///< m, current frame; NaN = none
+  /// Place among the points that noise was added to; empty: none was.
+  std::vector<size_t> before_noise;
 
   size_t size() const { return u.size(); }
   bool empty() const { return u.empty(); }

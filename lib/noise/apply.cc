@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "sextant/measurement/landing.h"
 #include "sextant/noise/noise.h"
@@ -204,6 +205,8 @@ Correspondences NoiseApplication::points(const Correspondences& clean, const Fra
   FlowArrays flows = flow(batch, body, false, clean.flow_u, clean.flow_v, is_outlier);
   noisy.flow_u = std::move(flows.u);
   noisy.flow_v = std::move(flows.v);
+  noisy.before_noise.resize(clean.size());
+  std::iota(noisy.before_noise.begin(), noisy.before_noise.end(), size_t{0});
   keep.assign(clean.size(), 1);
   for (size_t i = 0; i < clean.size(); ++i) {
     if (is_outlier[i] != 0) noisy.depth_curr[i] = NAN;

@@ -140,8 +140,14 @@ TEST(Noise, ThreadsAndMergingInOrderGiveTheSameBits) {
       results[i] = some.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws);
     });
     NoiseVerification total;
-    for (const NoisyPair& result : results) total.merge(result.achieved);
+    for (const NoisyPair& result : results) {
+      const Json sums = parse_json(json_line(result.achieved.sums()), "sums");  // as a file keeps them
+      total.merge(NoiseVerification::from_sums(sums, "sums"));
+    }
     const std::string text = total.json(some.options()).dump();
+    NoiseVerification in_memory;
+    for (const NoisyPair& result : results) in_memory.merge(result.achieved);
+    EXPECT_EQ(in_memory.json(some.options()).dump(), text);
     if (first.empty()) first = text;
     EXPECT_EQ(text, first);
     expect_equal(results[3].pair.background,
@@ -186,6 +192,13 @@ TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
   EXPECT_NEAR(1 - static_cast<double>(noisy.pair.background.size()) / pair.background.size(), expected_share,
               0.01);
   for (const double z : noisy.pair.background.depth) ASSERT_GT(z, 0);
+  const Correspondences& kept = noisy.pair.background;
+  ASSERT_EQ(kept.before_noise.size(), kept.size());
+  for (size_t i = 0; i < kept.size(); ++i) {
+    const size_t k = kept.before_noise[i];
+    ASSERT_TRUE(kept.u[i] == pair.background.u[k] && kept.v[i] == pair.background.v[k] &&
+                (i == 0 || k > kept.before_noise[i - 1]));
+  }
   uint64_t curr_before = 0;
   for (const double z : pair.background.depth_curr) curr_before += !std::isnan(z);
   for (const double z : pair.objects[0].points.depth_curr) curr_before += !std::isnan(z);

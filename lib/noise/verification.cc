@@ -152,4 +152,26 @@ Json NoiseVerification::json(const Json& requested) const {
   return json;
 }
 
+Json NoiseVerification::sums() const {
+  Json json = {{"depth", write_options(depth)}, {"flow", Json::array()}};
+  for (const auto& [body, verification] : flow)
+    json["flow"].push_back({{"body", body}, {"sums", write_options(verification)}});
+  json["depth_neighbours"] = write_options(depth_neighbours);
+  json["flow_neighbours"] = write_options(flow_neighbours);
+  return json;
+}
+
+NoiseVerification NoiseVerification::from_sums(const Json& json, const std::string& where) {
+  NoiseVerification noise;
+  const auto part = [&](const Json& owner, const char* key, auto& sums) {
+    read_options(json_object(owner, key, where), sums, fmt::format("{}: {}", where, key));
+  };
+  part(json, "depth", noise.depth);
+  for (const Json& entry : json_list(json, "flow", where))
+    part(entry, "sums", noise.flow[json_member<int>(entry, "body", where)]);
+  part(json, "depth_neighbours", noise.depth_neighbours);
+  part(json, "flow_neighbours", noise.flow_neighbours);
+  return noise;
+}
+
 }  // namespace sextant

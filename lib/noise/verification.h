@@ -4,14 +4,12 @@
 // what was asked for. Accumulators are merged in a fixed order (frame pairs in order), which gives the same
 // bits for any number of threads.
 //
-//   depth   (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of
-//   invalidated
+//   depth   (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of invalidated
 //           depths cuts the lower tail and biases both; quantisation adds its own error.
 //   flow    phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.| (EPE of
 //           one axis), and the 2-D EPE
 //   neighbours   correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its
-//   right-hand
-//           neighbour (their mean is 0 by construction): about 0 for independent, exactly 1 for
+//           right-hand neighbour (their mean is 0 by construction): about 0 for independent, exactly 1 for
 //           shared_per_frame
 
 #include <cstdint>
@@ -30,6 +28,13 @@ struct MomentSums {
   double sum_squares = 0;
   double sum_abs = 0;
 
+  template <typename V>
+  void visit(V& v) {
+    v("n", n, "count", "numbers");
+    v("sum", sum, "", "of them");
+    v("sum_squares", sum_squares, "", "of their squares");
+    v("sum_abs", sum_abs, "", "of their magnitudes");
+  }
   void add(double value);
   void merge(const MomentSums& other);
   std::optional<double> mean() const;
@@ -45,6 +50,13 @@ struct NeighbourSums {
   double aa = 0;
   double bb = 0;
 
+  template <typename V>
+  void visit(V& v) {
+    v("n", n, "count", "pairs");
+    v("ab", ab, "", "sum of products");
+    v("aa", aa, "", "sum of squares of the first");
+    v("bb", bb, "", "sum of squares of the second");
+  }
   void add(double a, double b);
   void merge(const NeighbourSums& other);
   std::optional<double> correlation() const;
@@ -54,6 +66,12 @@ struct DepthVerification {
   MomentSums normalised;
   uint64_t n_valid = 0;        ///< before
   uint64_t n_invalidated = 0;  ///< of those, not valid any more
+  template <typename V>
+  void visit(V& v) {
+    v("normalised", normalised, "", "error as a multiple of its deviation");
+    v("n_valid", n_valid, "count", "valid before");
+    v("n_invalidated", n_invalidated, "count", "of those, not valid any more");
+  }
   std::optional<double> share_invalidated() const;
 };
 
@@ -63,6 +81,15 @@ struct FlowVerification {
   MomentSums y;
   double sum_epe = 0;
   uint64_t n_outliers = 0;
+  template <typename V>
+  void visit(V& v) {
+    v("requested_x_px", requested.x_px, "px", "deviation asked for");
+    v("requested_y_px", requested.y_px, "px", "deviation asked for");
+    v("x", x, "px", "horizontal error");
+    v("y", y, "px", "vertical error");
+    v("sum_epe", sum_epe, "px", "of the lengths");
+    v("n_outliers", n_outliers, "count", "left out of the sums");
+  }
   uint64_t n() const { return x.n + n_outliers; }
   std::optional<double> epe_px() const;
   std::optional<double> outlier_share() const;
@@ -83,6 +110,9 @@ class NoiseVerification {
   void merge(const NoiseVerification& later);
   /// Requested (options and derived sigmas) and achieved; what is not known is left out.
   Json json(const Json& requested) const;
+  /// Every sum, and back, bit for bit. Throws Error that begins with `where`.
+  Json sums() const;
+  static NoiseVerification from_sums(const Json& json, const std::string& where);
 };
 
 }  // namespace sextant

@@ -1,0 +1,19 @@
+#pragma once
+
+// The files of a sweep's folder (sweep.h): who may write there, and the join of finished shards.
+
+#include <filesystem>
+
+#include "sextant/base/json.h"
+#include "sextant/eval/experiment/sweep.h"
+
+namespace sextant {
+
+/// Makes the folder and writes plan.json, or sees that the one there is `wanted`. Throws Error when it is
+/// another one, unless it may `replace` that one's results.
+void claim_folder(const std::filesystem::path& folder, const Json& wanted, bool replace);
+
+/// Of write_file() in a process that was killed. Only for who holds the journal's lock.
+void remove_temporaries(const std::filesystem::path& folder);
+
+}  // namespace sextant
