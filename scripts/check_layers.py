@@ -47,14 +47,14 @@ LAYERS = {
     "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
     "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
     "eval/records": ["base", "metrics"],
-    "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats"],
+    "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/report"],
     "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records"],
     "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],
     "eval/report": ["base", "stats", "metrics", "eval/records"],
     "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
     "eval/report/html": ["base", "eval/records", "eval/report"],
     "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
-    "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/tables"],
+    "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
     "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
     "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics"],
     "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/logs", "eval/report"],
@@ -81,8 +81,7 @@ DOORS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
-                       ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc",
-                        "eval/cli/main.cc"]),
+                       ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
 }
 
 # Readers that need no call of their own in TARGETS -> what leads to them, or why they are none.
@@ -94,7 +93,6 @@ READERS_WITHIN = {
     "parse_body_from_camera": "decode_body_from_camera", "read_kitti_truth": "adapter kitti",
     "read_vkitti1_truth": "adapter vkitti1", "read_vkitti2_truth": "adapter vkitti2",
     "read_image": "adapters vkitti1 and vkitti2", "parse_field": "every trajectory format of numbers",
-    "parse_estimate": "an argument of the command line",
 }
 
 _READER = re.compile(r"\b((?:decode|parse|read)_\w+)\(\s*(?:std::string_view|(?:const )?std::string|ByteSource"

@@ -1,24 +1,82 @@
 #include "sextant/datasets/codec/jpeg.h"
 
-#include <opencv2/imgcodecs.hpp>
-
+#include <array>
+#include <csetjmp>
 #include <cstdint>
-#include <limits>
-#include <vector>
+#include <cstdio>
+#include <cstdlib>
+
+#include <jpeglib.h>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
 
-constexpr std::string_view kStart = "\xff\xd8";
-constexpr std::string_view kEnd = "\xff\xd9";
+constexpr std::string_view start_marker = "\xff\xd8";
+constexpr std::string_view end_marker = "\xff\xd9";
+constexpr uint64_t max_pixels = uint64_t{1} << 27;  // larger is no camera image
 
-// OpenCV's decoder fills what is missing with gray and only prints a warning.
+static_assert(sizeof(Rgb) == 3, "a row of an image is a row of libjpeg's");
+
+/// libjpeg ends on an error by jumping back to where the step began.
+struct ErrorTrap {
+  jpeg_error_mgr manager{};  ///< first: libjpeg hands out its address
+  std::jmp_buf step{};
+  std::array<char, JMSG_LENGTH_MAX> message{};
+
+  ErrorTrap() {
+    jpeg_std_error(&manager);
+    manager.error_exit = &jump;
+    manager.emit_message = [](j_common_ptr info, int level) {
+      if (level < 0) jump(info);  // a warning: gray would stand for what is damaged
+    };
+  }
+
+  [[noreturn]] static void jump(j_common_ptr info) {
+    auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
+    info->err->format_message(info, trap->message.data());
+    std::longjmp(trap->step, 1);
+  }
+
+  /// False when libjpeg gave up. Nothing in a step has a destructor: a jump would pass it by.
+  template <typename Step>
+  bool run(const Step& step_of_libjpeg) {
+    if (setjmp(step) != 0) return false;
+    step_of_libjpeg();
+    return true;
+  }
+};
+
+struct Decoder {
+  ErrorTrap trap;
+  jpeg_decompress_struct info{};
+  Decoder() { info.err = &trap.manager; }
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+  ~Decoder() { jpeg_destroy_decompress(&info); }
+};
+
+struct Encoder {
+  ErrorTrap trap;
+  jpeg_compress_struct info{};
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  Encoder() { info.err = &trap.manager; }
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+  ~Encoder() {
+    jpeg_destroy_compress(&info);
+    std::free(bytes);
+  }
+};
+
+/// The decoder takes a file that was cut off between two scans for a whole one.
 void check_complete(std::string_view bytes, const std::string& name) {
-  if (!bytes.starts_with(kStart)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
+  if (!bytes.starts_with(start_marker)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
   const size_t last = bytes.find_last_not_of('\0');  // padding at the end does no harm
-  if (last == std::string_view::npos || !bytes.substr(0, last + 1).ends_with(kEnd)) {
+  if (last == std::string_view::npos || !bytes.substr(0, last + 1).ends_with(end_marker)) {
     fail("{}: JPEG file is truncated (no end marker FF D9): copy it again", name);
   }
 }
@@ -27,38 +85,56 @@ void check_complete(std::string_view bytes, const std::string& name) {
 
 Image<Rgb> decode_jpeg_rgb(std::string_view bytes, const std::string& name) {
   check_complete(bytes, name);
-  if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max()))
-    fail("{}: file is too large", name);
-  const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
-  cv::Mat bgr;
-  try {
-    bgr = cv::imdecode(view, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    bgr.release();
-  }
-  if (bgr.empty()) fail("{}: damaged JPEG file: copy it again", name);
-  Image<Rgb> image(bgr.cols, bgr.rows);
-  for (int y = 0; y < bgr.rows; ++y) {
-    const auto* from = bgr.ptr<uint8_t>(y);
-    for (int x = 0; x < bgr.cols; ++x) image(x, y) = {from[3 * x + 2], from[3 * x + 1], from[3 * x]};
-  }
+  Decoder decoder;
+  jpeg_decompress_struct& info = decoder.info;
+  const auto damaged = [&] {
+    fail("{}: damaged JPEG file ({}): copy it again", name, one_line(decoder.trap.message.data()));
+  };
+  const bool has_header = decoder.trap.run([&] {
+    jpeg_create_decompress(&info);
+    jpeg_mem_src(&info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    jpeg_read_header(&info, TRUE);
+  });
+  if (!has_header) damaged();
+  if (uint64_t{info.image_width} * info.image_height > max_pixels)
+    fail("{}: JPEG of {}x{} pixels is too large", name, info.image_width, info.image_height);
+  Image<Rgb> image(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
+  const bool is_whole = decoder.trap.run([&] {
+    info.out_color_space = JCS_RGB;
+    jpeg_start_decompress(&info);
+    while (info.output_scanline < info.output_height) {
+      JSAMPROW row = reinterpret_cast<JSAMPROW>(image.row(static_cast<int>(info.output_scanline)));
+      jpeg_read_scanlines(&info, &row, 1);
+    }
+    jpeg_finish_decompress(&info);
+  });
+  if (!is_whole) damaged();
   return image;
 }
 
 std::string encode_jpeg(const Image<Rgb>& image, int quality) {
   SEXTANT_CHECK(!image.empty() && quality >= 1 && quality <= 100);
-  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-  for (int y = 0; y < image.height(); ++y) {
-    auto* to = bgr.ptr<uint8_t>(y);
-    for (int x = 0; x < image.width(); ++x) {
-      to[3 * x] = image(x, y).b;
-      to[3 * x + 1] = image(x, y).g;
-      to[3 * x + 2] = image(x, y).r;
+  Encoder encoder;
+  jpeg_compress_struct& info = encoder.info;
+  const bool done = encoder.trap.run([&] {
+    jpeg_create_compress(&info);
+    jpeg_mem_dest(&info, &encoder.bytes, &encoder.size);
+    info.image_width = static_cast<JDIMENSION>(image.width());
+    info.image_height = static_cast<JDIMENSION>(image.height());
+    info.input_components = 3;
+    info.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&info);
+    jpeg_set_quality(&info, quality, TRUE);
+    jpeg_start_compress(&info, TRUE);
+    while (info.next_scanline < info.image_height) {
+      JSAMPROW row =
+          reinterpret_cast<JSAMPROW>(const_cast<Rgb*>(image.row(static_cast<int>(info.next_scanline))));
+      jpeg_write_scanlines(&info, &row, 1);
     }
-  }
-  std::vector<uint8_t> bytes;
-  SEXTANT_CHECK(cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality}));
-  return {bytes.begin(), bytes.end()};
+    jpeg_finish_compress(&info);
+  });
+  SEXTANT_CHECK(done);
+  return {reinterpret_cast<const char*>(encoder.bytes), encoder.size};
 }
 
 }  // namespace sextant

@@ -1,6 +1,5 @@
 #include "sextant/datasets/codec/vkitti2_text.h"
 
-#include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
@@ -103,22 +102,6 @@ TEST(Vkitti2Text, BadRows) {
                "x.txt:3: track 1 appears twice");
   expect_error([&] { decode_vkitti2_colors("Category r g b\nCar 1 2 256\n", "x.txt"); },
                "x.txt:2: expected a colour of 0 to 255");
-}
-
-TEST(Jpeg, DamagedFilesAreErrors) {
-  Image<Rgb> image(64, 48, {10, 200, 90});
-  const std::string bytes = encode_jpeg(image);
-  const Image<Rgb> again = decode_jpeg_rgb(bytes, "x.jpg");
-  EXPECT_EQ(again.width(), 64);
-  EXPECT_EQ(again.height(), 48);
-  EXPECT_NEAR(again(30, 20).r, 10, 2);  // and not blue
-  EXPECT_NEAR(again(30, 20).g, 200, 2);
-  EXPECT_NEAR(again(30, 20).b, 90, 2);
-  expect_error([&] { decode_jpeg_rgb(bytes.substr(0, bytes.size() / 2), "x.jpg"); },
-               "x.jpg: JPEG file is truncated");
-  expect_error([&] { decode_jpeg_rgb("\x89PNG", "x.jpg"); }, "x.jpg: not a JPEG file");
-  expect_error([&] { decode_jpeg_rgb("", "x.jpg"); }, "x.jpg: not a JPEG file");
-  expect_error([&] { decode_jpeg_rgb("\xff\xd8\xff\xd9", "x.jpg"); }, "x.jpg: damaged JPEG file");
 }
 
 }  // namespace

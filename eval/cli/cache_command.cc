@@ -4,7 +4,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/pack_cache.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"
 
@@ -15,16 +14,12 @@ struct CacheFlags : CommonFlags {
   std::string folder;
   std::string source;
   bool all = false;
-
-  PackCache cache() const {
-    return PackCache(folder.empty() ? default_cache_folder() : std::filesystem::path(folder));
-  }
 };
 
 double megabytes(uint64_t bytes) { return static_cast<double>(bytes) / 1e6; }
 
 void list_packs(const CacheFlags& flags) {
-  const PackCache cache = flags.cache();
+  const PackCache cache = cache_of(flags.folder);
   Table table;
   table.title = fmt::format("Packs in {}", cache.folder().string());
   table.columns = {{"source", "source", Align::left},
@@ -45,7 +40,7 @@ void list_packs(const CacheFlags& flags) {
 }
 
 void prune_packs(const CacheFlags& flags) {
-  const uint64_t freed = flags.cache().prune(flags.all);
+  const uint64_t freed = cache_of(flags.folder).prune(flags.all);
   fmt::print("{:.2f} MB set free\n", megabytes(freed));
 }
 
@@ -57,7 +52,7 @@ void pack(const CacheFlags& flags) {
   const std::unique_ptr<Sequence> sequence = open_source(source);
   check_runnable(source, *sequence);
   const PackCache::Packed packed =
-      flags.cache().load(source, *sequence, options.extraction, Noise(), flags.jobs, flags.quiet);
+      cache_of(flags.folder).load(source, *sequence, options.extraction, Noise(), flags.jobs, flags.quiet);
   const double size = megabytes(std::filesystem::file_size(packed.file));
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"file", packed.file.string()},
@@ -70,12 +65,6 @@ void pack(const CacheFlags& flags) {
              packed.was_there ? ", was there" : "");
 }
 
-void add_folder_flag(CLI::App& command, CacheFlags& flags) {
-  command
-      .add_option("--cache", flags.folder, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
-      ->type_name("DIR");
-}
-
 }  // namespace
 
 void add_cache_command(CLI::App& app) {
@@ -84,12 +73,12 @@ void add_cache_command(CLI::App& app) {
   cache->require_subcommand(1);
   cache->footer("Example:\n  sextant cache ls");
   CLI::App* list = cache->add_subcommand("ls", "List them, and whether their sources are as they were");
-  add_folder_flag(*list, *flags);
+  add_cache_flag(*list, flags->folder);
   list->add_flag("--json", flags->json, "Print as JSON");
   list->footer("Example:\n  sextant cache ls");
   list->callback([flags] { list_packs(*flags); });
   CLI::App* prune = cache->add_subcommand("prune", "Remove those that are outdated or damaged");
-  add_folder_flag(*prune, *flags);
+  add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");
   prune->callback([flags] { prune_packs(*flags); });
@@ -98,10 +87,8 @@ void add_cache_command(CLI::App& app) {
 void add_data_pack_command(CLI::App& data) {
   const auto flags = std::make_shared<CacheFlags>();
   CLI::App* command = data.add_subcommand("pack", "Decode a source once, for sweeps");
-  command->add_option("source", flags->source, "adapter:path[#sequence][@first-last]")
-      ->required()
-      ->type_name("SOURCE");
-  add_folder_flag(*command, *flags);
+  add_source_argument(*command, flags->source);
+  add_cache_flag(*command, flags->folder);
   add_option_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);

@@ -2,8 +2,7 @@
 
 // Subcommands of `sextant`. How to add one:
 //   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags
-//   on a new
-//      subcommand, an example in its footer, and what it does as a callback;
+//      on a new subcommand, an example in its footer, and what it does as a callback;
 //   2. declare it here and add one line to the table in all_commands.cc.
 // Commands hold no logic of their own: they read flags, call the layers below and print.
 
@@ -15,6 +14,7 @@
 
 #include "sextant/base/options.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/eval/experiment/pack_cache.h"
 
 namespace CLI {
 class App;
@@ -62,9 +62,17 @@ struct CommonFlags {
   bool json = false;
 };
 
+void add_source_argument(CLI::App& command, std::string& source);
 void add_data_flag(CLI::App& command, CommonFlags& flags);
+void add_cache_flag(CLI::App& command, std::string& folder);
 void add_option_flags(CLI::App& command, CommonFlags& flags);
 void add_jobs_flag(CLI::App& command, CommonFlags& flags);
+
+/// The packs in --cache, or where they are by default.
+PackCache cache_of(const std::string& folder);
+
+/// SOURCE below --data, with the options below "source" of the tree; others are an Error.
+SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 
 /// The options tree: `options` is JSON or @FILE, then each "dotted.key=value" of `sets` on top of it.
 Json options_tree(const std::string& options, std::span<const std::string> sets);

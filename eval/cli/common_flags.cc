@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/case_estimator.h"
 
 namespace sextant {
 namespace {
@@ -28,6 +29,17 @@ void set_option(Json& tree, const std::string& assignment) {
 }
 
 }  // namespace
+
+void add_source_argument(CLI::App& command, std::string& source) {
+  command.add_option("source", source, "adapter:path[#sequence][@first-last]")
+      ->required()
+      ->type_name("SOURCE");
+}
+
+void add_cache_flag(CLI::App& command, std::string& folder) {
+  command.add_option("--cache", folder, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
+      ->type_name("DIR");
+}
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {
   command.add_option("--data", flags.data_root, "Folder in which relative source paths are looked up")
@@ -62,6 +74,27 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
   if (!tree.is_object()) fail("--options: expected a JSON object, got {}", json_excerpt(tree));
   for (const std::string& assignment : sets) set_option(tree, assignment);
   return tree;
+}
+
+PackCache cache_of(const std::string& folder) {
+  return PackCache(folder.empty() ? default_cache_folder() : std::filesystem::path(folder));
+}
+
+SourceSpec source_of(const std::string& text, const CommonFlags& flags) {
+  SourceSpec spec = find_source(text, flags.data_root);
+  const Json options = options_tree(flags.options, flags.sets);
+  for (const auto& item : options.items()) {
+    if (item.key() != "source") fail("unknown option key '{}': known: source", item.key());
+  }
+  spec.add_options(options.value("source", Json::object()));
+  return spec;
+}
+
+std::string estimator_list() {
+  std::string text;
+  for (const EstimatorEntry& entry : all_estimators())
+    text += fmt::format("  {:<20} {}\n", entry.name, entry.description);
+  return text;
 }
 
 void warn_of_problems(std::span<const std::string> problems) {

@@ -56,8 +56,7 @@ void add_evaluate_depth_command(CLI::App& evaluate) {
   command->add_option("--bf", flags->options.bf, "Focal length times baseline, px m: for disparities and D1");
   command->footer(
       "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
-      "disparity256 "
-      "--bf 387.57");
+      "disparity256 --bf 387.57");
   command->callback([flags] { print(evaluate_depth(flags->options), *flags); });
 }
 

@@ -1,24 +1,23 @@
 #include <CLI/CLI.hpp>
 
 #include <cmath>
-#include <filesystem>
-#include <future>
 #include <limits>
 #include <memory>
 
-#include "sextant/base/files.h"
 #include "sextant/eval/cli/evaluate.h"
 #include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/evaluation/evo_result.h"
+#include "sextant/eval/evaluation/recorded_files.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/report/html/report_folder.h"
 #include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
 
 struct EgoFlags : CommonFlags {
-  std::string reference;
-  std::vector<std::string> estimates;
-  std::string format = "auto", reference_format, estimate_format;
+  EgoFiles files;
   std::string alignment = "none", relation = "trans_part", rpe;
   bool all_pairs = false;
   double delta_tolerance = PairSelection{}.relative_tolerance;
@@ -37,9 +36,8 @@ EgoOptions options_of(const EgoFlags& flags) {
   if (!flags.up.empty()) options.up = parse_direction(flags.up);
   if ((options.alignment == Alignment::yaw) != options.up.has_value()) {
     fail(
-        "--align yaw and --up go together: --up z where z points up in both worlds (ROS, EuRoC, TUM), --up "
-        "-y in opencv "
-        "axes (KITTI, --axes)");
+        "--align yaw and --up go together: --up z where z points up in both worlds (ROS, EuRoC, TUM), "
+        "--up -y in opencv axes (KITTI, --axes)");
   }
   if (!flags.body_from_camera.empty())
     options.estimate_frame.body_from_camera = parse_body_from_camera(flags.body_from_camera);
@@ -63,39 +61,14 @@ EgoOptions options_of(const EgoFlags& flags) {
     options.rpe->relative_tolerance = flags.delta_tolerance;
   } else if (flags.all_pairs || options.pairs_from_reference) {
     fail(
-        "--all-pairs and --pairs-from-reference select pairs of relative errors: give --rpe too, e.g. --rpe "
-        "1f");
+        "--all-pairs and --pairs-from-reference select pairs of relative errors: "
+        "give --rpe too, e.g. --rpe 1f");
   }
   return options;
 }
 
-/// The format of the estimate; evo's EuRoC files are compared with estimates in TUM format.
-std::string estimate_format(const EgoFlags& flags, const std::string& path) {
-  if (!flags.estimate_format.empty()) return flags.estimate_format;
-  if (flags.format != "euroc") return flags.format;
-  const FittingFormats fitting = fitting_formats(path);
-  const bool tum = fitting.names.size() == 1 && fitting.names[0].starts_with("tum");
-  return tum ? fitting.names[0] : flags.format;
-}
-
-EgoReference file_reference(const EgoFlags& flags) {
-  TrajectoryFile file = read_trajectory(
-      flags.reference, flags.reference_format.empty() ? flags.format : flags.reference_format);
-  EgoReference reference;
-  reference.side = {flags.reference, file.comments, file.format};
-  reference.warnings = file.warnings;
-  reference.poses = file.truth ? std::move(*file.truth) : std::move(file.poses);
-  return reference;
-}
-
-EgoReference reference_of(const EgoFlags& flags, const ReferenceLoader& load) {
-  if (!looks_like_source(flags.reference)) return file_reference(flags);
-  if (!load) fail("{}: a source cannot be read here", flags.reference);
-  return load(flags.reference, flags);
-}
-
-void print(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options,
-           const EgoFlags& flags) {
+void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& flags) {
+  const auto& [reference, runs] = scores;
   if (flags.json) {
     fmt::print("{}", json_text(ego_json(runs, reference, options)));
     return;
@@ -112,39 +85,18 @@ void print(const std::vector<EgoResult>& runs, const EgoReference& reference, co
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
 
-void evaluate(const EgoFlags& flags, const EgoExtras& extras) {
+void evaluate(EgoFlags& flags) {
   const EgoOptions options = options_of(flags);
-  if (!flags.out.empty() && !extras.write_report) fail("--out {}: no report can be written here", flags.out);
-  if (!flags.zip.empty() && flags.estimates.size() > 1)
+  if (!flags.zip.empty() && flags.files.estimates.size() > 1)
     fail("--save-zip holds one result: give one estimate");
-  std::vector<EstimateArgument> arguments;
-  for (const std::string& text : flags.estimates) arguments.push_back(parse_estimate(text));
-  if (arguments.empty()) arguments.push_back({"", flags.reference});
-
-  const auto read = [&](const std::string& path) {
-    return read_trajectory(path, estimate_format(flags, path));
-  };
-  std::future<TrajectoryFile> first = std::async(std::launch::async, read, arguments.front().path);
-  EgoReference reference = reference_of(flags, extras.load);
-  apply_reference_frame(reference, options);
-  std::vector<EgoResult> runs;
-  for (size_t i = 0; i < arguments.size(); ++i) {
-    TrajectoryFile file = i == 0 ? first.get() : read(arguments[i].path);
-    if (flags.estimates.empty() && !file.truth)
-      fail("{}: holds no truth of its own: give the estimate after the reference", flags.reference);
-    runs.push_back(evaluate_ego(reference, std::move(file), arguments[i].path, options));
-    runs.back().system = arguments[i].system.empty() ? "estimate" : arguments[i].system;
-  }
-  if (!flags.zip.empty()) write_evo_result(flags.zip, runs.front(), options, flags.reference);
-  if (!flags.tum.empty()) {
-    std::filesystem::create_directories(flags.tum);
-    write_file(std::filesystem::path(flags.tum) / "reference.tum", encode_tum(runs.front().reference));
-    for (size_t i = 0; i < runs.size(); ++i)
-      write_file(std::filesystem::path(flags.tum) / fmt::format("estimate_{}.tum", i),
-                 encode_tum(runs[i].estimate));
-  }
-  if (!flags.out.empty()) extras.write_report(runs, reference, options, flags.out);
-  print(runs, reference, options, flags);
+  flags.files.data_root = flags.data_root;
+  flags.files.source_options = options_tree(flags.CommonFlags::options, flags.sets);
+  const EgoScores scores = evaluate_ego_files(flags.files, options);
+  if (!flags.zip.empty()) write_evo_result(flags.zip, scores.runs.front(), options, flags.files.reference);
+  if (!flags.tum.empty()) write_tum(scores, flags.tum);
+  if (!flags.out.empty())
+    write_output_folder(flags.out, report_folder(ego_document(scores.runs, scores.reference, options), {}));
+  print(scores, options, flags);
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
@@ -198,10 +150,9 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
   command.add_option("--ref-axes", flags.options.reference_frame.axes, "The same of the reference")
       ->capture_default_str();
   command
-      .add_option(
-          "--body-from-camera", flags.body_from_camera,
-          "The estimates are poses of a body: T_body_camera, to be multiplied from the right; a file or a "
-          "text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
+      .add_option("--body-from-camera", flags.body_from_camera,
+                  "The estimates are poses of a body: T_body_camera, to be multiplied from the right; "
+                  "a file or a text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
       ->type_name("FILE|VALUES");
   command.add_option("--ref-body-from-camera", flags.reference_body_from_camera, "The same of the reference")
       ->type_name("FILE|VALUES");
@@ -209,24 +160,25 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
 
 }  // namespace
 
-void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
+void add_evaluate_ego_command(CLI::App& evaluate_app) {
   const auto flags = std::make_shared<EgoFlags>();
   CLI::App* command =
       evaluate_app.add_subcommand("ego", "Camera trajectories: absolute and relative pose errors");
   std::string formats;
   for (const TrajectoryFormat& f : trajectory_formats())
     formats += fmt::format("  {:<9} {}\n", f.name, f.description);
-  command->add_option("GT", flags->reference, "Reference: a file, or a SOURCE with true poses")->required();
+  command->add_option("GT", flags->files.reference, "Reference: a file, or a SOURCE with true poses")
+      ->required();
   command->add_option(
-      "EST", flags->estimates,
+      "EST", flags->files.estimates,
       "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
   command
       ->add_option(
-          "--format", flags->format,
+          "--format", flags->files.format,
           "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
-  command->add_option("--ref-format", flags->reference_format, "Of the reference, where it differs");
-  command->add_option("--est-format", flags->estimate_format, "Of the estimates, where it differs");
+  command->add_option("--ref-format", flags->files.reference_format, "Of the reference, where it differs");
+  command->add_option("--est-format", flags->files.estimate_format, "Of the estimates, where it differs");
   add_metric_flags(*command, *flags);
   add_association_flags(*command, *flags);
   add_frame_flags(*command, *flags);
@@ -251,10 +203,10 @@ void add_evaluate_ego_command(CLI::App& evaluate_app, const EgoExtras& extras) {
       "  sextant evaluate ego gt.csv run.bag:/odom --interpolate 0.1 --estimate-offset --align yaw --up z\n"
       "  sextant evaluate ego gt.tum imu.tum --body-from-camera T_body_camera.txt --align se3\n"
       "  sextant evaluate ego --ref-axes ned gt.tum orb.tum --align sim3\n"
-      "Frames: T_world_camera = C T_world_body T_body_camera, C from --axes to opencv axes "
-      "(docs/evaluate.md).\n"
+      "Frames: T_world_camera = C T_world_body T_body_camera, "
+      "C from --axes to opencv axes (docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
-  command->callback([flags, extras] { evaluate(*flags, extras); });
+  command->callback([flags] { evaluate(*flags); });
 }
 
 }  // namespace sextant

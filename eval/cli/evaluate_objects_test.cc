@@ -10,18 +10,13 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/options.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/cli/testing.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
 
 std::string csv(const SE3& T) {
   const Eigen::Vector3d& t = T.translation();
@@ -33,11 +28,7 @@ std::string csv(const SE3& T) {
 class EvaluateObjects : public testing::Test {
  protected:
   EvaluateObjects() {
-    VdoFixtureOptions options;
-    options.n_frames = 6;
-    options.width = 64;
-    options.height = 32;
-    scene_ = make_vdo_fixture(temp_.path() / "scene", options);
+    scene_ = make_vdo_fixture(temp_.path() / "scene", {.n_frames = 6, .width = 64, .height = 32});
     std::string motions =
         "frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n";
     std::string cameras = "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw\n";
@@ -59,19 +50,10 @@ class EvaluateObjects : public testing::Test {
   }
 
   Outcome evaluate(const std::string& more) const {
-    const std::string out = (temp_.path() / "out").string(), err = (temp_.path() / "err").string();
-    const std::string command =
-        fmt::format("{} evaluate objects {} {} > {} 2> {}", SEXTANT_PROGRAM, logs().string(), more, out, err);
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+    return sextant_program(fmt::format("evaluate objects {} {}", logs().string(), more));
   }
-
-  /// Exit code 2 and one line that says `named`.
   void expect_refused(const std::string& named) const {
-    const Outcome outcome = evaluate("--format dynosam");
-    EXPECT_EQ(outcome.code, 2) << named << ": " << outcome.out;
-    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr(named));
+    expect_bad_input(evaluate("--format dynosam"), named);
   }
 
   TempFolder temp_;

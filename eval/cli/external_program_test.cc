@@ -45,9 +45,7 @@ bool runs(int pid) {
 
 TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
   const TempFolder temp;
-  VdoFixtureOptions options;
-  options.n_frames = 3;
-  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", {.n_frames = 3});
   // The second seed hangs until there is a file `go`.
   write_file(
       temp.path() / "program.sh",
@@ -92,9 +90,7 @@ std::pair<int, std::string> shell(const TempFolder& temp, const std::string& lin
 
 TEST(ExternalProgram, ItsOutputIsScoredAgain) {
   const TempFolder temp;
-  VdoFixtureOptions options;
-  options.n_frames = 3;
-  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", {.n_frames = 3});
   write_file(temp.path() / "program.sh",
              "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 $k; done > $1/camera.txt\n"
              "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 0; done > $1/still.txt\n");
@@ -123,9 +119,7 @@ TEST(ExternalProgram, ItsOutputIsScoredAgain) {
 
 TEST(ExternalProgram, NoMoreProcessesAllowed) {
   const TempFolder temp;
-  VdoFixtureOptions options;
-  options.n_frames = 3;
-  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", options);
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", {.n_frames = 3});
   write_file(temp.path() / "program.json", R"({"command": "true"})");
   fs::permissions(temp.path(), fs::perms::all);
   fs::permissions(temp.path() / "data", fs::perms::all);

@@ -31,9 +31,7 @@ void add_overlay_command(CLI::App& app) {
   const auto flags = std::make_shared<OverlayFlags>();
   CLI::App* command =
       app.add_subcommand("overlay", "Draw one frame pair: features, flow, moving objects and their speeds");
-  command->add_option("source", flags->source, "adapter:path[#sequence][@first-last]")
-      ->required()
-      ->type_name("SOURCE");
+  add_source_argument(*command, flags->source);
   command
       ->add_option("--frame", flags->request.frame,
                    "Current frame of the pair; the pipeline runs from the first one")

@@ -131,12 +131,11 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 
 int run(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   CLI::App app(
-      "Evaluation and benchmarking of multi-body visual odometry: the motion of the camera and of every "
-      "moving object.",
+      "Evaluation and benchmarking of multi-body visual odometry: "
+      "the motion of the camera and of every moving object.",
       "sextant");
   app.footer(
-      "Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out "
-      "out\n"
+      "Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out out\n"
       "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
   app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
   app.require_subcommand(1);

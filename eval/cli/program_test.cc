@@ -8,7 +8,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/cli/testing.h"
 #include "sextant/eval/records/record.h"
 
 namespace sextant {
@@ -17,36 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-struct Outcome {
-  int code = -1;
-  std::string out;
-  std::string err;
-};
-
-Outcome sextant_program(const std::string& arguments) {
-  const TempFolder temp;
-  const std::string out = (temp.path() / "out").string(), err = (temp.path() / "err").string();
-  const std::string command = fmt::format("{} {} > {} 2> {}", SEXTANT_PROGRAM, arguments, out, err);
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
-}
-
-/// Exit code 2 and exactly one line on stderr that names `named`.
-void expect_bad_input(const Outcome& outcome, const std::string& named) {
-  EXPECT_EQ(outcome.code, 2) << outcome.err;
-  EXPECT_TRUE(outcome.err.starts_with("sextant: error: ")) << outcome.err;
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr(named));
-}
-
 class ProgramOnFixture : public testing::Test {
  protected:
-  ProgramOnFixture() {
-    VdoFixtureOptions options;
-    options.width = 160;
-    options.height = 48;
-    fixture_ = make_vdo_fixture(temp_.path() / "vdo", options);
-  }
+  ProgramOnFixture() { fixture_ = make_vdo_fixture(temp_.path() / "vdo", {.width = 160, .height = 48}); }
 
   fs::path file(const std::string& name) const { return fixture_.dir / name; }
   fs::path out() const { return temp_.path() / "results"; }

@@ -5,13 +5,8 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/version.h"
-#include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/comparisons.h"
-#include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/claims/noise_document.h"
 #include "sextant/eval/report/html/report_folder.h"
-#include "sextant/eval/report/noise_levels.h"
-#include "sextant/eval/report/trends.h"
 
 namespace sextant {
 namespace {
@@ -21,49 +16,6 @@ struct ReportFlags : CommonFlags {
   std::string out;
   bool no_figures = false;
 };
-
-std::string joined(const std::vector<std::string>& texts) {
-  std::string text;
-  for (const std::string& part : texts) text += (text.empty() ? "" : ", ") + part;
-  return text;
-}
-
-const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
-
-/// Errors by noise level of all folders, as one document.
-ReportDocument noise_document(const ReportFlags& flags) {
-  const std::vector<NoiseSweep> sweeps = read_noise_sweeps({flags.folders.begin(), flags.folders.end()});
-  std::vector<NoiseLevelRow> levels;
-  std::vector<AchievedNoiseRow> achieved;
-  for (const NoiseSweep& sweep : sweeps) {
-    for (NoiseLevelRow& row : noise_levels(sweep, flags.jobs)) levels.push_back(std::move(row));
-    for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
-  }
-  const std::vector<CheckedClaim> checked = check_claims(sweeps);
-  ReportDocument document;
-  document.title = "Noise and errors";
-  document.abstract =
-      "Errors of camera and objects by noise level, from the records of " + joined(flags.folders) +
-      ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
-  document.verdicts = claim_verdicts(checked, "#claims");
-  const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
-    if (table.rows.empty()) return;
-    document.sections.push_back({std::string(name) + "-section",
-                                 heading,
-                                 {},
-                                 {{name, std::move(table), split_keys}},
-                                 std::move(figures),
-                                 {}});
-  };
-  add("claims", "Statements", claim_table(checked));
-  add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
-  add("trends", "Growth", trend_table(noise_trends(sweeps, flags.jobs)));
-  add("comparisons", "Estimators compared", comparison_table(compare_estimators(sweeps, flags.jobs)));
-  add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
-  document.provenance = {{"records", joined(flags.folders)}, {"report by", "sextant " + version()}};
-  document.citation = citation();
-  return document;
-}
 
 std::vector<NamedTable> tables_of(const ReportDocument& document) {
   std::vector<NamedTable> tables;
@@ -88,7 +40,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
 }
 
 void run_report(const ReportFlags& flags) {
-  const ReportDocument document = noise_document(flags);
+  const ReportDocument document = noise_document({flags.folders.begin(), flags.folders.end()}, flags.jobs);
   if (document.sections.empty())
     fail("no pair with truth in any of the {} folders: nothing to report", flags.folders.size());
   if (!flags.out.empty())

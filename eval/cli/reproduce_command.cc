@@ -38,7 +38,7 @@ void reproduce(const ReproduceFlags& flags) {
   config.data_root = flags.data_root;
   config.out = flags.out;
   config.parts = reproduction_parts(flags.data_root);
-  if (!flags.cache.empty()) config.cache = PackCache(flags.cache);
+  config.cache = cache_of(flags.cache);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
   if (!flags.report_only) run_parts(config);
@@ -58,9 +58,7 @@ void add_reproduce_command(CLI::App& app) {
       ->required()
       ->type_name("DIR");
   command->add_flag("--report-only", flags->report_only, "Run nothing: the report of the records in --out");
-  command
-      ->add_option("--cache", flags->cache, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
-      ->type_name("DIR");
+  add_cache_flag(*command, flags->cache);
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress; only where the report is");

@@ -24,8 +24,7 @@ void rescore(RescoreFlags& flags) {
                                   flags.data_root};
   if (is_sweep(flags.folder)) {
     SweepConfig config = rescored_sweep(request);
-    config.cache =
-        PackCache(flags.cache.empty() ? default_cache_folder() : std::filesystem::path(flags.cache));
+    config.cache = cache_of(flags.cache);
     config.jobs = flags.jobs;
     config.quiet = flags.quiet;
     config.out = flags.output.out;
@@ -51,9 +50,7 @@ void add_rescore_command(CLI::App& app) {
   command->add_option("--config", flags->config, "Configuration in place of the recorded one")
       ->type_name("CONFIG.json");
   add_option_flags(*command, *flags);
-  command
-      ->add_option("--cache", flags->cache, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
-      ->type_name("DIR");
+  add_cache_flag(*command, flags->cache);
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
   add_run_output_flags(*command, flags->output);

@@ -26,21 +26,6 @@ struct RunFlags : CommonFlags {
 
 constexpr const char* of_procedure = "procedure";
 
-/// --procedure: its options below the user's, and its noise where --noise asks for it.
-void follow_procedure(const RunFlags& flags, RunConfig& config) {
-  if (flags.procedure.empty()) {
-    if (flags.noise == of_procedure) fail("--noise procedure: expected --procedure NAME with it");
-    return;
-  }
-  Json options = procedure_options(flags.procedure, flags.estimator);
-  options.merge_patch(config.options);
-  config.options = std::move(options);
-  if (flags.noise != of_procedure) return;
-  const Json noise = find_procedure(flags.procedure).at("noise");
-  config.noise = Noise(noise.at("noise"));
-  config.level = noise.at("level");
-}
-
 void run_as_told(RunFlags& flags) {
   flags.output.quiet = flags.quiet;
   flags.output.json = flags.json;
@@ -49,9 +34,14 @@ void run_as_told(RunFlags& flags) {
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
-  config.noise = flags.noise == of_procedure ? Noise() : Noise::parse(flags.noise);
+  const bool noise_of_procedure = flags.noise == of_procedure;
+  if (!noise_of_procedure) config.noise = Noise::parse(flags.noise);
   config.level = flags.level;
-  follow_procedure(flags, config);
+  if (!flags.procedure.empty()) {
+    follow_procedure(flags.procedure, noise_of_procedure, config);
+  } else if (noise_of_procedure) {
+    fail("--noise procedure: expected --procedure NAME with it");
+  }
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
@@ -142,8 +132,8 @@ void add_run_command(CLI::App& app) {
     procedures +=
         fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
   command->footer(fmt::format(
-      "Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n{}"
-      "Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
+      "Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n"
+      "{}Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
       "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
       estimator_list(), presets, procedures));
   command->callback([flags] { run_as_told(*flags); });

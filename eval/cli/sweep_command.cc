@@ -42,7 +42,7 @@ void run_sweep(const SweepFlags& flags) {
   SweepConfig config;
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
-  config.cache = PackCache(flags.cache.empty() ? default_cache_folder() : std::filesystem::path(flags.cache));
+  config.cache = cache_of(flags.cache);
   config.use_packs = !flags.no_packs;
   std::tie(config.shard, config.n_shards) = parse_shard(flags.shard);
   config.jobs = flags.jobs;
@@ -110,9 +110,7 @@ void add_sweep_command(CLI::App& app) {
       ->type_name("I/N")
       ->capture_default_str();
   command->add_flag("--dry-run", flags->dry_run, "Say how many cases there are and how long they will take");
-  command
-      ->add_option("--cache", flags->cache, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
-      ->type_name("DIR");
+  add_cache_flag(*command, flags->cache);
   command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);

@@ -17,20 +17,6 @@ struct TrendFlags : CommonFlags {
   std::string policy;
 };
 
-Json history_json(const History& history) {
-  Json json = {{"points", history.labels}, {"series", Json::array()}};
-  for (const Series& series : history.series) {
-    Json values = Json::array();
-    for (const auto& value : series.values) values.push_back(value ? Json(*value) : Json());
-    json["series"].push_back({{"name", series.name},
-                              {"metric", series.metric},
-                              {"unit", series.unit},
-                              {"values", values},
-                              {"changes", series.changes}});
-  }
-  return json;
-}
-
 void run_trend(const TrendFlags& flags) {
   Policy policy;
   if (!flags.policy.empty()) policy = read_policy(flags.policy);

@@ -5,16 +5,23 @@
 #include "sextant/datasets/dataset.h"
 
 namespace sextant {
+namespace {
 
-EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
-                              bool every_pose) {
+std::unique_ptr<Sequence> open(const std::string& source, const std::string& data_root, const Json& options) {
   for (const auto& group : options.items()) {
     if (group.key() != "source")
       fail("unknown option group '{}': a reference has options under 'source'", group.key());
   }
   SourceSpec spec = find_source(source, data_root);
   spec.add_options(options.value("source", Json::object()));
-  const std::unique_ptr<Sequence> sequence = open_source(spec);
+  return open_source(spec);
+}
+
+}  // namespace
+
+EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
+                              bool every_pose) {
+  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
   const SequenceInfo& info = sequence->info();
   EgoReference reference;
   reference.side.name = source;
@@ -32,6 +39,16 @@ EgoReference source_reference(const std::string& source, const std::string& data
   if (!std::is_sorted(reference.poses.stamps_s.begin(), reference.poses.stamps_s.end()))
     fail("{}: its time stamps do not ascend with its frames", source);
   return reference;
+}
+
+SequenceTruth source_objects(const std::string& source, const std::string& data_root, const Json& options) {
+  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
+  SequenceTruth truth = sequence->truth();
+  std::erase_if(truth.objects, [&](const auto& at) {
+    return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
+  });
+  if (truth.objects.empty()) fail("{}: has no true objects to compare with", source);
+  return truth;
 }
 
 }  // namespace sextant

@@ -181,4 +181,18 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   return history;
 }
 
+Json history_json(const History& history) {
+  Json json = {{"points", history.labels}, {"series", Json::array()}};
+  for (const Series& series : history.series) {
+    Json values = Json::array();
+    for (const auto& value : series.values) values.push_back(value ? Json(*value) : Json());
+    json["series"].push_back({{"name", series.name},
+                              {"metric", series.metric},
+                              {"unit", series.unit},
+                              {"values", values},
+                              {"changes", series.changes}});
+  }
+  return json;
+}
+
 }  // namespace sextant

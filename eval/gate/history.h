@@ -36,11 +36,12 @@ struct History {
 };
 
 /// Each path is one point where it holds results itself, else every folder in it is one, in order of their
-/// names
-/// ("run-9" before "run-10"). Throws Error on paths without results and on bad results.
+/// names ("run-9" before "run-10"). Throws Error on paths without results and on bad results.
 History read_history(const std::vector<std::filesystem::path>& paths, const Policy& policy);
 
 /// Tables and figures of it; draw and write with html/html.h.
 ReportDocument history_document(const History& history);
+/// {"points","series":[{"name","metric","unit","values","changes"}]}
+Json history_json(const History& history);
 
 }  // namespace sextant

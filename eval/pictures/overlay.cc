@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/pictures/canvas.h"
 
 namespace sextant {
 namespace {
@@ -31,11 +31,8 @@ cv::Point at(double u, double v) {
 }
 
 cv::Mat canvas_of(const Frame& frame) {
-  const cv::Mat rgb(frame.rgb.height(), frame.rgb.width(), CV_8UC3,
-                    const_cast<Rgb*>(frame.rgb.data()));  // OpenCV has no view of const data
-  cv::Mat bgr, large;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  cv::resize(bgr, large, {}, scale, scale, cv::INTER_CUBIC);
+  cv::Mat large;
+  cv::resize(bgr_of(frame.rgb), large, {}, scale, scale, cv::INTER_CUBIC);
   large = large * 0.8;  // darker, so that the marks stand out
   cv::Mat canvas;
   cv::copyMakeBorder(large, canvas, strip_height, 0, 0, 0, cv::BORDER_CONSTANT, cv::Scalar(32, 32, 32));
@@ -133,23 +130,20 @@ std::string draw_overlay(const Frame& frame, const FrameResult& result, const st
   }
 
   const Record* ego = find_record(records, "ego");
-  draw_legend(
-      fmt::format("{} static features with 1/4 of their flow    camera: {}{}{}    moving objects: {}    "
-                  "frames {} to {}",
-                  result.ego.n_inliers, number(ego, &Record::values, "step_m", 3, "", " m/frame"),
-                  number(ego, &Record::errors, "Et_m", 3, ", E_t ", " m"),
-                  number(ego, &Record::errors, "ER_deg", 3, ", E_R ", " deg"), n_moving, result.prev,
-                  result.curr),
-      canvas);
+  draw_legend(fmt::format("{} static features with 1/4 of their flow    camera: {}{}{}    moving objects: "
+                          "{}    frames {} to {}",
+                          result.ego.n_inliers, number(ego, &Record::values, "step_m", 3, "", " m/frame"),
+                          number(ego, &Record::errors, "Et_m", 3, ", E_t ", " m"),
+                          number(ego, &Record::errors, "ER_deg", 3, ", E_R ", " deg"), n_moving, result.prev,
+                          result.curr),
+              canvas);
 
   if (width_px > 0 && width_px < canvas.cols) {
     const int height_px =
         static_cast<int>(std::lround(static_cast<double>(canvas.rows) * width_px / canvas.cols));
     cv::resize(cv::Mat(canvas), canvas, {width_px, std::max(height_px, 1)}, 0, 0, cv::INTER_AREA);
   }
-  std::vector<uchar> png;
-  SEXTANT_CHECK(cv::imencode(".png", canvas, png, {cv::IMWRITE_PNG_COMPRESSION, 9}));
-  return {png.begin(), png.end()};
+  return png_of(canvas);
 }
 
 }  // namespace sextant

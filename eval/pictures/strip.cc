@@ -4,31 +4,28 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/pictures/canvas.h"
 
 namespace sextant {
 namespace {
 
-constexpr int kGap_px = 4;
-constexpr double kNearest_m = 4;  // the red end of the depth scale
+constexpr int gap_px = 4;
+constexpr double nearest_m = 4;  // the red end of the depth scale
 
 /// Okabe and Ito's colours, BGR.
-const std::array<cv::Vec3b, 7> kObjectColours = {cv::Vec3b(0, 159, 230), {233, 180, 86}, {115, 158, 0},
-                                                 {66, 228, 240},         {178, 114, 0},  {0, 94, 213},
-                                                 {167, 121, 204}};
+const std::array<cv::Vec3b, 7> object_tints = {cv::Vec3b(0, 159, 230), {233, 180, 86}, {115, 158, 0},
+                                               {66, 228, 240},         {178, 114, 0},  {0, 94, 213},
+                                               {167, 121, 204}};
 
 /// The image in BGR; few colours, so that the file stays small. Gray stands in for colour.
 cv::Mat image_of(const Frame& frame) {
+  if (!frame.rgb.empty()) return bgr_of(frame.rgb);
   cv::Mat bgr;
-  if (!frame.rgb.empty()) {
-    const cv::Mat rgb(frame.rgb.height(), frame.rgb.width(), CV_8UC3,
-                      const_cast<Rgb*>(frame.rgb.data()));  // OpenCV has no view of const data
-    cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  } else if (!frame.gray.empty()) {
+  if (!frame.gray.empty()) {
     const cv::Mat gray(frame.gray.height(), frame.gray.width(), CV_8UC1,
                        const_cast<uint8_t*>(frame.gray.data()));
     cv::cvtColor(gray, bgr, cv::COLOR_GRAY2BGR);
@@ -38,13 +35,13 @@ cv::Mat image_of(const Frame& frame) {
 
 /// Few levels a channel, with ordered dither, so that a noisy picture stays small as PNG.
 void reduce_colours(cv::Mat& bgr) {
-  constexpr int kStep = 8;
-  static constexpr int kBayer[2][2] = {{0, 4}, {6, 2}};
+  constexpr int level_step = 8;
+  static constexpr int bayer[2][2] = {{0, 4}, {6, 2}};
   for (int y = 0; y < bgr.rows; ++y) {
     for (int x = 0; x < bgr.cols; ++x) {
       for (int c = 0; c < 3; ++c) {
         uint8_t& value = bgr.at<cv::Vec3b>(y, x)[c];
-        value = static_cast<uint8_t>(std::min(255, (value + kBayer[y % 2][x % 2]) / kStep * kStep));
+        value = static_cast<uint8_t>(std::min(255, (value + bayer[y % 2][x % 2]) / level_step * level_step));
       }
     }
   }
@@ -54,7 +51,7 @@ cv::Mat depth_picture(const Image<float>& depth_m) {
   cv::Mat level(depth_m.height(), depth_m.width(), CV_8UC1), colour;
   for (int y = 0; y < depth_m.height(); ++y) {
     for (int x = 0; x < depth_m.width(); ++x) {
-      const double near = kNearest_m / static_cast<double>(depth_m(x, y));
+      const double near = nearest_m / static_cast<double>(depth_m(x, y));
       level.at<uint8_t>(y, x) =
           std::isfinite(near) ? static_cast<uint8_t>(25 + 230 * std::sqrt(std::clamp(near, 0.0, 1.0))) : 0;
     }
@@ -112,7 +109,7 @@ cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
   for (int y = 0; y < mask.height(); ++y) {
     for (int x = 0; x < mask.width(); ++x) {
       if (mask(x, y) == 0) continue;
-      const cv::Vec3b& tint = kObjectColours[mask(x, y) % kObjectColours.size()];
+      const cv::Vec3b& tint = object_tints[mask(x, y) % object_tints.size()];
       cv::Vec3b& pixel = colour.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(0.75 * tint[c] + 0.4 * pixel[c]);
     }
@@ -120,9 +117,29 @@ cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
   return colour;
 }
 
+/// Evenly spread; the last frame has no flow.
+std::vector<Frame> frames_of(const Sequence& sequence, int n_frames) {
+  const SequenceInfo& info = sequence.info();
+  Channels channels;
+  channels.rgb = info.channels.rgb;
+  channels.gray = !info.channels.rgb && info.channels.gray;
+  channels.depth = info.channels.depth;
+  channels.flow = info.channels.flow;
+  channels.mask = info.channels.mask;
+  const int last = std::max(info.first_frame, info.last_frame - 1);
+  const int n = std::min(n_frames, last - info.first_frame + 1);
+  std::vector<Frame> frames;
+  for (int i = 0; i < n; ++i) {
+    const int step = n > 1 ? (last - info.first_frame) * i / (n - 1) : 0;
+    frames.push_back(sequence.read(info.first_frame + step, channels));
+  }
+  return frames;
+}
+
 }  // namespace
 
-std::string draw_strip(std::span<const Frame> frames, int tile_px) {
+std::string draw_strip(const Sequence& sequence, int n_frames, int tile_px) {
+  const std::vector<Frame> frames = frames_of(sequence, n_frames);
   SEXTANT_CHECK(!frames.empty() && tile_px > 0);
   cv::Size size;
   std::vector<std::array<cv::Mat, 4>> rows;
@@ -140,21 +157,19 @@ std::string draw_strip(std::span<const Frame> frames, int tile_px) {
   if (size.width == 0) fail("strip: the frames hold neither image, depth, flow nor masks");
   const int tile_height_px =
       std::max(1, static_cast<int>(std::lround(1.0 * size.height * tile_px / size.width)));
-  cv::Mat canvas(static_cast<int>(rows.size()) * (tile_height_px + kGap_px) - kGap_px,
-                 4 * (tile_px + kGap_px) - kGap_px, CV_8UC3, cv::Scalar(255, 255, 255));
+  cv::Mat canvas(static_cast<int>(rows.size()) * (tile_height_px + gap_px) - gap_px,
+                 4 * (tile_px + gap_px) - gap_px, CV_8UC3, cv::Scalar(255, 255, 255));
   for (size_t r = 0; r < rows.size(); ++r) {
     for (size_t c = 0; c < rows[r].size(); ++c) {
-      const cv::Rect place(static_cast<int>(c) * (tile_px + kGap_px),
-                           static_cast<int>(r) * (tile_height_px + kGap_px), tile_px, tile_height_px);
+      const cv::Rect place(static_cast<int>(c) * (tile_px + gap_px),
+                           static_cast<int>(r) * (tile_height_px + gap_px), tile_px, tile_height_px);
       cv::Mat tile(place.size(), CV_8UC3, cv::Scalar(40, 40, 40));
       if (!rows[r][c].empty()) cv::resize(rows[r][c], tile, place.size(), 0, 0, cv::INTER_AREA);
       reduce_colours(tile);
       tile.copyTo(canvas(place));
     }
   }
-  std::vector<uchar> png;
-  SEXTANT_CHECK(cv::imencode(".png", canvas, png, {cv::IMWRITE_PNG_COMPRESSION, 9}));
-  return {png.begin(), png.end()};
+  return png_of(canvas);
 }
 
 }  // namespace sextant

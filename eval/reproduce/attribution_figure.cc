@@ -54,14 +54,13 @@ Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {
     const std::string x =
         only_where({{"panel", name}, {"path", path.path}},
                    fmt::format("column(\"x\")+{}", gp_number(0.12 * (static_cast<double>(i) - 0.5))));
-    panel.plots.push_back(fmt::format(
-        "data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) with vectors nohead lc "
-        "rgb \"{}\" lw 1",
-        x, colour));
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"Et\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps "
-                    "0.5",
-                    x, colour, estimator_point(path.path)));
+        fmt::format("data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) "
+                    "with vectors nohead lc rgb \"{}\" lw 1",
+                    x, colour));
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"Et\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", x,
+                    colour, estimator_point(path.path)));
     for (const AttributionStep& step : path.steps) {
       low = std::min(low, step.Et_m);
       high = std::max(high, step.Et_m);
@@ -109,8 +108,7 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Mean E_t with 95 % intervals over {} seeds, from the published code (left) to our default (right): "
-      "each step "
-      "makes one decision more as we do. Dashed: the values that the paper prints. Data: {}s.",
+      "each step makes one decision more as we do. Dashed: the values that the paper prints. Data: {}s.",
       paths.front()->n_seeds, kind);
   return figure;
 }

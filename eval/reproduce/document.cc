@@ -43,8 +43,8 @@ Table data_table(const Json& data, const Evidence& evidence) {
   Table table;
   table.title = "What was measured";
   table.caption =
-      "ROOT is the folder given by --data or SEXTANT_DATA. Virtual KITTI and KITTI have their own licences "
-      "(CC BY-NC-SA 3.0).";
+      "ROOT is the folder given by --data or SEXTANT_DATA. "
+      "Virtual KITTI and KITTI have their own licences (CC BY-NC-SA 3.0).";
   table.columns = {{"part", "part", Align::left},       {"title", "what", Align::left},
                    {"state", "state", Align::left},     {"records", "records", Align::right, 0},
                    {"missing", "missing", Align::left}, {"fetch", "how to get it", Align::left}};
@@ -103,8 +103,8 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   ReportDocument document;
   document.title = "Reproduction of Robust Ego and Object 6-DoF Motion Estimation and Tracking";
   document.abstract =
-      "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), rebuilt from "
-      "records beside the published values.";
+      "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), "
+      "rebuilt from records beside the published values.";
   document.verdicts = claim_verdicts(checked, "#claims");
   add_paper_tables(evidence, document);
   add_figure_sections(config.out / "parts", evidence, config.jobs, document);

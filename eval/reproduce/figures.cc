@@ -34,8 +34,8 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocume
     ReportSection section{part->name + "-section", "Fig. 1: " + title};
     section.pictures = {
         {part->name + "-picture",
-         "Static features with a quarter of their flow; moving objects with their points, outline, estimated "
-         "and true speed.",
+         "Static features with a quarter of their flow; moving objects with their points, outline, "
+         "estimated and true speed.",
          "Camera image with static features on the background and the outlines of moving objects",
          read_file(parts / part->name / "overlay.png")}};
     section.figures = showcase_figures(title, parse_tracks(read_file(tracks), tracks), records);

@@ -22,11 +22,8 @@ using testing::HasSubstr;
 class ReproduceTest : public testing::Test {
  protected:
   ReproduceTest() {
-    VdoFixtureOptions options;
-    options.n_frames = 4;
-    options.width = 160;
-    options.height = 48;
-    source_ = make_vdo_fixture(folder_.path() / "kitti_03_demo", options).source();
+    source_ = make_vdo_fixture(folder_.path() / "kitti_03_demo", {.n_frames = 4, .width = 160, .height = 48})
+                  .source();
     config_.out = folder_.path() / "out";
     config_.cache = PackCache(folder_.path() / "cache");
     config_.parts = {sweep_part("demo", PartRole::real, "1"), sweep_part("noise", PartRole::noise, "3"),
@@ -214,9 +211,9 @@ TEST_P(StoredParts, DescribeEverySystemTheyHold) {
   for (const Record& r : stored(measured())) {
     const Json descriptions = system_descriptions();
     const bool ours = r.estimator == "joint_flow" || r.estimator == "joint_flow_depth";
-    EXPECT_TRUE(ours || std::ranges::any_of(descriptions, [&](const Json& d) {
-                  return d.at("estimator") == r.estimator;
-                })) << r.estimator;
+    EXPECT_TRUE(ours || std::ranges::any_of(descriptions,
+                                            [&](const Json& d) { return d.at("estimator") == r.estimator; }))
+        << r.estimator;
   }
 }
 

@@ -1,0 +1,71 @@
+#include "sextant/datasets/codec/jpeg.h"
+
+#include <cstdint>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "sextant/datasets/codec/testing.h"
+
+namespace sextant {
+namespace {
+
+Image<Rgb> texture() {
+  Image<Rgb> image(67, 45);
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      image(x, y) = {static_cast<uint8_t>(x * 3 + (x * y) % 7 * 9), static_cast<uint8_t>(y * 5),
+                     static_cast<uint8_t>((x * 37 + y * 91) % 256)};
+    }
+  }
+  return image;
+}
+
+std::string textured_jpeg() { return encode_jpeg(texture(), 85); }
+
+TEST(Jpeg, DamagedFilesAreErrors) {
+  Image<Rgb> image(64, 48, {10, 200, 90});
+  const std::string bytes = encode_jpeg(image);
+  const Image<Rgb> again = decode_jpeg_rgb(bytes, "x.jpg");
+  EXPECT_EQ(again.width(), 64);
+  EXPECT_EQ(again.height(), 48);
+  EXPECT_NEAR(again(30, 20).r, 10, 2);  // and not blue
+  EXPECT_NEAR(again(30, 20).g, 200, 2);
+  EXPECT_NEAR(again(30, 20).b, 90, 2);
+  expect_error([&] { decode_jpeg_rgb(bytes.substr(0, bytes.size() / 2), "x.jpg"); },
+               "x.jpg: JPEG file is truncated");
+  expect_error([&] { decode_jpeg_rgb("\x89PNG", "x.jpg"); }, "x.jpg: not a JPEG file");
+  expect_error([&] { decode_jpeg_rgb("", "x.jpg"); }, "x.jpg: not a JPEG file");
+  expect_error([&] { decode_jpeg_rgb("\xff\xd8\xff\xd9", "x.jpg"); }, "x.jpg: damaged JPEG file");
+  // Gray would stand for the lower half.
+  const std::string half = textured_jpeg().substr(0, textured_jpeg().size() / 2) + "\xff\xd9";
+  expect_error([&] { decode_jpeg_rgb(half, "x.jpg"); }, "x.jpg: damaged JPEG file (Corrupt JPEG data");
+}
+
+TEST(Jpeg, PixelsAreThoseOfOpenCv) {
+  const std::string bytes = textured_jpeg();
+  const std::vector<uint8_t> buffer(bytes.begin(), bytes.end());
+  const Image<Rgb> ours = decode_jpeg_rgb(bytes, "x.jpg");
+  cv::Mat theirs = cv::imdecode(buffer, cv::IMREAD_COLOR);
+  for (int y = 0; y < ours.height(); ++y) {
+    for (int x = 0; x < ours.width(); ++x) {
+      const auto& bgr = theirs.at<cv::Vec3b>(y, x);
+      ASSERT_EQ(ours(x, y), (Rgb{bgr[2], bgr[1], bgr[0]})) << x << " " << y;
+    }
+  }
+  std::vector<uint8_t> gray;
+  ASSERT_TRUE(cv::imencode(".jpg", cv::Mat(8, 8, CV_8UC1, cv::Scalar(77)), gray));
+  EXPECT_EQ(decode_jpeg_rgb({reinterpret_cast<const char*>(gray.data()), gray.size()}, "g.jpg")(3, 3),
+            (Rgb{77, 77, 77}));
+  std::vector<uint8_t> encoded;
+  const Image<Rgb> image = texture();
+  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x)
+      bgr.at<cv::Vec3b>(y, x) = {image(x, y).b, image(x, y).g, image(x, y).r};
+  }
+  ASSERT_TRUE(cv::imencode(".jpg", bgr, encoded, {cv::IMWRITE_JPEG_QUALITY, 85}));
+  EXPECT_EQ(textured_jpeg(), std::string(encoded.begin(), encoded.end()));
+}
+
+}  // namespace
+}  // namespace sextant

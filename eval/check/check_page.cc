@@ -1,0 +1,133 @@
+#include "sextant/eval/check/check_page.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/report/table.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t page_width = 116;
+
+std::string outcome(const SourceCheck& c) { return std::string(to_string(c.outcome)); }
+
+std::string present(const SourceCheck& c) {
+  std::string text = c.n_present ? std::to_string(*c.n_present) : "";
+  if (c.n_expected) text += fmt::format("/{}", *c.n_expected);
+  return text;
+}
+
+/// Cause first: what the reader needs; then the numbers behind it.
+std::string remark(const SourceCheck& c) {
+  if (c.cause.empty()) return c.message;
+  return c.cause + (c.message.empty() ? "" : " (" + c.message + ")");
+}
+
+/// Broken at spaces, each further line indented below the text.
+std::string wrapped(const std::string& label, const std::string& text) {
+  std::string out = label;
+  size_t column = label.size();
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find(' ', begin), text.size());
+    if (column + 1 + end - begin > page_width && column > label.size()) {
+      out += "\n" + std::string(label.size(), ' ');
+      column = label.size();
+    }
+    out += " " + text.substr(begin, end - begin);
+    column += 1 + end - begin;
+    begin = end + 1;
+  }
+  return out;
+}
+
+/// The channels, poses and tracks; long messages go below the table.
+Table content_table(const std::string& source, const SequenceInfo& info) {
+  Table table;
+  table.title = fmt::format("{}: frames {}-{}, {}x{} px, {} Hz", source, info.first_frame, info.last_frame,
+                            info.width, info.height, info.rate_hz);
+  table.columns = {{"outcome", "", Align::left},
+                   {"check", "content", Align::left},
+                   {"present", "present", Align::right},
+                   {"size_px", "size [px]", Align::right},
+                   {"valid_percent", "valid [%]", Align::right, 1},
+                   {"min", "min", Align::right, 2},
+                   {"median", "median", Align::right, 2},
+                   {"max", "max", Align::right, 2},
+                   {"unit", "unit", Align::left}};
+  return table;
+}
+
+Table convention_table() {
+  Table table;
+  table.columns = {{"outcome", "", Align::left},     {"check", "convention", Align::left},
+                   {"value", "value", Align::right}, {"limit", "limit", Align::right},
+                   {"unit", "unit", Align::left},    {"n", "n", Align::right, 0},
+                   {"counted", "of", Align::left}};
+  return table;
+}
+
+Json to_json(const SourceCheck& c) {
+  Json json{{"check", c.name}, {"outcome", outcome(c)}};
+  const auto put = [&](const char* key, const auto& value) {
+    if (value) json[key] = *value;
+  };
+  put("value", c.value);
+  put("limit", c.limit);
+  if (!c.unit.empty() && (c.value || c.min)) json["unit"] = c.unit;
+  put("n", c.n);
+  if (!c.counted.empty()) json["counted"] = c.counted;
+  put("present", c.n_present);
+  put("expected", c.n_expected);
+  if (!c.size_px.empty()) json["size_px"] = c.size_px;
+  if (c.valid_share) json["valid_percent"] = *c.valid_share * 100;
+  put("min", c.min);
+  put("median", c.median);
+  put("max", c.max);
+  json["cause"] = c.cause;
+  json["message"] = c.message;
+  return json;
+}
+
+}  // namespace
+
+std::string check_page(const std::string& source, const SequenceInfo& info,
+                       const std::vector<SourceCheck>& checks) {
+  Table content = content_table(source, info), conventions = convention_table();
+  for (const SourceCheck& c : checks) {
+    Table& table = c.convention ? conventions : content;
+    if (!remark(c).empty())
+      table.notes.push_back(wrapped(fmt::format("{:<7} {}:", outcome(c), c.name), remark(c)));
+    if (c.convention) {
+      table.add_row({outcome(c), c.name, cell(c.value), cell(c.limit), c.unit,
+                     c.n ? Cell(static_cast<double>(*c.n)) : Cell(), c.counted});
+    } else if (c.outcome != CheckOutcome::note || c.n_present) {
+      table.add_row({outcome(c), c.name, present(c), c.size_px,
+                     c.valid_share ? Cell(*c.valid_share * 100) : Cell(), cell(c.min), cell(c.median),
+                     cell(c.max), c.min ? c.unit : ""});
+    }
+  }
+  return to_text(content) + "\n" + to_text(conventions);
+}
+
+Json check_json(const std::string& source, const std::vector<SourceCheck>& checks) {
+  const auto n_with = [&](CheckOutcome wanted) {
+    return std::ranges::count(checks, wanted, &SourceCheck::outcome);
+  };
+  Json json{{"source", source},
+            {"failed", n_with(CheckOutcome::fail)},
+            {"suspect", n_with(CheckOutcome::suspect)},
+            {"checks", Json::array()}};
+  for (const SourceCheck& c : checks) json["checks"].push_back(to_json(c));
+  return json;
+}
+
+void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks) {
+  const auto first = std::ranges::find(checks, CheckOutcome::fail, &SourceCheck::outcome);
+  if (first == checks.end()) return;
+  fail("{}: {} of {} checks failed; the first, {}: {}", source,
+       std::ranges::count(checks, CheckOutcome::fail, &SourceCheck::outcome), checks.size(), first->name,
+       remark(*first));
+}
+
+}  // namespace sextant

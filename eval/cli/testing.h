@@ -1,0 +1,40 @@
+#pragma once
+
+// The program, for tests: started as users do.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/vdo_folder_testing.h"
+
+namespace sextant {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+/// `arguments` as in a shell.
+inline Outcome sextant_program(const std::string& arguments) {
+  const TempFolder temp;
+  const std::string out = (temp.path() / "out").string(), err = (temp.path() / "err").string();
+  const int status =
+      std::system(fmt::format("{} {} > {} 2> {}", SEXTANT_PROGRAM, arguments, out, err).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+}
+
+/// Exit code 2 and exactly one line on stderr that names `named`.
+inline void expect_bad_input(const Outcome& outcome, const std::string& named) {
+  EXPECT_EQ(outcome.code, 2) << named << ": " << outcome.out << outcome.err;
+  EXPECT_TRUE(outcome.err.starts_with("sextant: error: ")) << outcome.err;
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr(named));
+}
+
+}  // namespace sextant

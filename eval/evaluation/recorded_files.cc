@@ -1,0 +1,157 @@
+#include "sextant/eval/evaluation/recorded_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <future>
+#include <limits>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/logs/object_logs.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "NAME=PATH": a run of the system NAME. A plain path has none.
+struct Estimate {
+  std::string system;
+  std::string path;
+};
+
+Estimate parse_estimate(const std::string& text) {
+  const size_t equals = text.find('=');
+  std::error_code ignored;
+  if (equals == std::string::npos || equals == 0 || fs::exists(text, ignored)) return {"", text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// Whether `text` has the form "adapter:path" and is not the name of a file.
+bool looks_like_source(const std::string& text) {
+  const size_t colon = text.find(':');
+  if (colon == std::string::npos || colon < 2) return false;
+  const std::string adapter = text.substr(0, colon);
+  if (adapter.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos) return false;
+  std::error_code ignored;
+  return !fs::exists(text, ignored);
+}
+
+EgoReference reference_of(const EgoFiles& files) {
+  if (looks_like_source(files.reference))
+    return source_reference(files.reference, files.data_root, files.source_options);
+  TrajectoryFile file = read_trajectory(
+      files.reference, files.reference_format.empty() ? files.format : files.reference_format);
+  EgoReference reference;
+  reference.side = {files.reference, file.comments, file.format};
+  reference.warnings = file.warnings;
+  reference.poses = file.truth ? std::move(*file.truth) : std::move(file.poses);
+  return reference;
+}
+
+/// evo's EuRoC files are compared with estimates in TUM format.
+std::string format_of_estimate(const EgoFiles& files, const std::string& path) {
+  if (!files.estimate_format.empty()) return files.estimate_format;
+  if (files.format != "euroc") return files.format;
+  const FittingFormats fitting = fitting_formats(path);
+  const bool tum = fitting.names.size() == 1 && fitting.names[0].starts_with("tum");
+  return tum ? fitting.names[0] : files.format;
+}
+
+std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_hz) {
+  PoseSeries series;
+  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
+    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
+    series.stamps_s.push_back(it->first.second / rate_hz);
+  }
+  return encode_tum(series);
+}
+
+/// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...
+void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files) {
+  if (log.poses.empty()) log.poses = chained_poses(log);
+  if (log.poses.empty()) {
+    log.warnings.push_back(fmt::format(
+        "--save-tum: the log of {} holds motions of objects, but no pose to start from: give --truth",
+        log.estimator));
+  }
+  const std::string end_of_name = run_of_system > 1 ? fmt::format("_{}", run_of_system) : "";
+  const fs::path folder = fs::path(files.tum) / (log.estimator + end_of_name);
+  fs::create_directories(folder);
+  for (const auto& [poses, end] : {std::pair(&log.poses, ""), std::pair(&log.true_poses, "_gt")}) {
+    for (auto it = poses->begin(); it != poses->end();
+         it = poses->upper_bound({it->first.first, std::numeric_limits<int>::max()})) {
+      const int id = it->first.first;
+      write_file(folder / fmt::format("obj_{}{}.tum", id, end), tum_of(*poses, id, files.rate_hz));
+    }
+  }
+}
+
+/// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
+std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
+  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, files.stage});
+  for (ObjectLog& log : logs) {
+    if (estimate.system.empty()) continue;
+    log.estimator = logs.size() == 1 ? estimate.system : estimate.system + "_" + log.estimator;
+  }
+  return logs;
+}
+
+}  // namespace
+
+EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
+  std::vector<Estimate> estimates;
+  for (const std::string& text : files.estimates) estimates.push_back(parse_estimate(text));
+  if (estimates.empty()) estimates.push_back({"", files.reference});
+
+  const auto read = [&](const std::string& path) {
+    return read_trajectory(path, format_of_estimate(files, path));
+  };
+  std::future<TrajectoryFile> first = std::async(std::launch::async, read, estimates.front().path);
+  EgoScores scores;
+  scores.reference = reference_of(files);
+  apply_reference_frame(scores.reference, options);
+  for (size_t i = 0; i < estimates.size(); ++i) {
+    TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
+    if (files.estimates.empty() && !file.truth)
+      fail("{}: holds no truth of its own: give the estimate after the reference", files.reference);
+    scores.runs.push_back(evaluate_ego(scores.reference, std::move(file), estimates[i].path, options));
+    scores.runs.back().system = estimates[i].system.empty() ? "estimate" : estimates[i].system;
+  }
+  return scores;
+}
+
+void write_tum(const EgoScores& scores, const std::string& folder) {
+  fs::create_directories(folder);
+  write_file(fs::path(folder) / "reference.tum", encode_tum(scores.runs.front().reference));
+  for (size_t i = 0; i < scores.runs.size(); ++i)
+    write_file(fs::path(folder) / fmt::format("estimate_{}.tum", i), encode_tum(scores.runs[i].estimate));
+}
+
+ObjectScores evaluate_object_files(const ObjectFiles& files) {
+  if (!(files.rate_hz > 0) || !std::isfinite(files.rate_hz))
+    fail("--rate {}: must be above 0", files.rate_hz);
+  std::optional<SequenceTruth> truth;
+  if (!files.truth.empty()) truth = source_objects(files.truth, files.data_root, files.source_options);
+  ObjectScores scores;
+  std::map<std::string, int> runs;
+  for (const std::string& text : files.folders) {
+    const Estimate estimate = parse_estimate(text);
+    scores.folders.push_back(estimate.path);
+    const std::string name = fs::path(estimate.path).lexically_normal().filename().string();
+    for (ObjectLog& log : logs_of(estimate, files)) {
+      if (truth) take_truth(log, *truth);
+      const int run = runs[log.estimator]++;
+      std::ranges::move(object_records(log, files.format, name, files.rate_hz, static_cast<uint64_t>(run)),
+                        std::back_inserter(scores.records));
+      if (!files.tum.empty()) write_objects(log, run + 1, files);
+      std::ranges::move(log.warnings, std::back_inserter(scores.warnings));
+    }
+  }
+  scores.is_comparison = files.folders.size() > 1 || runs.size() > 1;
+  return scores;
+}
+
+}  // namespace sextant

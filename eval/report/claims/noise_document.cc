@@ -1,0 +1,57 @@
+#include "sextant/eval/report/claims/noise_document.h"
+
+#include "sextant/eval/records/version.h"
+#include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/comparisons.h"
+#include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/noise_levels.h"
+#include "sextant/eval/report/trends.h"
+
+namespace sextant {
+namespace {
+
+std::string joined(const std::vector<std::filesystem::path>& folders) {
+  std::string text;
+  for (const std::filesystem::path& folder : folders) text += (text.empty() ? "" : ", ") + folder.string();
+  return text;
+}
+
+const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
+
+}  // namespace
+
+ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs) {
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders);
+  std::vector<NoiseLevelRow> levels;
+  std::vector<AchievedNoiseRow> achieved;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (NoiseLevelRow& row : noise_levels(sweep, jobs)) levels.push_back(std::move(row));
+    for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
+  }
+  const std::vector<CheckedClaim> checked = check_claims(sweeps);
+  ReportDocument document;
+  document.title = "Noise and errors";
+  document.abstract =
+      "Errors of camera and objects by noise level, from the records of " + joined(folders) +
+      ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
+  document.verdicts = claim_verdicts(checked, "#claims");
+  const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
+    if (table.rows.empty()) return;
+    document.sections.push_back({std::string(name) + "-section",
+                                 heading,
+                                 {},
+                                 {{name, std::move(table), split_keys}},
+                                 std::move(figures),
+                                 {}});
+  };
+  add("claims", "Statements", claim_table(checked));
+  add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
+  add("trends", "Growth", trend_table(noise_trends(sweeps, jobs)));
+  add("comparisons", "Estimators compared", comparison_table(compare_estimators(sweeps, jobs)));
+  add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
+  document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
+  document.citation = citation();
+  return document;
+}
+
+}  // namespace sextant
