@@ -7,10 +7,10 @@
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/version.h"
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/comparisons.h"
+#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/figures/noise_figures.h"
 #include "sextant/eval/report/html/report_folder.h"
-#include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {

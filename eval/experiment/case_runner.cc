@@ -63,6 +63,7 @@ CaseRunner::Outcome CaseRunner::process(const ExtractedPair& extracted) {
     ego.time_ms["extraction"] = extracted.extraction_ms;
     ego.time_ms["decode"] = extracted.decode_ms;
     result.solver->add_costs(frame.curr, ego);
+    check_listed(records);
     if (out.records.empty()) out.result = std::move(frame);
     std::ranges::move(records, std::back_inserter(out.records));
   }

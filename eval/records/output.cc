@@ -38,8 +38,7 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
   if (recorded_configuration(folder) != configuration) {
     fail(
         "{}: holds the records of a run with other sources or options; choose another folder, or pass "
-        "--force "
-        "to replace them",
+        "--force to replace them",
         folder.string());
   }
 }
