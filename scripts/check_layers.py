@@ -11,6 +11,7 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program.
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
+7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
 
 Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
 """
@@ -75,6 +76,9 @@ TRUTH_READERS = ["truth/*", "metrics/*", "datasets/*", "eval/check/*", "eval/exp
 TRUTH_READERS_EXCEPT = ["datasets/codec/*", "datasets/channels/*"]
 TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*", "datasets/codec/*",
               "datasets/channels/*"]
+
+# Names that stand in several folders.
+ONE_A_FOLDER = ["registry.h", "registry.cc", "main.cc"]
 
 # What -> (pattern, files that may).
 DOORS = {
@@ -152,7 +156,11 @@ def path_to_truth(files, start):
 def check(root):
     files = read_tree(root)
     problems = []
+    first = {}
     for name, (path, includes, doors) in files.items():
+        file = name.rpartition("/")[2]
+        if first.setdefault(file, path) != path and file not in ONE_A_FOLDER:
+            problems.append(f"{path}: there is {first[file]} too: give one a name that says what it is")
         problems += [f"{path}:{line}: {what}" for line, what in doors]
         folder = folder_of(name)
         if folder not in LAYERS:
@@ -210,6 +218,7 @@ def self_test():
         ("another door for JSON", "eval/report/table.h", 'base/x"\nauto j = Json::parse(text);//', "parses JSON"),
         ("a reader that nothing fuzzes", "lib/geometry/se3.h", 'base/x"\nint decode_x(std::string_view bytes);//',
          "decode_x() reads files of strangers and has no target"),
+        ("a name twice", "eval/gate/table.h", "sextant/base/error.h", "there is eval/gate/table.h too"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

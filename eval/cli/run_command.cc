@@ -9,7 +9,7 @@
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
 namespace {

@@ -179,15 +179,17 @@ Table evaluate_flow(const DenseOptions& options) {
                     [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
                       errors[subset].push_back(dense_flow_error(estimate, truth));
                     });
-  Table table;
-  table.title = "Flow";
-  table.caption =
-      "Fl: error above 3 px and 5 % of the true flow. Over pixels with both; coverage: share of true ones.";
-  table.columns = {
-      {"subset", "pixels of", Align::left},      {"n", "n", Align::right, 0},
-      {"n_truth", "truth", Align::right, 0},     {"coverage_percent", "coverage [%]", Align::right, 2},
-      {"epe_px", "EPE [px]", Align::right, 4},   {"epe_x_px", "|u| [px]", Align::right, 4},
-      {"epe_y_px", "|v| [px]", Align::right, 4}, {"fl_percent", "Fl [%]", Align::right, 3}};
+  Table table{
+      "Flow",
+      "Fl: error above 3 px and 5 % of the true flow. Over pixels with both; coverage: share of true ones.",
+      {{"subset", "pixels of", Align::left},
+       {"n", "n", Align::right, 0},
+       {"n_truth", "truth", Align::right, 0},
+       {"coverage_percent", "coverage [%]", Align::right, 2},
+       {"epe_px", "EPE [px]", Align::right, 4},
+       {"epe_x_px", "|u| [px]", Align::right, 4},
+       {"epe_y_px", "|v| [px]", Align::right, 4},
+       {"fl_percent", "Fl [%]", Align::right, 3}}};
   for (const auto& [subset, images] : errors) {
     const DenseFlowError e = pooled(images);
     if (subset == "all") check_any(e.n, options);
@@ -209,21 +211,20 @@ Table evaluate_depth(const DenseOptions& options) {
                        images[subset].first.push_back(estimate);
                        images[subset].second.push_back(truth);
                      });
-  Table table;
-  table.title = "Depth";
-  table.caption =
-      "Over pixels with both; coverage: share of true ones. D1 (with --bf): disparity off by 3 px and 5 %.";
-  table.columns = {{"subset", "pixels of", Align::left},
-                   {"n", "n", Align::right, 0},
-                   {"n_truth", "truth", Align::right, 0},
-                   {"coverage_percent", "coverage [%]", Align::right, 2},
-                   {"mean_m", "mean [m]", Align::right, 4},
-                   {"rmse_m", "RMSE [m]", Align::right, 4},
-                   {"relative_percent", "relative [%]", Align::right, 3},
-                   {"bias_percent", "bias [%]", Align::right, 3},
-                   {"within_125_percent", "< 1.25 [%]", Align::right, 2},
-                   {"disparity_px", "disparity [px]", Align::right, 4},
-                   {"d1_percent", "D1 [%]", Align::right, 3}};
+  Table table{
+      "Depth",
+      "Over pixels with both; coverage: share of true ones. D1 (with --bf): disparity off by 3 px and 5 %.",
+      {{"subset", "pixels of", Align::left},
+       {"n", "n", Align::right, 0},
+       {"n_truth", "truth", Align::right, 0},
+       {"coverage_percent", "coverage [%]", Align::right, 2},
+       {"mean_m", "mean [m]", Align::right, 4},
+       {"rmse_m", "RMSE [m]", Align::right, 4},
+       {"relative_percent", "relative [%]", Align::right, 3},
+       {"bias_percent", "bias [%]", Align::right, 3},
+       {"within_125_percent", "< 1.25 [%]", Align::right, 2},
+       {"disparity_px", "disparity [px]", Align::right, 4},
+       {"d1_percent", "D1 [%]", Align::right, 3}}};
   for (const auto& [subset, pair] : images) {
     const auto& [estimates, truths] = pair;
     const DepthError e = depth_error(estimates, truths);

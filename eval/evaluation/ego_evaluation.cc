@@ -70,16 +70,14 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
     fail(
         "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
-        "way to "
-        "match them; convert one of them",
+        "way to match them; convert one of them",
         name);
   }
   if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");
   if (reference.size() != estimate.size()) {
     fail(
         "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have as many; "
-        "put the "
-        "frame number before the 12 values of each line",
+        "put the frame number before the 12 values of each line",
         name, estimate.size(), reference.size());
   }
   return {counted(reference.size()), counted(estimate.size())};
@@ -157,10 +155,10 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
 
 void warn_of_share(const EgoResult& r, const PoseSeries& reference,
                    std::vector<TrajectoryWarning>& warnings) {
-  constexpr double kLeastShare = 0.8;
+  constexpr double least_share = 0.8;
   const size_t shorter = std::min(r.n_reference, r.n_estimate);
   const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
-  if (share < kLeastShare) {
+  if (share < least_share) {
     warnings.push_back(
         {"unmatched", fmt::format("only {} of {} poses ({:.0f} %) have a partner: check the clocks, "
                                   "--offset and --max-difference",
@@ -169,7 +167,7 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   const std::vector<double> all = times_of(reference), matched = times_of(r.reference);
   const double covered = (matched.back() - matched.front()) / (all.back() - all.front());
   const bool by_row = r.reference.stamps_s.empty() && r.reference.frames.empty();
-  if (!by_row && covered < kLeastShare) {
+  if (!by_row && covered < least_share) {
     warnings.push_back(
         {"coverage",
          fmt::format("the estimate covers {:.0f} % of the reference's duration: what it lost does "
@@ -228,8 +226,8 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                               "scale; a system without metric scale needs --align sim3",
                               r.umeyama_scale, to_string(options.alignment))});
   }
-  constexpr double kFlat = 1e-12;
-  if (r.alignment.flatness < kFlat) {
+  constexpr double flat = 1e-12;
+  if (r.alignment.flatness < flat) {
     warnings.push_back({"line",
                         "the positions lie on a straight line: the rotation about it is arbitrary after this "
                         "alignment, and errors of rotation mean nothing"});

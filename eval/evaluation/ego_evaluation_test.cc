@@ -327,8 +327,8 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
 
   const std::vector<SystemComparison> comparisons = compare_systems(run_errors(runs));
   ASSERT_EQ(comparisons.size(), 1);
-  EXPECT_NEAR(comparisons[0].mean_difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
-  EXPECT_LT(comparisons[0].p, 0.001);
+  EXPECT_NEAR(comparisons[0].difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
+  EXPECT_LT(comparisons[0].p_corrected.value(), 0.001);
   runs[3] = runs[0];
   runs[3].system = "same";
   runs.resize(4);

@@ -140,9 +140,9 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
     json["comparisons"].push_back({{"a", c.a},
                                    {"b", c.b},
                                    {"n_common", c.n_common},
-                                   {"stretches", c.n_stretches},
-                                   {"mean_difference", c.mean_difference},
-                                   {"p", c.p}});
+                                   {"stretches", c.n_clusters},
+                                   {"mean_difference", c.difference},
+                                   {"p", *c.p_corrected}});
   }
   json["runs"] = Json::array();
   for (const EgoResult& r : runs) {
@@ -199,19 +199,19 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
 }
 
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference) {
-  Table table;
-  table.title = "Per frame (paper) and KITTI odometry errors";
-  table.columns = {{"estimate", "estimate", Align::left},
-                   {"n", "steps", Align::right, 0},
-                   {"Et_mean_m", "E_t mean [m]", Align::right, 4},
-                   {"Et_rmse_m", "RMSE", Align::right, 4},
-                   {"ER_mean_deg", "E_R mean [deg]", Align::right, 4},
-                   {"ER_rmse_deg", "RMSE", Align::right, 4},
-                   {"ER_float_acos_mean_deg", "in floats [deg]", Align::right, 4},
-                   {"n_stretches", "stretches", Align::right, 0},
-                   {"translation_percent", "t_rel [%]", Align::right, 4},
-                   {"rotation_deg_per_m", "r_rel [deg/m]", Align::right, 6},
-                   {"umeyama_scale", "scale", Align::right, 4}};
+  Table table{"Per frame (paper) and KITTI odometry errors",
+              "",
+              {{"estimate", "estimate", Align::left},
+               {"n", "steps", Align::right, 0},
+               {"Et_mean_m", "E_t mean [m]", Align::right, 4},
+               {"Et_rmse_m", "RMSE", Align::right, 4},
+               {"ER_mean_deg", "E_R mean [deg]", Align::right, 4},
+               {"ER_rmse_deg", "RMSE", Align::right, 4},
+               {"ER_float_acos_mean_deg", "in floats [deg]", Align::right, 4},
+               {"n_stretches", "stretches", Align::right, 0},
+               {"translation_percent", "t_rel [%]", Align::right, 4},
+               {"rotation_deg_per_m", "r_rel [deg/m]", Align::right, 6},
+               {"umeyama_scale", "scale", Align::right, 4}}};
   for (const EgoResult& r : runs) {
     const PerFrameErrors& e = r.per_frame;
     std::optional<ErrorStatistics> t, a, in_floats;
@@ -236,8 +236,7 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
   }
   table.notes.push_back(
       "in floats: mean E_R as programs in single precision have it, acos of the trace where it is above 0. "
-      "It is "
-      "too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
+      "It is too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
   if (reference.step_floor_m) {
     table.notes.push_back(
         fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
@@ -260,7 +259,8 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
                    {"p", "p", Align::right, 4}};
   if (runs.size() < 2) return table;
   for (const SystemComparison& c : compare_systems(run_errors(runs)))
-    table.add_row({c.a, c.b, number(c.n_common), static_cast<double>(c.n_stretches), c.mean_difference, c.p});
+    table.add_row(
+        {c.a, c.b, number(c.n_common), static_cast<double>(c.n_clusters), c.difference, *c.p_corrected});
   return table;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/records/version.h"
 
 namespace sextant {

@@ -82,8 +82,8 @@ std::string encode_npy(std::span<const double> values, size_t columns) {
   const std::string shape = columns == 0 ? fmt::format("({},)", values.size())
                                          : fmt::format("({}, {})", values.size() / columns, columns);
   std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': {}, }}", shape);
-  constexpr size_t kPreamble = 10, kBlock = 64;
-  header.append(kBlock - (kPreamble + header.size() + 1) % kBlock, ' ').push_back('\n');
+  constexpr size_t preamble = 10, block = 64;
+  header.append(block - (preamble + header.size() + 1) % block, ' ').push_back('\n');
   std::string out("\x93NUMPY\x01\x00", 8);
   out.push_back(static_cast<char>(header.size() & 0xff));
   out.push_back(static_cast<char>(header.size() >> 8));

@@ -1,8 +1,10 @@
 #include "sextant/eval/evaluation/object_evaluation.h"
 
+#include <algorithm>
 #include <set>
 
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
 #include "sextant/metrics/velocity.h"
@@ -61,51 +63,37 @@ void put_velocities(Record& record, const Motions& estimate, const Motions& trut
       velocity_error_kmh(record.values["v_kmh"], true_kmh);
 }
 
-/// What a table says of some records under one preset.
-struct Score {
-  int n_truth = 0, n_estimated = 0;
-  std::map<std::string, int> others;
-  std::vector<double> Et, ER, Ev, v, v_gt;
-};
-
-bool is_true(const Record& record) { return record.status != Status::no_truth; }
-
-Score score_of(const std::vector<const Record*>& records, const MetricPreset& preset) {
-  Score score;
-  for (const Record* record : records) {
-    if (record->status != Status::ok) ++score.others[std::string(to_string(record->status))];
-    score.n_truth += is_true(*record);
-    if (record->status != Status::ok) continue;
-    ++score.n_estimated;
-    const auto take = [](std::vector<double>& into, const Record::Numbers& numbers, const std::string& key) {
-      if (const auto value = find_number(numbers, key)) into.push_back(*value);
-    };
-    take(score.Et, record->errors, preset.object_Et_key);
-    take(score.ER, record->errors, preset.object_ER_key);
-    take(score.Ev, record->errors, preset.velocity_key);
-    if (!record->errors.contains(preset.velocity_key)) continue;  // speeds of the pairs that E_v is over
-    take(score.v, record->values, "v_kmh");
-    take(score.v_gt, record->values, preset.velocity_truth_key);
-  }
-  return score;
+/// The metrics of the table.
+const std::vector<const MetricDefinition*>& table_metrics() {
+  static const std::vector<const MetricDefinition*> metrics = [] {
+    std::vector<const MetricDefinition*> of_objects = metrics_for(in_summary);
+    std::erase_if(of_objects,
+                  [](const MetricDefinition* m) { return m->unit == "px"; });  // logs hold no flow
+    return of_objects;
+  }();
+  return metrics;
 }
 
-Cell aggregated(const std::vector<double>& values, Aggregate how) {
-  return values.empty() ? Cell() : Cell(aggregate(how, values));
-}
-
-void add_row(Table& table, const std::string& estimator, const std::string& body,
-             const std::vector<const Record*>& records, const MetricPreset& preset) {
-  const Score s = score_of(records, preset);
-  std::string others;
-  for (const auto& [status, n] : s.others)
-    others += fmt::format("{}{} {}", others.empty() ? "" : ", ", status, n);
-  table.add_row(
-      {preset.name, estimator, body, static_cast<double>(s.n_truth), static_cast<double>(s.n_estimated),
-       s.n_truth > 0 ? Cell(100.0 * s.n_estimated / s.n_truth) : Cell(), static_cast<double>(s.Et.size()),
-       aggregated(s.Et, preset.aggregate), aggregated(s.ER, preset.aggregate),
-       aggregated(s.Ev, preset.aggregate), aggregated(s.v, Aggregate::mean),
-       aggregated(s.v_gt, Aggregate::mean), others.empty() ? Cell() : Cell(others)});
+void add_row(Table& table, const std::string& estimator, const std::string& body, const RecordRefs& records,
+             const MetricPreset& preset) {
+  RecordRefs estimated = records;
+  std::erase_if(estimated, [](const Record* record) { return record->status != Status::ok; });
+  const auto n_truth = static_cast<double>(std::ranges::count_if(
+      records, [](const Record* record) { return record->status != Status::no_truth; }));
+  const auto n_estimated = static_cast<double>(estimated.size());
+  const size_t n_compared = numbers_of(estimated, NumberMap::errors, preset.object_Et_key).size();
+  std::vector<Cell> cells = {preset.name,
+                             estimator,
+                             body,
+                             n_truth,
+                             n_estimated,
+                             n_truth > 0 ? Cell(100.0 * n_estimated / n_truth) : Cell(),
+                             static_cast<double>(n_compared)};
+  for (const MetricDefinition* metric : table_metrics())
+    cells.push_back(cell(summary_number(estimated, *metric, preset)));
+  const std::string others = other_statuses(records);
+  cells.push_back(others.empty() ? Cell() : Cell(others));
+  table.add_row(std::move(cells));
 }
 
 }  // namespace
@@ -129,7 +117,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     record.estimator = log.estimator;
     record.seed = run;
     record.frame = key.second;
-    record.body = fmt::format("object:{}", key.first);
+    record.body = object_body(key.first);
     const auto logged_motion = log.motions.find(key);
     const bool has_motion = logged_motion != log.motions.end();
     auto L = find_pose(log.true_poses, {key.first, key.second - 1});
@@ -150,30 +138,27 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     put_velocities(record, estimate, truth, 1 / rate_hz);
     records.push_back(std::move(record));
   }
+  check_listed(records);
   return records;
 }
 
 Table object_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
-  Table table;
-  table.title = "Object motions under each preset";
-  table.columns = {{"preset", "preset", Align::left, 0, true},
-                   {"estimator", "estimator", Align::left, 0, true},
-                   {"object", "object", Align::left},
-                   {"n_truth", "truth", Align::right, 0},
-                   {"n_estimated", "estimated", Align::right, 0},
-                   {"coverage_percent", "coverage [%]", Align::right, 1},
-                   {"n_compared", "compared", Align::right, 0},
-                   {"Et_m", "E_t [m]", Align::right, 4},
-                   {"ER_deg", "E_R [deg]", Align::right, 4},
-                   {"Ev_kmh", "E_v [km/h]", Align::right, 3},
-                   {"v_kmh", "v [km/h]", Align::right, 2},
-                   {"v_gt_kmh", "v_gt [km/h]", Align::right, 2},
-                   {"other", "other steps", Align::left}};
-  std::map<std::string, std::map<int, std::vector<const Record*>>> estimators;
+  Table table{"Object motions under each preset", "", folded_columns({"preset", "estimator"})};
+  table.add_columns({{"object", "object", Align::left},
+                     {"n_truth", "truth", Align::right, 0},
+                     {"n_estimated", "estimated", Align::right, 0},
+                     {"coverage_percent", "coverage [%]", Align::right, 1},
+                     {"n_compared", "compared", Align::right, 0}});
+  for (const MetricDefinition* metric : table_metrics()) {
+    table.columns.push_back(metric_column(*metric));
+    if (metric->name == "Ev_kmh") table.columns.back().decimals = 3;
+  }
+  table.columns.push_back({"other", "other steps", Align::left});
+  std::map<std::string, std::map<int, RecordRefs>> estimators;
   for (const Record& record : records) estimators[record.estimator][body_order(record)].push_back(&record);
   for (const MetricPreset& preset : presets) {
     for (const auto& [estimator, objects] : estimators) {
-      std::vector<const Record*> all;
+      RecordRefs all;
       for (const auto& [id, of_object] : objects) {
         add_row(table, estimator, std::to_string(id), of_object, preset);
         all.insert(all.end(), of_object.begin(), of_object.end());

@@ -4,7 +4,7 @@
 #include <array>
 #include <map>
 
-#include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/records/version.h"
 #include "sextant/eval/report/record_reading.h"
@@ -17,17 +17,18 @@ struct ErrorTitle {
   const char* file;
   const char* title;
 };
-constexpr auto kTitles = std::to_array<ErrorTitle>({{"Et_m", "Et_camera", "E_t, camera frame [m]"},
-                                                    {"ER_deg", "ER_camera", "E_R, camera frame [deg]"},
-                                                    {"Et_world_m", "Et_world", "E_t, world frame [m]"},
-                                                    {"ER_world_deg", "ER_world", "E_R, world frame [deg]"},
-                                                    {"Et_body_m", "Et_body", "E_t, body frame [m]"},
-                                                    {"ER_body_deg", "ER_body", "E_R, body frame [deg]"}});
+constexpr auto error_titles =
+    std::to_array<ErrorTitle>({{"Et_m", "Et_camera", "E_t, camera frame [m]"},
+                               {"ER_deg", "ER_camera", "E_R, camera frame [deg]"},
+                               {"Et_world_m", "Et_world", "E_t, world frame [m]"},
+                               {"ER_world_deg", "ER_world", "E_R, world frame [deg]"},
+                               {"Et_body_m", "Et_body", "E_t, body frame [m]"},
+                               {"ER_body_deg", "ER_body", "E_R, body frame [deg]"}});
 
-/// Those of kTitles that the presets use.
+/// Those of error_titles that the presets use.
 std::vector<ErrorTitle> errors_of(std::span<const MetricPreset> presets) {
   std::vector<ErrorTitle> used;
-  std::ranges::copy_if(kTitles, std::back_inserter(used), [&](const ErrorTitle& error) {
+  std::ranges::copy_if(error_titles, std::back_inserter(used), [&](const ErrorTitle& error) {
     return std::ranges::any_of(presets, [&](const MetricPreset& preset) {
       return preset.object_Et_key == error.key || preset.object_ER_key == error.key;
     });
@@ -80,17 +81,20 @@ std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, con
 }
 
 Table object_system_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
-  Table table;
-  table.title = "All objects and runs of each system";
-  table.caption =
+  Table table{
+      "All objects and runs of each system",
       "Errors of all runs pooled, never averaged as RMSEs; 95 % intervals by the bootstrap over runs, which "
-      "needs two.";
-  table.columns = {
-      {"preset", "preset", Align::left},       {"system", "system", Align::left},
-      {"runs", "runs", Align::right, 0},       {"coverage_percent", "coverage [%]", Align::right, 1},
-      {"Et_m", "E_t [m]", Align::right, 4},    {"Et_low_m", "from", Align::right, 4},
-      {"Et_high_m", "to", Align::right, 4},    {"ER_deg", "E_R [deg]", Align::right, 4},
-      {"ER_low_deg", "from", Align::right, 4}, {"ER_high_deg", "to", Align::right, 4}};
+      "needs two.",
+      {{"preset", "preset", Align::left},
+       {"system", "system", Align::left},
+       {"runs", "runs", Align::right, 0},
+       {"coverage_percent", "coverage [%]", Align::right, 1},
+       {"Et_m", "E_t [m]", Align::right, 4},
+       {"Et_low_m", "from", Align::right, 4},
+       {"Et_high_m", "to", Align::right, 4},
+       {"ER_deg", "E_R [deg]", Align::right, 4},
+       {"ER_low_deg", "from", Align::right, 4},
+       {"ER_high_deg", "to", Align::right, 4}}};
   const auto counts = counts_of(records);
   for (const MetricPreset& preset : presets) {
     const auto Et = summarize_systems(object_run_errors(records, preset.object_Et_key));
@@ -107,23 +111,21 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
 }
 
 Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
-  Table table;
-  table.title = "Comparison of systems: difference of mean error";
-  table.caption =
+  Table table{
+      "Comparison of systems: difference of mean error",
       "Over the steps that both have. Sign-flip test over stretches of them, two-sided, p adjusted after "
-      "Holm "
-      "within each error.";
-  table.columns = {{"error", "error", Align::left},
-                   {"a", "a", Align::left},
-                   {"b", "b", Align::left},
-                   {"n_common", "steps", Align::right, 0},
-                   {"stretches", "stretches", Align::right, 0},
-                   {"mean_difference", "a - b", Align::right, 5},
-                   {"p", "p", Align::right, 4, false, false, true}};
+      "Holm within each error.",
+      {{"error", "error", Align::left},
+       {"a", "a", Align::left},
+       {"b", "b", Align::left},
+       {"n_common", "steps", Align::right, 0},
+       {"stretches", "stretches", Align::right, 0},
+       {"mean_difference", "a - b", Align::right, 5},
+       {"p", "p", Align::right, 4, false, false, true}}};
   for (const ErrorTitle& error : errors_of(presets)) {
     for (const SystemComparison& c : compare_systems(object_run_errors(records, error.key)))
       table.add_row({error.title, c.a, c.b, static_cast<double>(c.n_common),
-                     static_cast<double>(c.n_stretches), c.mean_difference, c.p});
+                     static_cast<double>(c.n_clusters), c.difference, *c.p_corrected});
   }
   return table;
 }

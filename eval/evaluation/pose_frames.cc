@@ -12,34 +12,34 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n,;";
+constexpr std::string_view blanks = " \t\r\n,;";
 
 /// The numbers of a text, comments (#) left out; empty where a word is none.
 std::optional<std::vector<double>> numbers_in(std::string_view text) {
-  constexpr size_t kMost = 64;
+  constexpr size_t max_values = 64;
   std::vector<double> values;
   for (size_t at = 0;;) {
-    at = text.find_first_not_of(kBlanks, at);
+    at = text.find_first_not_of(blanks, at);
     if (at == std::string_view::npos) return values;
     if (text[at] == '#') {
       at = std::min(text.find('\n', at), text.size());
       continue;
     }
-    const size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
+    const size_t end = std::min(text.find_first_of(blanks, at), text.size());
     std::string_view word = text.substr(at, end - at);
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value))
       return std::nullopt;
-    if (values.size() == kMost) return std::nullopt;
+    if (values.size() == max_values) return std::nullopt;
     values.push_back(value);
     at = end;
   }
 }
 
 BodyFromCamera body_from_camera(const std::vector<double>& v, const std::string& name) {
-  constexpr double kFarthest_m = 1000;
+  constexpr double farthest_m = 1000;
   BodyFromCamera out;
   if (v.size() == 3) {
     out.position_m = {v[0], v[1], v[2]};
@@ -57,9 +57,9 @@ BodyFromCamera body_from_camera(const std::vector<double>& v, const std::string&
     fail("{}: expected 3 numbers (position), 12 or 16 (matrix row by row) of T_body_camera, got {}", name,
          v.size());
   }
-  if (out.position_m.norm() > kFarthest_m)
+  if (out.position_m.norm() > farthest_m)
     fail("{}: the camera is {:.4g} m from the body: expected metres, {} at most", name, out.position_m.norm(),
-         kFarthest_m);
+         farthest_m);
   return out;
 }
 
@@ -86,10 +86,10 @@ BodyFromCamera parse_body_from_camera(const std::string& text) {
       return body_from_camera(*values, "--body-from-camera");
     fail("--body-from-camera: there is no file '{}', and it is no list of 3, 12 or 16 numbers", text);
   }
-  constexpr uintmax_t kMostBytes = 1 << 16;
+  constexpr uintmax_t max_bytes = 1 << 16;
   if (!std::filesystem::is_regular_file(text, ignored)) fail("{}: expected a file of T_body_camera", text);
-  if (std::filesystem::file_size(text, ignored) > kMostBytes)
-    fail("{}: expected 3, 12 or 16 numbers of T_body_camera, got a file beyond {} bytes", text, kMostBytes);
+  if (std::filesystem::file_size(text, ignored) > max_bytes)
+    fail("{}: expected 3, 12 or 16 numbers of T_body_camera, got a file beyond {} bytes", text, max_bytes);
   return decode_body_from_camera(read_file(text), text);
 }
 

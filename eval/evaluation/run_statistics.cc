@@ -5,7 +5,7 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/stats/tests.h"
+#include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
 namespace {
@@ -72,18 +72,15 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
 }
 
 std::optional<SystemComparison> compare(const System& a, const System& b) {
-  constexpr size_t kFewest = 6, kMost = 20;  // stretches; below 6 no p-value can be under 0.03
+  constexpr size_t fewest = 6, most = 20;  // stretches; below 6 no p-value can be under 0.03
   const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
   std::vector<double> differences;
-  for (const auto& [step, error] : of_a) {
-    const auto other = of_b.find(step);
-    if (other != of_b.end()) differences.push_back(error - other->second);
-  }
-  if (differences.size() < kFewest) return std::nullopt;
-  const std::vector<double> stretches = stretch_means(differences, std::min(kMost, differences.size()));
-  const SignFlipTest test = sign_flip_test(stretches);
-  return SystemComparison{
-      a.name, b.name, differences.size(), static_cast<int>(stretches.size()), test.mean_difference, test.p};
+  for (const ErrorStep& step : common_keys<std::map<ErrorStep, double>>({&of_a, &of_b}))
+    differences.push_back(of_a.at(step) - of_b.at(step));
+  if (differences.size() < fewest) return std::nullopt;
+  const std::vector<double> stretches = stretch_means(differences, std::min(most, differences.size()));
+  return SystemComparison{compare_pairs(stretches, {}, {}, PairedTest::sign_flip), a.name, b.name,
+                          differences.size()};
 }
 
 }  // namespace
@@ -112,17 +109,14 @@ std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs)
 std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs) {
   const std::vector<System> systems = systems_of(runs);
   std::vector<SystemComparison> comparisons;
-  std::vector<double> p;
   for (size_t i = 0; i < systems.size(); ++i) {
     for (size_t j = i + 1; j < systems.size(); ++j) {
-      if (auto c = compare(systems[i], systems[j])) {
-        p.push_back(c->p);
-        comparisons.push_back(std::move(*c));
-      }
+      if (auto c = compare(systems[i], systems[j])) comparisons.push_back(std::move(*c));
     }
   }
-  const std::vector<double> adjusted = p.empty() ? p : holm(p);
-  for (size_t i = 0; i < adjusted.size(); ++i) comparisons[i].p = adjusted[i];
+  std::vector<SystemComparison*> family;
+  for (SystemComparison& comparison : comparisons) family.push_back(&comparison);
+  correct_by_holm(family);
   return comparisons;
 }
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "sextant/metrics/trajectory_errors.h"
-#include "sextant/stats/bootstrap.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 
@@ -38,12 +38,10 @@ struct SystemSummary {
   std::optional<Interval> rmse_interval, mean_interval;
 };
 
-struct SystemComparison {
+/// Error of a minus error of b; clusters are the stretches, p_corrected is over all pairs of systems.
+struct SystemComparison : PairedComparison {
   std::string a, b;
   size_t n_common = 0;  ///< steps that both have
-  int n_stretches = 0;
-  double mean_difference = 0;  ///< error of a minus error of b
-  double p = 1;                ///< two-sided; Holm-adjusted over the comparisons
 };
 
 /// In order of first appearance; systems without errors are left out.

@@ -11,15 +11,15 @@
 namespace sextant {
 namespace {
 
-constexpr size_t kFewest = 10;
-constexpr double kMost = 0.5;  // "most of the error": of the sum of squares
+constexpr size_t fewest = 10;
+constexpr double most = 0.5;  // "most of the error": of the sum of squares
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// Every n-th pose, at most 1000: enough for one constant.
 PoseSeries thinned(const PoseSeries& series) {
-  constexpr size_t kEnough = 1000;
-  const size_t every = (series.size() + kEnough - 1) / kEnough;
+  constexpr size_t enough = 1000;
+  const size_t every = (series.size() + enough - 1) / enough;
   PoseSeries out;
   for (size_t i = 0; i < series.size(); i += every) out.add(series.rotations[i], series.positions_m[i]);
   return out;
@@ -64,22 +64,21 @@ double percent(double before, double after) { return 100 * (1 - after / before);
 std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const PoseSeries& estimate,
                                            const AlignmentChoice& choice, const PoseFrame& frame,
                                            const Agreement& now) {
-  constexpr double kShortest_m = 0.05, kLongest_m = 100;
+  constexpr double shortest_m = 0.05, longest_m = 100;
   const auto l = estimate_lever_arm(reference, estimate);
-  if (!l || l->norm() < kShortest_m || l->norm() > kLongest_m) return std::nullopt;
+  if (!l || l->norm() < shortest_m || l->norm() > longest_m) return std::nullopt;
   PoseSeries moved = estimate;
   for (size_t i = 0; i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *l;
   const auto then = aligned_agreement(reference, moved, choice);
-  if (!then || then->squares > (1 - kMost) * now.squares) return std::nullopt;
+  if (!then || then->squares > (1 - most) * now.squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
   return TrajectoryWarning{
       "lever_arm",
       fmt::format(
           "a constant lever arm of {:.2f} m explains {:.0f} % of the squared errors: the estimate's poses "
-          "may be "
-          "of another point of the body; try --body-from-camera \"{}\" (position of the camera in the body, "
-          "m; what the turns do not determine is 0)",
+          "may be of another point of the body; try --body-from-camera \"{}\" (position of the camera in the "
+          "body, m; what the turns do not determine is 0)",
           l->norm(), percent(now.squares, then->squares), numbers(total))};
 }
 
@@ -87,7 +86,7 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
 
 std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeries& estimate,
                                      const AlignmentChoice& choice) {
-  constexpr double kLeast_deg = 3;
+  constexpr double least_deg = 3;
   if (choice.alignment != Alignment::none && choice.alignment != Alignment::scale) return std::nullopt;
   PoseSeries shifted = estimate;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
@@ -99,7 +98,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
   std::vector<std::pair<std::string, Eigen::Vector3d>> axes = {
       {"x", Eigen::Vector3d::UnitX()}, {"-y", -Eigen::Vector3d::UnitY()}, {"z", Eigen::Vector3d::UnitZ()}};
   std::optional<TrajectoryWarning> best;
-  double least = (1 - kMost) * now.squares;
+  double least = (1 - most) * now.squares;
   for (const auto& [name, axis] : axes) {
     const auto turn = rotation_about(axis, estimate.positions_m, reference.positions_m);
     if (!turn) continue;
@@ -107,7 +106,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
     PoseSeries turned = estimate;
     align(turned, reference, Alignment::yaw, 0, axis);
     const Agreement then = agreement(reference, turned);
-    if (angle_deg < kLeast_deg || then.squares > least || then.angle_deg > (1 - kMost) * now.angle_deg)
+    if (angle_deg < least_deg || then.squares > least || then.angle_deg > (1 - most) * now.angle_deg)
       continue;
     least = then.squares;
     best = {"yaw",
@@ -155,8 +154,7 @@ std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries
   for (const bool w_first : {true, false}) {
     const std::string text = fmt::format(
         "'s quaternions seem to have w {}: check the order of its columns; a header with a name each decides "
-        "it "
-        "(--format table), or --format",
+        "it (--format table), or --format",
         w_first ? "first" : "last");
     Candidate of_estimate{"columns", "the estimate" + text, reference, estimate};
     Candidate of_reference{"columns", "the reference" + text, reference, estimate, true};
@@ -171,17 +169,17 @@ std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries
 std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const PoseSeries& estimate,
                                             const AlignmentChoice& choice, const PoseFrame& frame,
                                             const Agreement& now) {
-  constexpr double kTurned_deg = 30, kAgrees_deg = 20, kQuarter = 0.25, kTenth = 0.1;
+  constexpr double turned_deg = 30, agrees_deg = 20, quarter = 0.25, tenth = 0.1;
   std::optional<TrajectoryWarning> best;
-  double least = kAgrees_deg;
+  double least = agrees_deg;
   for (Candidate& c : conventions(reference, estimate, frame)) {
     const auto then = aligned_agreement(c.reference, std::move(c.estimate), choice);
     // Where both sides would do, it is the estimate.
-    constexpr double kClearly = 0.5;
-    if (!then || then->angle_deg >= (c.of_reference ? kClearly : 1) * least) continue;
-    const bool rotations = now.angle_deg > kTurned_deg && then->angle_deg < kQuarter * now.angle_deg &&
+    constexpr double clearly = 0.5;
+    if (!then || then->angle_deg >= (c.of_reference ? clearly : 1) * least) continue;
+    const bool rotations = now.angle_deg > turned_deg && then->angle_deg < quarter * now.angle_deg &&
                            then->squares <= 1.01 * now.squares + 1e-9;
-    const bool positions = c.code == "axes" && then->squares < kTenth * now.squares;
+    const bool positions = c.code == "axes" && then->squares < tenth * now.squares;
     if (!rotations && !positions) continue;
     least = then->angle_deg;
     best = {
@@ -198,9 +196,9 @@ std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const P
 
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate) {
   SEXTANT_CHECK(reference.size() == estimate.size());
-  constexpr double kTurn_rad = 0.2, kLeastTurn_rad = 0.02, kLeastInformation = 0.03;
+  constexpr double turn_rad = 0.2, least_turn_rad = 0.02, least_information = 0.03;
   const size_t n = estimate.size();
-  if (n < kFewest) return std::nullopt;
+  if (n < fewest) return std::nullopt;
   const auto turn_rms = [&](size_t k) {
     double sum = 0;
     for (size_t i = 0; i + k < n; ++i) {
@@ -210,8 +208,8 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
     return std::sqrt(sum / static_cast<double>(n - k));
   };
   size_t k = 1;
-  while (2 * k <= n / 4 && turn_rms(k) < kTurn_rad) k *= 2;
-  if (turn_rms(k) < kLeastTurn_rad) return std::nullopt;
+  while (2 * k <= n / 4 && turn_rms(k) < turn_rad) k *= 2;
+  if (turn_rms(k) < least_turn_rad) return std::nullopt;
 
   // Normal equations of (l, s); s is eliminated.
   Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
@@ -234,7 +232,7 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   if (!(largest > 0)) return std::nullopt;
   Eigen::Vector3d l = Eigen::Vector3d::Zero();
   for (int i = 0; i < 3; ++i) {
-    if (solver.eigenvalues()[i] <= kLeastInformation * largest) continue;
+    if (solver.eigenvalues()[i] <= least_information * largest) continue;
     const Eigen::Vector3d direction = solver.eigenvectors().col(i);
     l += direction * (direction.dot(c) / solver.eigenvalues()[i]);
   }
@@ -246,7 +244,7 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
                                                         const PoseSeries& all_estimate,
                                                         const AlignmentChoice& choice,
                                                         const PoseFrame& frame) {
-  if (all_estimate.size() < kFewest) return {};
+  if (all_estimate.size() < fewest) return {};
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   AlignmentChoice all = choice;
   all.n_to_align = 0;

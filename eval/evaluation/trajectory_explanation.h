@@ -4,18 +4,14 @@
 // of another convention, quaternions read in another order. Each candidate is applied, the paths are aligned
 // again as asked for, and what is left decides:
 //
-//   code       warned when                                                                         remedy
-//   lever_arm  a constant vector in the body, found from relative motions, explains more than half
-//   --body-from-camera
-//              of the squared position errors; 5 cm .. 100 m
-//   yaw        with --align none or scale: one turn explains more than half of the squared errors   --align
-//   yaw
-//              that a shift leaves, and halves the mean rotation error; beyond 3 deg
-//   axes       axes of lib/geometry/axes.h take 90 % of the squared position errors away, or the     --axes,
-//   --ref-axes
-//              mean rotation error from above 30 deg to less than a quarter
-//   columns    the quaternions of one side read with w at the other end do the latter              a header,
-//   --format
+//   code       remedy              warned when
+//   lever_arm  --body-from-camera  a constant vector in the body, found from relative motions, explains more than
+//                                  half of the squared position errors; 5 cm .. 100 m
+//   yaw        --align yaw         with --align none or scale: one turn explains more than half of the squared
+//                                  errors that a shift leaves, and halves the mean rotation error; beyond 3 deg
+//   axes       --axes, --ref-axes  axes of lib/geometry/axes.h take 90 % of the squared position errors away, or
+//                                  the mean rotation error from above 30 deg to less than a quarter
+//   columns    a header, --format  the quaternions of one side read with w at the other end do the latter
 //
 // "yaw" alone is no drift: a path that turns away slowly keeps its rotation errors. A constant time offset is
 // told by "lag" (trajectory_warnings.h).

@@ -34,13 +34,13 @@ struct Motion {
   }
 };
 
-constexpr size_t kMostSteps = 1000;  // of long recordings the first ones
+constexpr size_t max_steps = 1000;  // of long recordings the first ones
 
 /// How many windows to shift to each side: 20, or 1 s where that is more.
 int shifts(double duration_s, double width_s) {
-  constexpr int kFewest = 20, kMost = 200;
+  constexpr int fewest = 20, most = 200;
   const double reach_s = std::min(1.0, duration_s / 4);
-  return std::clamp(static_cast<int>(reach_s / width_s), kFewest, kMost);
+  return std::clamp(static_cast<int>(reach_s / width_s), fewest, most);
 }
 
 Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double until) {
@@ -116,14 +116,14 @@ using Signals = std::array<std::vector<double>, 2>;
 /// Smoothed by a Gaussian of deviation `width`, cut at five, at begin + i width + shift. NaN where no step is
 /// near.
 Signals smoothed(const Rates& rates, double begin, double width, size_t n, double shift) {
-  constexpr double kReach = 5;
+  constexpr double reach = 5;
   Signals out;
   size_t first = 0;
   for (size_t i = 0; i < n; ++i) {
     const double t = begin + static_cast<double>(i) * width + shift;
-    while (first < rates.times.size() && rates.times[first] < t - kReach * width) ++first;
+    while (first < rates.times.size() && rates.times[first] < t - reach * width) ++first;
     double weight = 0, sums[2] = {0, 0};
-    for (size_t k = first; k < rates.times.size() && rates.times[k] <= t + kReach * width; ++k) {
+    for (size_t k = first; k < rates.times.size() && rates.times[k] <= t + reach * width; ++k) {
       const double u = (rates.times[k] - t) / width, w = std::exp(-0.5 * u * u) * rates.durations[k];
       weight += w;
       for (size_t c = 0; c < 2; ++c) sums[c] += w * rates.values[c][k];
@@ -146,7 +146,7 @@ class OffsetSearch {
     if (!(width_ > 0)) return;
     begin_ = std::max(estimate_.times.front(), reference_.times.front() + reach_ - initial_);
     const double end = std::min(estimate_.times.back(), reference_.times.back() - reach_ - initial_);
-    if (end > begin_) n_ = std::min(static_cast<size_t>((end - begin_) / width_) + 1, kMost);
+    if (end > begin_) n_ = std::min(static_cast<size_t>((end - begin_) / width_) + 1, max_samples);
     signal_ = smoothed(estimate_, begin_, width_, n_, 0);
   }
 
@@ -193,22 +193,22 @@ class OffsetSearch {
 
   /// Golden section within half a width of `d`.
   double refined(double d, size_t left_out = 0, size_t until = 0) const {
-    constexpr double kGolden = 0.6180339887498949;
+    constexpr double golden = 0.6180339887498949;
     double low = d - 0.5 * width_, high = d + 0.5 * width_;
-    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    double a = high - golden * (high - low), b = low + golden * (high - low);
     double at_a = score(a, left_out, until), at_b = score(b, left_out, until);
     while (high - low > 1e-6 * width_) {
       if (at_a > at_b) {
         high = b;
         b = a;
         at_b = at_a;
-        a = high - kGolden * (high - low);
+        a = high - golden * (high - low);
         at_a = score(a, left_out, until);
       } else {
         low = a;
         a = b;
         at_a = at_b;
-        b = low + kGolden * (high - low);
+        b = low + golden * (high - low);
         at_b = score(b, left_out, until);
       }
     }
@@ -216,7 +216,7 @@ class OffsetSearch {
   }
 
  private:
-  static constexpr size_t kMost = 4000;  // of long recordings the first ones
+  static constexpr size_t max_samples = 4000;  // of long recordings the first ones
 
   Rates reference_, estimate_;
   double width_ = 0, initial_ = 0, reach_ = 0, begin_ = 0;
@@ -230,8 +230,8 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
                                         const std::vector<double>& reference_times,
                                         const PoseSeries& estimate,
                                         const std::vector<double>& estimate_times) {
-  constexpr size_t kLeastPoses = 40;
-  if (reference.size() < kLeastPoses || estimate.size() < kLeastPoses) return std::nullopt;
+  constexpr size_t least_poses = 40;
+  if (reference.size() < least_poses || estimate.size() < least_poses) return std::nullopt;
   const double width = std::max(median_step(reference_times), median_step(estimate_times));
   if (!(width > 0)) return std::nullopt;
   const int n_shifts = shifts(std::min(reference_times.back() - reference_times.front(),
@@ -240,7 +240,7 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const double reach = n_shifts * width;
   const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
   double end = std::min(reference_times.back(), estimate_times.back() - reach);
-  end = std::min(end, begin + width * kMostSteps);
+  end = std::min(end, begin + width * max_steps);
   if (!(end - begin > 20 * width)) return std::nullopt;
   const auto n = static_cast<size_t>((end - begin) / width);
   const auto r =
@@ -267,17 +267,17 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
 
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name) {
-  constexpr size_t kFewest = 40, kStretches = 20;
-  constexpr double kLeastCorrelation = 0.8, kStudent_19 = 2.0930240544;
+  constexpr size_t fewest = 40, n_stretches = 20;
+  constexpr double least_correlation = 0.8, student_19 = 2.0930240544;
   const auto undetermined = [&](const std::string& why) {
     fail("{}: the motions do not determine a time offset: {}; give --offset", name, why);
   };
-  if (reference.size() < kFewest || estimate.size() < kFewest)
-    undetermined(fmt::format("{} and {} poses, {} needed", reference.size(), estimate.size(), kFewest));
+  if (reference.size() < fewest || estimate.size() < fewest)
+    undetermined(fmt::format("{} and {} poses, {} needed", reference.size(), estimate.size(), fewest));
   const OffsetSearch search(reference, estimate, initial_s);
-  if (search.n() < kFewest)
+  if (search.n() < fewest)
     undetermined(fmt::format("both recordings share {} steps around an offset of {} s, {} needed", search.n(),
-                             initial_s, kFewest));
+                             initial_s, fewest));
   const double coarse = search.coarse_best();
   if (std::abs(coarse - initial_s) > search.reach() - 0.75 * search.width())
     undetermined(fmt::format("the best within {:.3g} s of {} s is at the end of that range", search.reach(),
@@ -288,19 +288,19 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   const auto [speed, rotation] = search.correlations(out.offset_s);
   out.speed_correlation = speed;
   out.rotation_correlation = rotation;
-  if (!(std::max(speed, rotation) >= kLeastCorrelation)) {
+  if (!(std::max(speed, rotation) >= least_correlation)) {
     undetermined(fmt::format("speeds correlate at {:.2f}, rotation rates at {:.2f} at best, {} needed", speed,
-                             rotation, kLeastCorrelation));
+                             rotation, least_correlation));
   }
   double sum = 0, squares = 0;
-  for (size_t k = 0; k < kStretches; ++k) {
+  for (size_t k = 0; k < n_stretches; ++k) {
     const double d =
-        search.refined(out.offset_s, k * out.n / kStretches, (k + 1) * out.n / kStretches) - out.offset_s;
+        search.refined(out.offset_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - out.offset_s;
     sum += d;
     squares += d * d;
   }
-  constexpr double n = kStretches;
-  const double half = kStudent_19 * std::sqrt((n - 1) / n * std::max(0.0, squares - sum * sum / n));
+  constexpr double n = n_stretches;
+  const double half = student_19 * std::sqrt((n - 1) / n * std::max(0.0, squares - sum * sum / n));
   out.low_s = out.offset_s - half;
   out.high_s = out.offset_s + half;
   return out;

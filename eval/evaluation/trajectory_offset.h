@@ -6,13 +6,11 @@
 // estimate_lag() is a quick look for warnings; estimate_offset() measures:
 //
 //   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the
-//   longer of
-//             the two medians) at times one such step apart. Without smoothing, interpolation would average
-//             noise at fractional shifts alone, and the best shift would lie between the samples, wrongly
+//             longer of the two medians) at times one such step apart. Without smoothing, interpolation would
+//             average noise at fractional shifts alone, and the best shift would lie between the samples, wrongly
 //   score     L(d) = -n/2 sum over both of log(1 - rho(d)^2), rho the correlation (0 where it is negative) of
-//   the estimate at t with
-//             the reference at t + d: the profile likelihood for signals equal up to scale, bias and noise,
-//             so that each counts as much as it agrees
+//             the estimate at t with the reference at t + d: the profile likelihood for signals equal up to
+//             scale, bias and noise, so that each counts as much as it agrees
 //   search    steps of half a step, then golden section
 //   interval  95 %: jackknife over 20 stretches of time, Student's t. Errors that go on through the whole
 //             recording are not in it

@@ -63,8 +63,8 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   const double step_a = median_step(a), step_b = median_step(b);
   if (!(step_a > 0) || !(step_b > 0)) return warnings;
   for (const auto& [step, side] : {std::pair(step_a, &reference_side), std::pair(step_b, &estimate_side)}) {
-    constexpr double kShortest_s = 1e-5, kLongest_s = 1000;
-    if (step >= kShortest_s && step <= kLongest_s) continue;
+    constexpr double shortest_s = 1e-5, longest_s = 1000;
+    if (step >= shortest_s && step <= longest_s) continue;
     warnings.push_back({"clock", fmt::format("the time steps of {} are {:.3g} s: are its stamps seconds?",
                                              side->name, step)});
   }
@@ -97,19 +97,19 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
   };
   size_t identities = 0, repeated = 0, first_repeated = 0, same = 0;
   // A recording may stand at its origin first, as long as the estimate does.
-  constexpr double kStands_m = 0.5;
+  constexpr double stands_m = 0.5;
   bool left_origin = false;
   for (size_t i = 0; i < estimate.size(); ++i) {
     same += equal(reference, i, estimate, i);
     if (i == 0) continue;
     left_origin = left_origin || !is_identity(i) ||
-                  (estimate.positions_m[i] - estimate.positions_m[0]).norm() > kStands_m;
+                  (estimate.positions_m[i] - estimate.positions_m[0]).norm() > stands_m;
     identities += left_origin && is_identity(i);
     if (!equal(estimate, i, estimate, i - 1)) continue;
-    constexpr double kMoves_m = 0.01, kTurns_rad = 0.001;
+    constexpr double moves_m = 0.01, turns_rad = 0.001;
     const RelativePose step = relative_pose(reference, i - 1, i);
-    if (step.translation_m.norm() < kMoves_m &&
-        rotation_angle_rad(Eigen::Quaterniond(step.rotation)) < kTurns_rad)
+    if (step.translation_m.norm() < moves_m &&
+        rotation_angle_rad(Eigen::Quaterniond(step.rotation)) < turns_rad)
       continue;
     if (repeated++ == 0) first_repeated = i;
   }

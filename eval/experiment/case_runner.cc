@@ -94,6 +94,7 @@ void CaseRunner::process(const ExtractedPair& extracted, const PairObserver& on_
     ego.time_ms["extraction"] = extracted.extraction_ms;
     ego.time_ms["decode"] = extracted.decode_ms;
     result.solver->add_costs(frame.curr, ego);
+    check_listed(records);
     std::ranges::move(records, std::back_inserter(out_.records));
     if (!first) first = std::move(frame);
   }

@@ -13,7 +13,7 @@
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
 namespace {

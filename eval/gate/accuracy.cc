@@ -7,11 +7,6 @@
 #include <set>
 
 #include "sextant/base/parallel_for.h"
-#include "sextant/stats/cluster_means.h"
-#include "sextant/stats/clustered_sample.h"
-#include "sextant/stats/summary.h"
-#include "sextant/stats/tests.h"
-#include "sextant/stats/trend.h"
 
 namespace sextant {
 namespace {
@@ -76,7 +71,8 @@ bool is_estimated(const Record& r) { return r.status == Status::ok || r.status =
 /// What the truth alone decides must not change.
 void check_truth(const Pair& pair, Tally& truth) {
   constexpr double rounding = 1e-9;
-  for (const char* key : {"step_gt_m", "rotation_gt_deg", "distance_gt_m", "v_gt_origin_kmh", "dynamic_gt"}) {
+  for (const MetricDefinition* metric : metrics_for(truth_only)) {
+    const std::string& key = metric->name;
     const auto a = pair.base->values.find(key), b = pair.fresh->values.find(key);
     const bool in_a = a != pair.base->values.end(), in_b = b != pair.fresh->values.end();
     const bool same = in_a == in_b && (!in_a || std::abs(a->second - b->second) <=
@@ -143,11 +139,8 @@ std::vector<uint64_t> clusters_of(const std::vector<Pair>& pairs) {
 AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(metric);
   AccuracyRow row;
-  row.subject = subject_of(*pairs.front().base);
-  row.metric = metric;
-  row.n = static_cast<int>(pairs.size());
   std::vector<double> differences;
-  double sum = 0, change = 0;
+  double sum = 0;
   for (const Pair& pair : pairs) {
     const double before = pair.base->errors.at(metric), after = pair.fresh->errors.at(metric);
     const bool changed =
@@ -156,25 +149,18 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     if (changed) ((difference > 0) == (rules.direction == "lower") ? row.n_worse : row.n_better)++;
     differences.push_back(difference);
     sum += before;
-    change += difference;
   }
+  row.subject = subject_of(*pairs.front().base);
+  row.metric = metric;
+  row.n = static_cast<int>(pairs.size());
   row.base = sum / row.n;
-  row.difference = change / row.n;
+  PairedComparison& comparison = row;
   if (row.n_worse + row.n_better == 0) {
-    row.interval = Interval{0, 0};
-    return row;
+    comparison.interval = Interval{0, 0};
+  } else {
+    comparison = compare_pairs(differences, clusters_of(pairs),
+                               {.replicates = policy.replicates, .method = "percentile"});
   }
-  const std::vector<uint64_t> clusters = clusters_of(pairs);
-  const std::vector<double> means = cluster_means(differences, clusters);
-  const WilcoxonTest test = wilcoxon_test(means);
-  row.p = test.p;
-  row.n_used = test.n_used;
-  if (means.size() < 2) return row;
-  const ClusteredSample sample(differences, clusters);
-  row.interval = cluster_bootstrap(sample.n_clusters(),
-                                   [&](std::span<const size_t> drawn) { return sample.mean(drawn); },
-                                   {.replicates = policy.replicates, .method = "percentile"});
-  row.detectable = minimum_detectable_effect(std_dev(means), static_cast<int>(means.size()));
   return row;
 }
 
@@ -182,15 +168,11 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
 double attainable_p(int n) { return std::min(1.0, std::ldexp(2.0, -n)); }
 
 void correct(std::vector<AccuracyRow>& rows, double alpha) {
-  std::vector<size_t> testable;
-  std::vector<double> p;
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (!rows[i].p || attainable_p(rows[i].n_used) > alpha) continue;
-    testable.push_back(i);
-    p.push_back(*rows[i].p);
+  std::vector<AccuracyRow*> testable;
+  for (AccuracyRow& row : rows) {
+    if (row.p && attainable_p(row.n_used) <= alpha) testable.push_back(&row);
   }
-  const std::vector<double> corrected = holm(p);
-  for (size_t k = 0; k < testable.size(); ++k) rows[testable[k]].p_corrected = corrected[k];
+  correct_by_holm(testable);
 }
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {

@@ -2,14 +2,12 @@
 
 // Errors and statuses, case by case: a case (seed, frame) of BASE against the same case of NEW. One row per
 // subject (dataset, sequence, estimator, noise, level, body) and error, over the cases estimated on both
-// sides:
+// sides, by stats/paired_comparison.h:
 //
-//   difference   mean of new - base; 95 % interval by cluster bootstrap. Clusters are the seeds; with fewer
-//                than 6, of which no test can reject at 5 %, the cases
-//   p            Wilcoxon's signed ranks on the clusters' means, zeros left out
+//   difference   mean of new - base, 0 where a case changed by no more than rounding. Clusters are the seeds;
+//                with fewer than 6, of which no test can reject at 5 %, the cases
 //   p_corrected  Holm over all rows that changed at all and could reach alpha (Tarone 1990: a test that
 //                cannot reject takes nothing from the others)
-//   detectable   smallest mean difference that so many clusters find at 5 % with probability 80 %
 //
 // With the same seeds the same program gives the same numbers, so there is no noise between the two sides: a
 // row is `regressed` where its mean got worse by more than minimum_effect and either no case got better or
@@ -26,7 +24,7 @@
 
 #include "sextant/eval/gate/sameness.h"
 #include "sextant/eval/gate/verdict.h"
-#include "sextant/stats/bootstrap.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 
@@ -38,19 +36,14 @@ Subject subject_of(const Record& record);
 /// "synthetic s18 joint_flow level 0.1 object:2".
 std::string to_string(const Subject& subject);
 
-struct AccuracyRow {
+/// p is none where nothing changed, p_corrected also where p could never reach alpha.
+struct AccuracyRow : PairedComparison {
   Subject subject;
   std::string metric;
   int n = 0;         ///< cases estimated on both sides
   int n_worse = 0;   ///< beyond rounding
   int n_better = 0;  ///< beyond rounding
-  int n_used = 0;    ///< clusters whose mean changed
   double base = 0;   ///< mean
-  double difference = 0;
-  std::optional<Interval> interval;   ///< none with fewer than 2 clusters
-  std::optional<double> p;            ///< none where nothing changed
-  std::optional<double> p_corrected;  ///< none where p is, or could never reach alpha
-  std::optional<double> detectable;   ///< none with fewer than 2 clusters
   GateVerdict verdict = GateVerdict::ok;
 };
 

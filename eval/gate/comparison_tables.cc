@@ -28,15 +28,22 @@ Cell percent_of(const std::optional<double>& value, double base) {
   return value && base > 0 ? Cell(100 * *value / base) : Cell();
 }
 
-std::vector<Column> subject_columns() {
-  return {{"dataset", "dataset", Align::left, 0, true},     {"sequence", "sequence", Align::left, 0, true},
-          {"estimator", "estimator", Align::left, 0, true}, {"noise", "noise", Align::left, 0, true, true},
-          {"level", "level", Align::right, 3, true},        {"body", "body", Align::left}};
+Table subject_table(const std::string& title, const std::string& caption) {
+  Table table{title, caption, folded_columns({"dataset", "sequence", "estimator"})};
+  table.add_columns({{"noise", "noise", Align::left, 0, true, true},
+                     {"level", "level", Align::right, 3, true},
+                     {"body", "body", Align::left}});
+  return table;
 }
 
-std::vector<Cell> subject_cells(const Subject& s) {
-  return {s.dataset, s.sequence, s.estimator, s.noise, s.level, s.body};
+/// The subject's cells, then these.
+void add_row(const Subject& s, std::vector<Cell> more, Table& table) {
+  std::vector<Cell> cells = {s.dataset, s.sequence, s.estimator, s.noise, s.level, s.body};
+  std::ranges::move(more, std::back_inserter(cells));
+  table.add_row(std::move(cells));
 }
+
+Cell count_cell(int n) { return static_cast<double>(n); }
 
 void add_part(std::string& line, int n, const std::string& text) {
   if (n > 0) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", n, text);
@@ -63,13 +70,13 @@ std::string headline(const Comparison& c) {
 }
 
 Table findings_table(const Comparison& c) {
-  Table table;
-  table.title = "What differs besides the numbers";
-  table.columns = {{"verdict", "", Align::left},
-                   {"what", "what", Align::left},
-                   {"subject", "where", Align::left},
-                   {"base", "BASE", Align::left},
-                   {"new", "NEW", Align::left}};
+  Table table{"What differs besides the numbers",
+              "",
+              {{"verdict", "", Align::left},
+               {"what", "what", Align::left},
+               {"subject", "where", Align::left},
+               {"base", "BASE", Align::left},
+               {"new", "NEW", Align::left}}};
   std::vector<const Mismatch*> sorted;
   for (const Mismatch& f : c.findings) sorted.push_back(&f);
   std::stable_partition(sorted.begin(), sorted.end(), [](const Mismatch* f) { return f->invalidates; });
@@ -79,92 +86,72 @@ Table findings_table(const Comparison& c) {
 }
 
 Table accuracy_table(const Comparison& c, bool changed_only) {
-  Table table;
-  table.title = "Errors, case by case";
-  table.caption =
-      "Mean of NEW - BASE over the cases that both have estimated, 95 % interval, p by Wilcoxon's signed "
-      "ranks "
-      "corrected by Holm; detectable: found at 5 % with probability 80 %.";
-  table.columns = subject_columns();
-  const std::vector<Column> more = {{"metric", "error", Align::left},
-                                    {"n", "cases", Align::right, 0},
-                                    {"n_worse", "worse", Align::right, 0},
-                                    {"n_better", "better", Align::right, 0},
-                                    {"base", "BASE", Align::right, 6},
-                                    {"difference", "difference", Align::right, 6, false, true},
-                                    {"difference_percent", "change [%]", Align::right, 2},
-                                    {"low_percent", "low", Align::right, 2},
-                                    {"high_percent", "high", Align::right, 2},
-                                    {"p", "p", Align::right, 4, false, true, true},
-                                    {"p_corrected", "p", Align::right, 4, false, false, true},
-                                    {"detectable_percent", "detectable [%]", Align::right, 2},
-                                    {"verdict", "verdict", Align::left}};
-  table.columns.insert(table.columns.end(), more.begin(), more.end());
+  Table table = subject_table(
+      "Errors, case by case",
+      "Mean of NEW - BASE over the cases that both have estimated, 95 % interval, p by Wilcoxon's signed ranks "
+      "corrected by Holm; detectable: found at 5 % with probability 80 %.");
+  table.add_columns({{"metric", "error", Align::left},
+                     {"n", "cases", Align::right, 0},
+                     {"n_worse", "worse", Align::right, 0},
+                     {"n_better", "better", Align::right, 0},
+                     {"base", "BASE", Align::right, 6},
+                     {"difference", "difference", Align::right, 6, false, true},
+                     {"difference_percent", "change [%]", Align::right, 2},
+                     {"low_percent", "low", Align::right, 2},
+                     {"high_percent", "high", Align::right, 2},
+                     {"p", "p", Align::right, 4, false, true, true},
+                     {"p_corrected", "p", Align::right, 4, false, false, true},
+                     {"detectable_percent", "detectable [%]", Align::right, 2},
+                     {"verdict", "verdict", Align::left}});
   for (const AccuracyRow* row : by_weight(c.accuracy, changed_only)) {
-    std::vector<Cell> cells = subject_cells(row->subject);
     const auto end = [&](double Interval::*which) {
       return row->interval ? std::optional<double>((*row->interval).*which) : std::nullopt;
     };
-    const std::vector<Cell> numbers = {row->metric,
-                                       static_cast<double>(row->n),
-                                       static_cast<double>(row->n_worse),
-                                       static_cast<double>(row->n_better),
-                                       row->base,
-                                       row->difference,
-                                       percent_of(row->difference, row->base),
-                                       percent_of(end(&Interval::low), row->base),
-                                       percent_of(end(&Interval::high), row->base),
-                                       cell(row->p),
-                                       cell(row->p_corrected),
-                                       percent_of(row->detectable, row->base),
-                                       std::string(to_string(row->verdict))};
-    cells.insert(cells.end(), numbers.begin(), numbers.end());
-    table.add_row(std::move(cells));
+    add_row(
+        row->subject,
+        {row->metric, count_cell(row->n), count_cell(row->n_worse), count_cell(row->n_better), row->base,
+         row->difference, percent_of(row->difference, row->base), percent_of(end(&Interval::low), row->base),
+         percent_of(end(&Interval::high), row->base), cell(row->p), cell(row->p_corrected),
+         percent_of(row->detectable, row->base), std::string(to_string(row->verdict))},
+        table);
   }
   return table;
 }
 
 Table status_table(const Comparison& c) {
-  Table table;
-  table.title = "Cases lost and gained";
-  table.caption = "Lost: estimated in BASE, not in NEW. Gained: the other way round.";
-  table.columns = subject_columns();
-  const std::vector<Column> more = {
-      {"n", "cases", Align::right, 0},         {"n_lost", "lost", Align::right, 0},
-      {"n_gained", "gained", Align::right, 0}, {"n_other", "other", Align::right, 0},
-      {"example", "example", Align::left},     {"verdict", "verdict", Align::left}};
-  table.columns.insert(table.columns.end(), more.begin(), more.end());
+  Table table = subject_table("Cases lost and gained",
+                              "Lost: estimated in BASE, not in NEW. Gained: the other way round.");
+  table.add_columns({{"n", "cases", Align::right, 0},
+                     {"n_lost", "lost", Align::right, 0},
+                     {"n_gained", "gained", Align::right, 0},
+                     {"n_other", "other", Align::right, 0},
+                     {"example", "example", Align::left},
+                     {"verdict", "verdict", Align::left}});
   for (const StatusRow* row : by_weight(c.statuses, false)) {
-    std::vector<Cell> cells = subject_cells(row->subject);
-    const std::vector<Cell> numbers = {static_cast<double>(row->n),
-                                       static_cast<double>(row->n_lost),
-                                       static_cast<double>(row->n_gained),
-                                       static_cast<double>(row->n_other),
-                                       row->example,
-                                       std::string(to_string(row->verdict))};
-    cells.insert(cells.end(), numbers.begin(), numbers.end());
-    table.add_row(std::move(cells));
+    add_row(row->subject,
+            {count_cell(row->n), count_cell(row->n_lost), count_cell(row->n_gained), count_cell(row->n_other),
+             row->example, std::string(to_string(row->verdict))},
+            table);
   }
   return table;
 }
 
 Table speed_table(const Comparison& c, bool changed_only) {
-  Table table;
-  table.title = "Times";
-  table.caption =
+  Table table{
+      "Times",
       "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by Mann-Whitney, delta: Cliff's; "
-      "detectable: found with probability 80 %.";
-  table.columns = {{"name", "time", Align::left},
-                   {"n_base", "n BASE", Align::right, 0},
-                   {"n_new", "n NEW", Align::right, 0},
-                   {"base_us", "BASE [us]", Align::right, 2},
-                   {"change_percent", "change [%]", Align::right, 1},
-                   {"low_percent", "low", Align::right, 1},
-                   {"high_percent", "high", Align::right, 1},
-                   {"p", "p", Align::right, 4, false, false, true},
-                   {"cliffs_delta", "delta", Align::right, 2},
-                   {"detectable_percent", "detectable [%]", Align::right, 1},
-                   {"verdict", "verdict", Align::left}};
+      "detectable: found with probability 80 %.",
+      {{"name", "time", Align::left},
+       {"n_base", "n BASE", Align::right, 0},
+       {"n_new", "n NEW", Align::right, 0},
+       {"base_us", "BASE [us]", Align::right, 2},
+       {"change_percent", "change [%]", Align::right, 1},
+       {"low_percent", "low", Align::right, 1},
+       {"high_percent", "high", Align::right, 1},
+       {"p", "p", Align::right, 4, false, false, true},
+       {"cliffs_delta", "delta", Align::right, 2},
+       {"detectable_percent", "detectable [%]", Align::right, 1},
+       {"verdict", "verdict", Align::left}}};
   const auto change = [](std::optional<double> ratio) { return ratio ? percent(*ratio - 1) : Cell(); };
   bool unrepeated = false;
   for (const SpeedRow* row : by_weight(c.speed, changed_only)) {

@@ -99,9 +99,9 @@ void add_errors(const RunFolder& run, Point& point) {
     const std::string group = group_of(r);
     const bool estimated = r.status == Status::ok;
     samples[{group, "coverage"}].push_back(estimated ? 1 : 0);
-    for (const char* metric : {"Et_m", "ER_deg"}) {
-      const auto it = r.errors.find(metric);
-      if (estimated && it != r.errors.end()) samples[{group, metric}].push_back(it->second);
+    for (const MetricDefinition* metric : metrics_for(compared)) {
+      const auto error = find_number(r.errors, metric->name);
+      if (estimated && error) samples[{group, metric->name}].push_back(*error);
     }
   }
   for (const auto& [key, values] : samples) point[key] = mean(values);
@@ -122,8 +122,7 @@ void add_times(const Side& side, const std::vector<Record>& reference, Point& po
 }
 
 std::string unit_of(const std::string& metric) {
-  if (metric == "Et_m") return "m";
-  if (metric == "ER_deg") return "deg";
+  if (const MetricDefinition* error = find_metric(NumberMap::errors, metric)) return error->unit;
   return metric == "coverage" ? "share" : "ms";
 }
 

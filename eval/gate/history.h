@@ -2,10 +2,12 @@
 
 // `sextant trend`: past results as series over time, and where their level changed (stats/change_points.h).
 //
-//   per dataset, sequence, estimator and level: mean Et_m and ER_deg of the camera and of the objects
-//   together, share of their cases that was estimated; per dataset, sequence, estimator and stage: median
-//   ratio of its times to those of the first result, case by case, times their median; per benchmark: median
-//   time
+//   per dataset, sequence, estimator and level   mean of each compared error (metrics/definitions.h) of the camera
+//                                                and of the objects together, share of their cases that was
+//                                                estimated
+//   per dataset, sequence, estimator and stage   median ratio of its times to those of the first result, case by
+//                                                case, times their median
+//   per benchmark                                median time
 //
 // A smallest step counts as in a comparison: minimum_effect of the policy times the series' median.
 // Times of fewer than 6 points do not show their own noise: they are drawn, and no change is marked.
@@ -35,8 +37,8 @@ struct History {
   std::vector<Series> series;       ///< in order of name and metric
 };
 
-/// Each path is one point where it holds results itself, else every folder in it is one, in order of their
-/// names ("run-9" before "run-10"). Throws Error on paths without results and on bad results.
+/// Each path is one point where it holds results itself, else every folder in it is one, in order of their names
+/// ("run-9" before "run-10"). Throws Error on paths without results and on bad results.
 History read_history(const std::vector<std::filesystem::path>& paths, const Policy& policy);
 
 /// Tables and figures of it; draw and write with html/html.h.

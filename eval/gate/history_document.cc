@@ -29,12 +29,14 @@ double level_before(const Series& series, size_t change) {
 }
 
 Table change_table(const History& history) {
-  Table table;
-  table.title = "Changes of level";
-  table.caption = "Median before and after, over the points of the two levels.";
-  table.columns = {{"point", "from", Align::left},      {"series", "series", Align::left},
-                   {"metric", "number", Align::left},   {"before", "before", Align::right, 6},
-                   {"after", "after", Align::right, 6}, {"change_percent", "change [%]", Align::right, 1}};
+  Table table{"Changes of level",
+              "Median before and after, over the points of the two levels.",
+              {{"point", "from", Align::left},
+               {"series", "series", Align::left},
+               {"metric", "number", Align::left},
+               {"before", "before", Align::right, 6},
+               {"after", "after", Align::right, 6},
+               {"change_percent", "change [%]", Align::right, 1}}};
   for (size_t i = 0; i < history.labels.size(); ++i) {
     for (const Series& series : history.series) {
       if (std::ranges::find(series.changes, i) == series.changes.end()) continue;
@@ -47,11 +49,14 @@ Table change_table(const History& history) {
 }
 
 Table latest_table(const History& history) {
-  Table table;
-  table.title = "All series";
-  table.columns = {{"series", "series", Align::left}, {"metric", "number", Align::left},
-                   {"n", "points", Align::right, 0},  {"first", "first", Align::right, 6},
-                   {"last", "last", Align::right, 6}, {"n_changes", "changes", Align::right, 0}};
+  Table table{"All series",
+              "",
+              {{"series", "series", Align::left},
+               {"metric", "number", Align::left},
+               {"n", "points", Align::right, 0},
+               {"first", "first", Align::right, 6},
+               {"last", "last", Align::right, 6},
+               {"n_changes", "changes", Align::right, 0}}};
   for (const Series& series : history.series) {
     std::vector<double> values;
     for (const auto& value : series.values) {

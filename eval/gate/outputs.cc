@@ -12,9 +12,8 @@ namespace sextant {
 namespace {
 
 std::string unit_of(const std::string& metric) {
-  const auto known = metric_definitions();
-  const auto definition = std::ranges::find(known, metric, &MetricDefinition::name);
-  return definition == known.end() ? metric.substr(metric.rfind('_') + 1) : definition->unit;
+  const MetricDefinition* definition = find_metric(NumberMap::errors, metric);
+  return definition == nullptr ? metric.substr(metric.rfind('_') + 1) : definition->unit;
 }
 
 /// A measure's slug: lower case, words joined by '-', at most 64 characters.

@@ -1,6 +1,6 @@
 #include "sextant/eval/gate/policy.h"
 
-#include <algorithm>
+#include <array>
 
 #include "sextant/base/files.h"
 #include "sextant/metrics/definitions.h"
@@ -35,9 +35,9 @@ void AccuracyPolicy::check() const {
 MetricPolicy AccuracyPolicy::of(const std::string& metric) const {
   if (const auto named = metrics.find(metric); named != metrics.end()) return named->second;
   MetricPolicy policy = other;
-  const auto known = metric_definitions();
-  const auto definition = std::ranges::find(known, metric, &MetricDefinition::name);
-  if (definition != known.end() && definition->of_input) policy.direction = "ignore";
+  const MetricDefinition* definition = find_metric(NumberMap::errors, metric);
+  if (definition != nullptr && definition->better == Better::higher) policy.direction = "higher";
+  if (definition != nullptr && definition->better == Better::neither) policy.direction = "ignore";
   return policy;
 }
 
@@ -48,14 +48,22 @@ void SpeedPolicy::check() const {
   check_option(time == "cpu" || time == "real", "time", time, "cpu or real");
 }
 
+std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {
+  static constexpr std::array<Rule, 6> rules = {
+      {{"cases", &SamenessPolicy::cases, "cases, benchmarks and errors of BASE are in NEW"},
+       {"new_cases", &SamenessPolicy::new_cases, "and the other way round"},
+       {"data", &SamenessPolicy::data, "SHA-256 of the inputs, true motions in the records"},
+       {"configuration", &SamenessPolicy::configuration,
+        "sources, noise, levels, seeds and options of run.json"},
+       {"definitions", &SamenessPolicy::definitions, "schema, metrics and presets"},
+       {"machine", &SamenessPolicy::machine, "CPU and cores; only where times are judged"}}};
+  return rules;
+}
+
 void SamenessPolicy::check() const {
-  for (const auto& [name, value] : {std::pair{"cases", cases},
-                                    {"new_cases", new_cases},
-                                    {"data", data},
-                                    {"configuration", configuration},
-                                    {"definitions", definitions},
-                                    {"machine", machine}}) {
-    check_option(value == "must" || value == "note", name, value, "must or note");
+  for (const Rule& rule : rules()) {
+    const std::string& value = this->*rule.value;
+    check_option(value == "must" || value == "note", rule.name, value, "must or note");
   }
 }
 

@@ -6,6 +6,7 @@
 //    "speed": {"judge": false}, "same": {"machine": "note"}}
 
 #include <map>
+#include <span>
 #include <string>
 
 #include "sextant/base/options.h"
@@ -48,7 +49,7 @@ struct AccuracyPolicy {
   }
   void check() const;
 
-  /// Of one error; errors of the measurements are ignored unless named.
+  /// Of one error. Unless named, which direction is better is what the list of metrics says.
   MetricPolicy of(const std::string& metric) const;
 };
 
@@ -72,20 +73,19 @@ struct SpeedPolicy {
 
 /// What must be the same on both sides: "must" (else the comparison is invalid) or "note" (said, accepted).
 struct SamenessPolicy {
-  std::string cases = "must";
-  std::string new_cases = "must";
-  std::string data = "must";
-  std::string configuration = "must";
-  std::string definitions = "must";
-  std::string machine = "must";
+  std::string cases = "must", new_cases = "must", data = "must", configuration = "must", definitions = "must",
+              machine = "must";
+
+  struct Rule {
+    const char* name;
+    std::string SamenessPolicy::*value;
+    const char* compared;
+  };
+  static std::span<const Rule> rules();
+
   template <typename V>
   void visit(V& v) {
-    v("cases", cases, "", "cases, benchmarks and errors of BASE are in NEW");
-    v("new_cases", new_cases, "", "and the other way round");
-    v("data", data, "", "SHA-256 of the inputs, true motions in the records");
-    v("configuration", configuration, "", "sources, noise, levels, seeds and options of run.json");
-    v("definitions", definitions, "", "schema, metrics and presets");
-    v("machine", machine, "", "CPU and cores; only where times are judged");
+    for (const Rule& rule : rules()) v(rule.name, this->*rule.value, "", rule.compared);
   }
   void check() const;
 };

@@ -13,6 +13,7 @@
 #include "sextant/base/philox.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/testing.h"
 
 namespace sextant::testing {
 
@@ -29,15 +30,9 @@ inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
     for (int seed = 0; seed < seeds; ++seed) {
       for (int frame = 1; frame <= 6; ++frame) {
         for (const char* body : {"ego", "object:1", "object:2"}) {
-          Record r;
-          r.dataset = "synthetic";
-          r.sequence = sequence;
-          r.estimator = "joint_flow";
-          r.noise = "depth 0.1 px";
-          r.level = 0.1;
-          r.seed = static_cast<uint64_t>(seed);
-          r.frame = frame;
-          r.body = body;
+          Record r = RecordOf{
+              "synthetic", sequence, "joint_flow", body, "depth 0.1 px", 0.1, static_cast<uint64_t>(seed),
+              frame};
           r.n_points = 500;
           r.n_inliers = 450;
           const double scale = std::exp(0.3 * normal(random));

@@ -37,8 +37,8 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
   if (force || !fs::exists(folder / "records.jsonl", ignored)) return;
   if (recorded_configuration(folder) != configuration) {
     fail(
-        "{}: holds the records of a run with other sources or options; choose another folder, "
-        "or pass --force to replace them",
+        "{}: holds the records of a run with other sources or options; choose another folder, or pass "
+        "--force to replace them",
         folder.string());
   }
 }

@@ -1,148 +1,167 @@
 #include "sextant/eval/records/record.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/records/record_fields.h"
 #include "sextant/eval/records/record_scanner.h"
 
 namespace sextant {
 namespace {
 
-constexpr int schema = 1;
+using internal::FieldRule;
 
-const std::vector<std::string>& known_keys() {
-  static const std::vector<std::string> keys = {
-      "schema", "dataset", "sequence", "estimator", "noise",      "level",  "seed",   "frame", "body",
-      "status", "gate",    "n_points", "n_inliers", "flow_truth", "errors", "values", "bound", "time_ms"};
-  return keys;
-}
-
-Json numbers_to_json(const Record::Numbers& numbers) {
-  Json json = Json::object();
-  for (const auto& [key, value] : numbers) {
-    if (std::isfinite(value)) json[key] = value;
-  }
-  return json;
-}
-
-/// Typed access to the keys of one line, with messages that say where.
-class LineReader {
+class Writer {
  public:
-  LineReader(const Json& json, const std::string& where) : json_(json), where_(where) {
+  template <typename T, typename... Rule>
+  void field(const char* name, const T& value, const Rule&...) {
+    json[name] = written(value);
+  }
+  template <typename T>
+  void only_if(bool is_there, const char* name, const T& value, const char*) {
+    if (is_there) field(name, value);
+  }
+  void unless_empty(const char* name, const std::string& value, const FieldRule<std::string_view>&) {
+    if (!value.empty()) field(name, value);
+  }
+  Json json = {{"schema", internal::record_schema}};
+
+ private:
+  template <typename T>
+  static Json written(const T& value) {
+    if constexpr (std::is_enum_v<T>) {
+      return std::string(to_string(value));
+    } else if constexpr (std::is_same_v<T, Record::Numbers>) {
+      Json numbers = Json::object();
+      for (const auto& [key, number] : value) {
+        if (std::isfinite(number)) numbers[key] = number;
+      }
+      return numbers;
+    } else {
+      return value;
+    }
+  }
+};
+
+/// With messages that say where.
+class StrictReader {
+ public:
+  StrictReader(const Json& json, const std::string& where) : json_(json), where_(where) {
     if (!json.is_object()) fail("{}: expected a JSON object, got {}", where, json.type_name());
     for (const auto& item : json.items()) {
-      const auto& keys = known_keys();
-      if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) {
+      const std::vector<std::string>& keys = record_field_names();
+      if (std::ranges::find(keys, item.key()) == keys.end())
         fail("{}: unknown key '{}': {}", where, item.key(), suggest(item.key(), keys));
-      }
+    }
+    const int schema = json_member<int>(json, "schema", where);
+    if (schema != internal::record_schema)
+      fail("{}: schema {}, but this program reads schema {}", where, schema, internal::record_schema);
+  }
+
+  template <typename T>
+  void field(const char* name, T& value) {
+    if constexpr (std::is_enum_v<T>) {
+      const auto text = json_member<std::string>(json_, name, where_);
+      if (const char* expected = internal::from_text(text, value))
+        fail("{}: unknown {} '{}': expected {}", where_, name, text, expected);
+    } else if constexpr (std::is_same_v<T, Record::Numbers>) {
+      value = numbers(name);
+    } else {
+      value = json_member<T>(json_, name, where_);
     }
   }
 
-  bool has(const char* key) const { return json_.contains(key); }
-
-  std::string text(const char* key) const { return json_member<std::string>(json_, key, where_); }
-  int integer(const char* key) const { return json_member<int>(json_, key, where_); }
-  uint64_t seed(const char* key) const { return json_member<uint64_t>(json_, key, where_); }
-  double number(const char* key) const { return json_member<double>(json_, key, where_); }
-
-  int count(const char* key) const {
-    const int value = integer(key);
-    if (value < 0) fail("{}: key '{}': expected a count >= 0, got {}", where_, key, value);
-    return value;
+  template <typename T, typename Value>
+  void field(const char* name, T& value, const FieldRule<Value>& rule) {
+    field(name, value);
+    if (rule.holds(value)) return;
+    const char* quote = std::is_same_v<T, std::string> ? "'" : "";
+    fail("{}: key '{}': expected {}, got {}{}{}", where_, name, rule.expected, quote, value, quote);
   }
 
-  Record::Numbers numbers(const char* key) const {
-    if (!has(key)) fail("{}: key '{}' is missing", where_, key);
-    const Json value = json_object(json_, key, where_);
+  template <typename T>
+  void only_if(bool is_there, const char* name, T& value, const char* why) {
+    if (json_.contains(name) != is_there) fail("{}: key '{}' {}", where_, name, why);
+    if (is_there) field(name, value);
+  }
+
+  void unless_empty(const char* name, std::string& value, const FieldRule<std::string_view>& rule) {
+    if (json_.contains(name)) field(name, value, rule);
+  }
+
+ private:
+  Record::Numbers numbers(const char* name) const {
+    if (!json_.contains(name)) fail("{}: key '{}' is missing", where_, name);
+    const Json value = json_object(json_, name, where_);
     Record::Numbers result;
     for (const auto& item : value.items()) {
       if (const char* expected = internal::read_value(item.value(), result[item.key()]))
-        internal::wrong_member(fmt::format("{}.{}", key, item.key()), expected, item.value(), where_);
+        internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected, item.value(), where_);
     }
     return result;
   }
 
- private:
   const Json& json_;
   const std::string& where_;
 };
-
-Gate gate_from_string(const std::string& name, const std::string& where) {
-  if (const std::optional<Gate> gate = find_gate(name)) return *gate;
-  fail("{}: unknown gate '{}': expected distance, area or static", where, name);
-}
-
-void check_body(const std::string& body, const std::string& where) {
-  if (!is_body(body)) fail("{}: key 'body': expected ego or object:ID, got '{}'", where, body);
-}
 
 }  // namespace
 
 std::string object_body(int id) { return "object:" + std::to_string(id); }
 
-Json to_json(const Record& r) {
-  SEXTANT_CHECK(std::isfinite(r.level));
-  Json json = Json::object();
-  json["schema"] = schema;
-  json["dataset"] = r.dataset;
-  json["sequence"] = r.sequence;
-  json["estimator"] = r.estimator;
-  json["noise"] = r.noise;
-  json["level"] = r.level;
-  json["seed"] = r.seed;
-  json["frame"] = r.frame;
-  json["body"] = r.body;
-  json["status"] = std::string(to_string(r.status));
-  if (r.status == Status::gated) json["gate"] = std::string(to_string(r.gate));
-  json["n_points"] = r.n_points;
-  json["n_inliers"] = r.n_inliers;
-  if (!r.flow_truth.empty()) json["flow_truth"] = r.flow_truth;
-  json["errors"] = numbers_to_json(r.errors);
-  json["values"] = numbers_to_json(r.values);
-  json["bound"] = numbers_to_json(r.bound);
-  json["time_ms"] = numbers_to_json(r.time_ms);
-  return json;
+const Record::Numbers& Record::numbers(NumberMap map) const {
+  const std::array<const Numbers*, 4> maps = {&errors, &values, &bound, &time_ms};
+  return *maps.at(static_cast<size_t>(map));
+}
+
+std::vector<std::string> unlisted_keys(const std::vector<Record>& records) {
+  std::set<std::string> unlisted;
+  for (const Record& record : records) {
+    for (const NumberMap map : {NumberMap::errors, NumberMap::values, NumberMap::bound, NumberMap::time_ms}) {
+      for (const auto& [key, number] : record.numbers(map)) {
+        if (find_metric(map, key) == nullptr) unlisted.insert(fmt::format("{}.{}", to_string(map), key));
+      }
+    }
+  }
+  return {unlisted.begin(), unlisted.end()};
+}
+
+void check_listed(const std::vector<Record>& records) {
+  const std::vector<std::string> unlisted = unlisted_keys(records);
+  if (!unlisted.empty())
+    throw InternalError(fmt::format("keys of a record that are not in lib/metrics/definitions.cc: {}",
+                                    fmt::join(unlisted, ", ")));
+}
+
+const std::vector<std::string>& record_field_names() {
+  static const std::vector<std::string> names = [] {
+    Record whole;  // with every field that may be left out
+    whole.status = Status::gated;
+    whole.flow_truth = "given";
+    std::vector<std::string> keys;
+    const Json line = to_json(whole);
+    for (const auto& item : line.items()) keys.push_back(item.key());
+    return keys;
+  }();
+  return names;
+}
+
+Json to_json(const Record& record) {
+  SEXTANT_CHECK(std::isfinite(record.level));
+  Writer writer;
+  internal::visit_fields(record, writer);
+  return std::move(writer.json);
 }
 
 Record record_from_json(const Json& json, const std::string& where) {
-  const LineReader line(json, where);
-  if (line.integer("schema") != schema) {
-    fail("{}: schema {}, but this program reads schema {}", where, line.integer("schema"), schema);
-  }
-  Record r;
-  r.dataset = line.text("dataset");
-  r.sequence = line.text("sequence");
-  r.estimator = line.text("estimator");
-  r.noise = line.text("noise");
-  r.level = line.number("level");
-  r.seed = line.seed("seed");
-  r.frame = line.integer("frame");
-  r.body = line.text("body");
-  check_body(r.body, where);
-  try {
-    r.status = status_from_string(line.text("status"));
-  } catch (const Error& error) {
-    fail("{}: {}", where, error.what());
-  }
-  if (line.has("gate") != (r.status == Status::gated)) {
-    fail("{}: key 'gate' belongs to status 'gated' and to no other", where);
-  }
-  if (line.has("gate")) r.gate = gate_from_string(line.text("gate"), where);
-  r.n_points = line.count("n_points");
-  r.n_inliers = line.count("n_inliers");
-  if (line.has("flow_truth")) {
-    r.flow_truth = line.text("flow_truth");
-    if (r.flow_truth != "given" && r.flow_truth != "induced") {
-      fail("{}: key 'flow_truth': expected given or induced, got '{}'", where, r.flow_truth);
-    }
-  }
-  r.errors = line.numbers("errors");
-  r.values = line.numbers("values");
-  r.bound = line.numbers("bound");
-  r.time_ms = line.numbers("time_ms");
-  return r;
+  StrictReader reader(json, where);
+  Record record;
+  internal::visit_fields(record, reader);
+  return record;
 }
 
 std::string write_records(const std::vector<Record>& records) {

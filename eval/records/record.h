@@ -3,11 +3,11 @@
 // A record says what one estimator made of one body in one frame pair: one line of records.jsonl. Tables,
 // figures and comparisons are functions of records, so they can be redone without running anything.
 //
-//   {"schema":1,"dataset","sequence","estimator","noise","level","seed","frame","body","status",["gate",]
-//    "n_points","n_inliers",["flow_truth",]"errors":{},"values":{},"bound":{},"time_ms":{}}
+//   {"schema":1,"dataset":"synthetic","sequence":"s18",...,"errors":{"ER_deg":0.01,"Et_m":0.02},...}
 //
-// The key order is fixed; the keys inside the four maps are in alphabetical order. docs/metrics.md defines
-// every one of them. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles are
+// The keys of a line are the members of Record, in the order of record_fields.h; those inside the four maps are
+// in alphabetical order. docs/metrics.md defines every one of them, those of the maps from the list in
+// metrics/definitions.h. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles are
 // written with the fewest digits that read back to the same value.
 
 #include <cstdint>
@@ -19,6 +19,7 @@
 
 #include "sextant/base/options.h"
 #include "sextant/base/status.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 
@@ -45,7 +46,16 @@ struct Record {
 
   bool operator==(const Record&) const = default;
   bool is_ego() const { return body == "ego"; }
+  const Numbers& numbers(NumberMap map) const;
 };
+
+/// The keys of a line, in order.
+const std::vector<std::string>& record_field_names();
+
+/// "values.altitude_m": keys in the four maps that the list of metrics lacks. Records of others may have them.
+std::vector<std::string> unlisted_keys(const std::vector<Record>& records);
+/// Throws InternalError that names them: for whatever makes records.
+void check_listed(const std::vector<Record>& records);
 
 /// "object:ID".
 std::string object_body(int id);

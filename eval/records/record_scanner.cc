@@ -1,12 +1,12 @@
 #include "sextant/eval/records/record_scanner.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 
-#include "sextant/base/error.h"
+#include "sextant/eval/records/record_fields.h"
 
 namespace sextant {
+namespace internal {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -26,6 +26,20 @@ class Scanner {
   bool accept(std::string_view expected) {
     if (!good_ || !text_.starts_with(expected)) return false;
     text_.remove_prefix(expected.size());
+    return true;
+  }
+
+  /// Whether ,"name": comes next.
+  template <size_t N>
+  bool has_name(const char (&name)[N]) const {
+    constexpr size_t n = N - 1;
+    return good_ && text_.size() > n + 3 && text_[0] == ',' && text_[1] == '"' &&
+           text_.substr(2, n) == name && text_[n + 2] == '"' && text_[n + 3] == ':';
+  }
+  template <size_t N>
+  bool accept_name(const char (&name)[N]) {
+    if (!has_name(name)) return false;
+    text_.remove_prefix(N + 3);
     return true;
   }
 
@@ -58,11 +72,6 @@ class Scanner {
     return value;
   }
 
-  int count() {
-    const int value = number<int>();
-    return value >= 0 ? value : fail_with(0);
-  }
-
   /// {"key":1.5,...}, keys rising.
   Record::Numbers numbers() {
     Record::Numbers numbers;
@@ -91,77 +100,54 @@ class Scanner {
   bool good_ = true;
 };
 
-void scan_status(Scanner& line, Record& r) {
-  try {
-    r.status = status_from_string(std::string(line.text()));
-  } catch (const Error&) {
-    line.fail_with(0);
-    return;
+/// Each field in its place: ,"name":value.
+class FieldScanner : public Scanner {
+ public:
+  using Scanner::Scanner;
+
+  template <size_t N, typename T>
+  void field(const char (&name)[N], T& value) {
+    if (!accept_name(name)) fail_with(0);
+    if constexpr (std::is_enum_v<T>) {
+      if (good() && from_text(text(), value) != nullptr) fail_with(0);
+    } else if constexpr (std::is_same_v<T, Record::Numbers>) {
+      value = numbers();
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      value = text();
+    } else {
+      value = number<T>();
+    }
   }
-  if (line.accept(R"(,"gate":)") != (r.status == Status::gated)) {
-    line.fail_with(0);
-  } else if (r.status == Status::gated) {
-    const std::optional<Gate> gate = find_gate(line.text());
-    r.gate = gate ? *gate : line.fail_with(Gate::none);
+
+  template <size_t N, typename T, typename Value>
+  void field(const char (&name)[N], T& value, const FieldRule<Value>& rule) {
+    field(name, value);
+    if (!rule.holds(value)) fail_with(0);
   }
-}
+
+  template <size_t N, typename T>
+  void only_if(bool is_there, const char (&name)[N], T& value, const char*) {
+    if (is_there) field(name, value);  // where it is not, the next field does not fit
+  }
+
+  template <size_t N>
+  void unless_empty(const char (&name)[N], std::string& value, const FieldRule<std::string_view>& rule) {
+    if (has_name(name)) field(name, value, rule);
+  }
+};
 
 }  // namespace
-
-bool is_body(std::string_view text) {
-  constexpr std::string_view prefix = "object:";
-  return text == "ego" || (text.starts_with(prefix) && text.size() > prefix.size() &&
-                           std::ranges::all_of(text.substr(prefix.size()), is_digit));
-}
-
-std::optional<Gate> find_gate(std::string_view name) {
-  for (const Gate gate : {Gate::distance, Gate::area, Gate::is_static}) {
-    if (to_string(gate) == name) return gate;
-  }
-  return std::nullopt;
-}
+}  // namespace internal
 
 std::optional<Record> scan_record(std::string_view text) {
-  Scanner line(text);
-  Record r;
-  line.literal(R"({"schema":1,"dataset":)");
-  r.dataset = line.text();
-  line.literal(R"(,"sequence":)");
-  r.sequence = line.text();
-  line.literal(R"(,"estimator":)");
-  r.estimator = line.text();
-  line.literal(R"(,"noise":)");
-  r.noise = line.text();
-  line.literal(R"(,"level":)");
-  r.level = line.number<double>();
-  line.literal(R"(,"seed":)");
-  r.seed = line.number<uint64_t>();
-  line.literal(R"(,"frame":)");
-  r.frame = line.number<int>();
-  line.literal(R"(,"body":)");
-  r.body = line.text();
-  line.literal(R"(,"status":)");
-  if (!line.good() || !is_body(r.body)) return std::nullopt;
-  scan_status(line, r);
-  line.literal(R"(,"n_points":)");
-  r.n_points = line.count();
-  line.literal(R"(,"n_inliers":)");
-  r.n_inliers = line.count();
-  if (line.accept(R"(,"flow_truth":)")) {
-    r.flow_truth = line.text();
-    if (r.flow_truth != "given" && r.flow_truth != "induced") return std::nullopt;
-  }
-  line.literal(R"(,"errors":)");
-  r.errors = line.numbers();
-  line.literal(R"(,"values":)");
-  r.values = line.numbers();
-  line.literal(R"(,"bound":)");
-  r.bound = line.numbers();
-  line.literal(R"(,"time_ms":)");
-  r.time_ms = line.numbers();
+  internal::FieldScanner line(text);
+  line.literal(R"({"schema":)");
+  if (line.number<int>() != internal::record_schema) return std::nullopt;
+  Record record;
+  internal::visit_fields(record, line);
   line.literal("}");
   if (!line.finished()) return std::nullopt;
-  return r;
+  return record;
 }
 
 }  // namespace sextant

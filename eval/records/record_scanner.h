@@ -15,10 +15,4 @@ namespace sextant {
 /// The record, equal to that of record_from_json(); nothing when the line is not in the writer's form.
 std::optional<Record> scan_record(std::string_view line);
 
-/// "ego", or "object:" and digits.
-bool is_body(std::string_view text);
-
-/// The gate of that name; none for any other text.
-std::optional<Gate> find_gate(std::string_view name);
-
 }  // namespace sextant

@@ -1,8 +1,9 @@
 #pragma once
 
-// Records for tests: what must be the same bytes in every run.
+// Records for tests.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sextant/eval/records/record.h"
@@ -14,5 +15,27 @@ inline std::vector<Record> untimed(std::vector<Record> records) {
   for (Record& record : records) record = strip_times(std::move(record));
   return records;
 }
+
+/// Whose pair is known; with truth, and otherwise empty.
+struct RecordOf {
+  std::string dataset = "d", sequence = "s", estimator = "e", body = "ego", noise = "none";
+  double level = 0;
+  uint64_t seed = 0;
+  int frame = 1;
+
+  operator Record() const {
+    Record r;
+    r.dataset = dataset;
+    r.sequence = sequence;
+    r.estimator = estimator;
+    r.noise = noise;
+    r.level = level;
+    r.seed = seed;
+    r.frame = frame;
+    r.body = body;
+    r.values[r.is_ego() ? "step_gt_m" : "distance_gt_m"] = 1;
+    return r;
+  }
+};
 
 }  // namespace sextant

@@ -62,23 +62,21 @@ std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
 }
 
 Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
-  Table table;
-  table.title = "Noise: requested and achieved";
-  table.caption =
+  Table table{
+      "Noise: requested and achieved",
       "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
-      "neighbours: correlation between neighbouring pixels.";
-  table.columns = {{"parameter", "parameter", Align::left, 0, true},
-                   {"source", "source", Align::left, 0, true},
-                   {"level", "level", Align::right, 3},
-                   {"body", "body", Align::left, 0, true},
-                   {"channel", "channel", Align::left},
-                   {"requested_px", "requested [px]", Align::right, 4},
-                   {"achieved_px", "achieved [px]", Align::right, 4},
-                   {"ratio", "ratio", Align::right, 4},
-                   {"n", "draws", Align::right, 0},
-                   {"neighbours", "neighbours", Align::right, 4},
-                   {"share_invalidated", "invalidated", Align::right, 6},
-                   {"outlier_share", "outliers", Align::right, 4}};
+      "neighbours: correlation between neighbouring pixels.",
+      folded_columns({"parameter", "source"})};
+  table.columns.push_back({"level", "level", Align::right, 3});
+  table.add_columns(folded_columns({"body"}));
+  table.add_columns({{"channel", "channel", Align::left},
+                     {"requested_px", "requested [px]", Align::right, 4},
+                     {"achieved_px", "achieved [px]", Align::right, 4},
+                     {"ratio", "ratio", Align::right, 4},
+                     {"n", "draws", Align::right, 0},
+                     {"neighbours", "neighbours", Align::right, 4},
+                     {"share_invalidated", "invalidated", Align::right, 6},
+                     {"outlier_share", "outliers", Align::right, 4}});
   for (const AchievedNoiseRow& row : rows) {
     std::optional<double> ratio;
     if (row.requested_px > 0) ratio = row.achieved_px / row.requested_px;

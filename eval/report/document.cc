@@ -11,12 +11,11 @@ namespace {
 
 std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
   if (verdicts.empty()) return "";
-  Table table;
-  table.title = "Summary";
-  table.caption = count_verdicts(verdicts) + ".";
-  table.columns = {{"subject", "subject", Align::left},
-                   {"verdict", "verdict", Align::left},
-                   {"evidence", "evidence", Align::left}};
+  Table table{"Summary",
+              count_verdicts(verdicts) + ".",
+              {{"subject", "subject", Align::left},
+               {"verdict", "verdict", Align::left},
+               {"evidence", "evidence", Align::left}}};
   for (const VerdictLine& line : verdicts) {
     const bool linked = !line.link.empty();
     table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,

@@ -9,6 +9,7 @@
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
@@ -107,6 +108,9 @@ std::string figure_csv(Table data) {
 constexpr std::array<std::pair<const char*, std::string_view>, 3> endings = {
     {{".svg", "</svg>"}, {".pdf", "%%EOF"}, {".png", "IEND\xae\x42\x60\x82"}}};
 
+constexpr std::array<std::pair<const char*, double>, 5> box_quantiles = {
+    {{"q05", 0.05}, {"q25", 0.25}, {"median", 0.5}, {"q75", 0.75}, {"q95", 0.95}}};
+
 bool ends_with(std::string_view bytes, std::string_view end) {
   while (!bytes.empty() && bytes.back() == '\n') bytes.remove_suffix(1);
   return bytes.ends_with(end);
@@ -154,6 +158,28 @@ std::string gp_cell(const std::string& text) {
   return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }
 
+std::vector<Column> box_columns() {
+  std::vector<Column> columns;
+  for (const auto& [key, p] : box_quantiles) columns.push_back({key, key});
+  return columns;
+}
+
+std::vector<Cell> box_cells(std::span<const double> values) {
+  std::vector<Cell> cells;
+  for (const auto& [key, p] : box_quantiles) cells.emplace_back(quantile(values, p));
+  return cells;
+}
+
+std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour) {
+  return {
+      fmt::format(
+          "data using {}:(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")):({}) with "
+          "candlesticks lc rgb \"{}\" lw 1 fs transparent solid 0.35",
+          x, width, colour),
+      fmt::format("data using {0}:({1}):({1}):({1}):({1}):({2}) with candlesticks lc rgb \"#000000\" lw 1.5",
+                  x, "column(\"median\")", width)};
+}
+
 OutputFiles draw(const Figure& figure) {
   SEXTANT_CHECK(is_name(figure.name));
   const ScratchFolder scratch;
@@ -167,8 +193,7 @@ OutputFiles draw(const Figure& figure) {
     if (!ends_with(files[figure.name + extension], end)) {
       fail(
           "gnuplot wrote only a part of {}{}: is the disk of {} full? Make room, or choose another folder "
-          "with "
-          "TMPDIR",
+          "with TMPDIR",
           figure.name, extension, scratch.path().parent_path().string());
     }
   }

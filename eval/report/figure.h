@@ -7,6 +7,7 @@
 //   colours  Okabe and Ito's set, which colour-blind readers can tell apart; each line also has its own point
 //   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,12 @@ std::string gp_tic(const std::string& label);
 /// A text as it stands in a figure's CSV, and what strcol() there is compared with: gnuplot knows no quotes
 /// within quotes, so ',' is ';' and quotes are apostrophes.
 std::string gp_cell(const std::string& text);
+
+/// The box of a sample: quartiles and median, whiskers at 5 and 95 %. Columns q05, q25, median, q75, q95 of a
+/// figure's data, their cells, and what draws them behind `plot`, without titles; `x` as gnuplot has it.
+std::vector<Column> box_columns();
+std::vector<Cell> box_cells(std::span<const double> values);
+std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour);
 
 /// <name>.csv, .gp, .svg, .pdf, .png. Throws Error with gnuplot's own words when it refuses, one that names
 /// the package when it is missing, and one when a picture is not whole because the disk is full.

@@ -1,6 +1,7 @@
 #include "sextant/eval/report/limit_summary.h"
 
-#include "sextant/eval/report/record_reading.h"
+#include <algorithm>
+
 #include "sextant/metrics/nees.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"
@@ -8,7 +9,7 @@
 namespace sextant {
 namespace {
 
-std::optional<Efficiency> efficiency(const std::vector<const Record*>& records, const std::string& key,
+std::optional<Efficiency> efficiency(const RecordRefs& records, const std::string& key,
                                      const BootstrapOptions& options) {
   std::vector<double> bounds, errors;
   std::vector<uint64_t> seeds;
@@ -28,49 +29,58 @@ std::optional<Efficiency> efficiency(const std::vector<const Record*>& records, 
   return out;
 }
 
-std::optional<Consistency> consistency(const std::vector<const Record*>& records) {
-  std::vector<double> values;
-  for (const Record* record : records) {
-    if (const auto value = find_number(record->values, "nees")) values.push_back(*value);
-  }
+std::optional<Consistency> consistency(const RecordRefs& records) {
+  const std::vector<double> values = numbers_of(records, NumberMap::values, "nees");
   if (values.empty()) return std::nullopt;
   const int n = static_cast<int>(values.size());
   return Consistency{mean(values), nees_interval(n, nees_dof), n};
 }
 
-void add_cells(const std::optional<Efficiency>& value, std::vector<Cell>& cells) {
-  cells.push_back(cell(value ? std::optional(value->bound) : std::nullopt));
-  cells.push_back(cell(value ? std::optional(value->efficiency) : std::nullopt));
-  add_interval(value ? value->interval : std::nullopt, cells);
-}
-
 }  // namespace
 
-LimitSummary summarize_limit(const std::vector<const Record*>& estimated, const BootstrapOptions& options) {
-  return {efficiency(estimated, "Et_m", options), efficiency(estimated, "ER_deg", options),
-          consistency(estimated)};
+std::vector<const MetricDefinition*> bounded_errors() {
+  std::vector<const MetricDefinition*> bounded = metrics_for(compared);
+  std::erase_if(bounded, [](const MetricDefinition* m) { return !find_metric(NumberMap::bound, m->name); });
+  return bounded;
+}
+
+LimitSummary summarize_limit(const RecordRefs& estimated, const BootstrapOptions& options) {
+  LimitSummary limit;
+  for (const MetricDefinition* error : bounded_errors()) {
+    if (const auto value = efficiency(estimated, error->name, options))
+      limit.efficiency[error->name] = *value;
+  }
+  limit.consistency = consistency(estimated);
+  return limit;
 }
 
 std::vector<Column> limit_columns() {
-  return {{"Et_bound_m", "E_t bound [m]", Align::right, 5, true},
-          {"Et_efficiency", "efficiency", Align::right, 3, true},
-          {"Et_efficiency_low", "low", Align::right, 3, true, false, false, "95 % interval"},
-          {"Et_efficiency_high", "high", Align::right, 3, true},
-          {"ER_bound_deg", "E_R bound [deg]", Align::right, 5, true},
-          {"ER_efficiency", "efficiency", Align::right, 3, true},
-          {"ER_efficiency_low", "low", Align::right, 3, true, false, false, "95 % interval"},
-          {"ER_efficiency_high", "high", Align::right, 3, true},
-          {"anees", "ANEES", Align::right, 2, true},
-          {"anees_expected_low", "ANEES expected from", Align::right, 2, true, false, false, "expected"},
-          {"anees_expected_high", "ANEES expected to", Align::right, 2, true}};
+  std::vector<Column> columns;
+  for (const MetricDefinition* error : bounded_errors()) {
+    const std::string key = error->stem() + "_efficiency";
+    columns.push_back({.key = error->key("bound"),
+                       .title = metric(NumberMap::bound, error->name).heading(),
+                       .decimals = error->digits + 1});
+    columns.push_back({.key = key, .title = "efficiency", .decimals = 3});
+    std::ranges::move(range_columns(key + "_low", key + "_high", 3), std::back_inserter(columns));
+  }
+  columns.push_back({.key = "anees", .title = "ANEES", .decimals = 2});
+  columns.push_back(
+      {.key = "anees_expected_low", .title = "ANEES expected from", .decimals = 2, .range = "expected"});
+  columns.push_back({.key = "anees_expected_high", .title = "ANEES expected to", .decimals = 2});
+  for (Column& column : columns) column.fold = true;
+  return columns;
 }
 
 void add_limit_cells(const LimitSummary& limit, std::vector<Cell>& cells) {
-  add_cells(limit.Et, cells);
-  add_cells(limit.ER, cells);
-  const std::optional<Consistency>& consistency = limit.consistency;
-  cells.push_back(cell(consistency ? std::optional(consistency->anees) : std::nullopt));
-  add_interval(consistency ? std::optional(consistency->expected) : std::nullopt, cells);
+  for (const MetricDefinition* error : bounded_errors()) {
+    const Efficiency* value = find_in(limit.efficiency, error->name);
+    cells.push_back(cell(value ? std::optional(value->bound) : std::nullopt));
+    add_estimate(value ? std::optional(IntervalEstimate{value->efficiency, value->interval}) : std::nullopt,
+                 cells);
+  }
+  const std::optional<Consistency>& c = limit.consistency;
+  add_estimate(c ? std::optional(IntervalEstimate{c->anees, c->expected}) : std::nullopt, cells);
 }
 
 }  // namespace sextant

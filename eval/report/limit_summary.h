@@ -6,11 +6,12 @@
 //   efficiency   bound / RMS of the errors of the same records; its interval from the bootstrap of that RMS
 //   ANEES        mean of the records' NEES, and where that of a consistent estimator lies (stats/trend.h)
 
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "sextant/eval/records/record.h"
-#include "sextant/eval/report/table.h"
+#include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {
@@ -28,13 +29,15 @@ struct Consistency {
 };
 
 struct LimitSummary {
-  std::optional<Efficiency> Et;
-  std::optional<Efficiency> ER;
+  std::map<std::string, Efficiency> efficiency;  ///< by error; those of bounded_errors() that records have
   std::optional<Consistency> consistency;
 };
 
+/// The compared errors that have a bound.
+std::vector<const MetricDefinition*> bounded_errors();
+
 /// Of the estimated records of one body, estimator and level. What no record has is none.
-LimitSummary summarize_limit(const std::vector<const Record*>& estimated, const BootstrapOptions& options);
+LimitSummary summarize_limit(const RecordRefs& estimated, const BootstrapOptions& options);
 
 /// The limit's columns of a noise table, and their cells.
 std::vector<Column> limit_columns();

@@ -33,12 +33,12 @@ TEST(LimitSummary, ByHand) {
   records.push_back(record_of(3, 100, 1, 6.5));
   records.back().bound.clear();  // an error without a bound does not count against one
   const LimitSummary limit = summarize_limit(pointers(records), {});
-  EXPECT_DOUBLE_EQ(limit.Et->bound, std::sqrt(12.5));
-  EXPECT_DOUBLE_EQ(limit.Et->efficiency, std::sqrt(12.5 / 25));
+  EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").bound, std::sqrt(12.5));
+  EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").efficiency, std::sqrt(12.5 / 25));
   // Every seed has the same RMS.
-  EXPECT_DOUBLE_EQ(limit.Et->interval->low, limit.Et->efficiency);
-  EXPECT_DOUBLE_EQ(limit.Et->interval->high, limit.Et->efficiency);
-  EXPECT_NEAR(limit.ER->efficiency, 0.5, 1e-12);
+  EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").interval->low, limit.efficiency.at("Et_m").efficiency);
+  EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").interval->high, limit.efficiency.at("Et_m").efficiency);
+  EXPECT_NEAR(limit.efficiency.at("ER_deg").efficiency, 0.5, 1e-12);
   EXPECT_NEAR(limit.consistency->anees, 6.5, 1e-12);
   EXPECT_EQ(limit.consistency->n, 21);
   EXPECT_EQ(limit.consistency->expected.high, nees_interval(21, 6).high);
@@ -49,7 +49,7 @@ TEST(LimitSummary, TheIntervalOfTheEfficiencyIsTheRightWayRound) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     records.push_back(record_of(seed, 1 + 0.1 * static_cast<double>(seed), 1, 6));
   }
-  const Efficiency value = summarize_limit(pointers(records), {}).Et.value();
+  const Efficiency value = summarize_limit(pointers(records), {}).efficiency.at("Et_m");
   EXPECT_LT(value.interval->low, value.efficiency);
   EXPECT_GT(value.interval->high, value.efficiency);
 }
@@ -58,7 +58,8 @@ TEST(LimitSummary, NothingKnownIsNothingSaid) {
   Record r;
   r.errors = {{"Et_m", 1}};
   const LimitSummary limit = summarize_limit({&r}, {});
-  EXPECT_FALSE(limit.Et || limit.ER || limit.consistency);
+  EXPECT_TRUE(limit.efficiency.empty());
+  EXPECT_FALSE(limit.consistency);
   std::vector<Cell> cells;
   add_limit_cells(limit, cells);
   ASSERT_EQ(cells.size(), limit_columns().size());

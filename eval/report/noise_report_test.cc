@@ -7,24 +7,16 @@
 #include "sextant/base/philox.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/achieved_noise.h"
-#include "sextant/eval/report/comparisons.h"
+#include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {
 namespace {
 
 Record record_of(const std::string& estimator, double level, uint64_t seed, int frame, double Et_m) {
-  Record r;
-  r.dataset = "d";
-  r.sequence = "s";
-  r.estimator = estimator;
-  r.noise = fmt::format("depth {}", level);
-  r.level = level;
-  r.seed = seed;
-  r.frame = frame;
-  r.body = "ego";
-  r.values["step_gt_m"] = 1;
+  Record r = RecordOf{"d", "s", estimator, "ego", fmt::format("depth {}", level), level, seed, frame};
   r.errors = {{"Et_m", Et_m}, {"ER_deg", 2 * Et_m}};
   return r;
 }
@@ -54,14 +46,14 @@ TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
   const ComparisonRow& ab = rows[0];
   EXPECT_EQ(ab.first + ab.second, "ab");
   EXPECT_EQ(ab.n_pairs, 100);
-  EXPECT_NEAR(ab.Et_m.difference.mean, -0.01, 1e-12);
-  EXPECT_NEAR(ab.ER_deg.difference.mean, -0.02, 1e-12);
-  EXPECT_EQ(verdict(ab.Et_m, ab), "b lower");
+  EXPECT_NEAR(ab.errors.at("Et_m").difference, -0.01, 1e-12);
+  EXPECT_NEAR(ab.errors.at("ER_deg").difference, -0.02, 1e-12);
+  EXPECT_EQ(verdict(ab.errors.at("Et_m"), ab), "b lower");
   // 18 p-values at once; the smallest one possible of 20 signed ranks is 2 / 2^20.
-  EXPECT_NEAR(*ab.Et_m.p, std::pow(2.0, -19), 1e-9);
-  EXPECT_GT(*ab.Et_m.p_corrected, *ab.Et_m.p);
-  EXPECT_EQ(verdict(rows[1].Et_m, rows[1]), "identical");
-  EXPECT_EQ(verdict(rows[2].Et_m, rows[2]), "b lower");  // of b and c
+  EXPECT_NEAR(*ab.errors.at("Et_m").p, std::pow(2.0, -19), 1e-9);
+  EXPECT_GT(*ab.errors.at("Et_m").p_corrected, *ab.errors.at("Et_m").p);
+  EXPECT_EQ(verdict(rows[1].errors.at("Et_m"), rows[1]), "identical");
+  EXPECT_EQ(verdict(rows[2].errors.at("Et_m"), rows[2]), "b lower");  // of b and c
 }
 
 TEST(Comparisons, NoiseAloneIsNoDifference) {
@@ -75,9 +67,9 @@ TEST(Comparisons, NoiseAloneIsNoDifference) {
     sweep.records.push_back(other);
   }
   for (const ComparisonRow& row : compare_estimators({sweep})) {
-    EXPECT_EQ(verdict(row.Et_m, row), "no difference seen") << row.level;
-    EXPECT_GT(*row.Et_m.detectable, 0);
-    EXPECT_LT(*row.Et_m.detectable, 1e-3);
+    EXPECT_EQ(verdict(row.errors.at("Et_m"), row), "no difference seen") << row.level;
+    EXPECT_GT(*row.errors.at("Et_m").detectable, 0);
+    EXPECT_LT(*row.errors.at("Et_m").detectable, 1e-3);
   }
 }
 
@@ -92,7 +84,7 @@ TEST(Comparisons, CountWhatOnlyOneHasEstimated) {
   EXPECT_EQ(row.n_only_first, 8);
   EXPECT_EQ(row.n_only_second, 4);
   sweep = sweep_of({{"a", 0}, {"b", -0.5}}, 1);  // one seed: frames are the clusters
-  EXPECT_TRUE(compare_estimators({sweep}).front().Et_m.p);
+  EXPECT_TRUE(compare_estimators({sweep}).front().errors.at("Et_m").p);
 }
 
 TEST(Trends, SlopeRisesAndTest) {
@@ -100,11 +92,11 @@ TEST(Trends, SlopeRisesAndTest) {
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].n_levels, 3);
   EXPECT_EQ(rows[0].n_clusters, 20);
-  EXPECT_EQ(rows[0].Et_m.n_rises, 2);
-  EXPECT_NEAR(rows[0].Et_m.slope.slope, 1, 0.01);
-  EXPECT_LE(rows[0].Et_m.slope.interval->low, rows[0].Et_m.slope.slope);
-  EXPECT_NEAR(rows[1].Et_m.slope.slope, 2, 0.01);
-  EXPECT_LT(*rows[0].Et_m.p_corrected, 0.001);
+  EXPECT_EQ(rows[0].errors.at("Et_m").n_rises, 2);
+  EXPECT_NEAR(rows[0].errors.at("Et_m").slope.slope, 1, 0.01);
+  EXPECT_LE(rows[0].errors.at("Et_m").slope.interval->low, rows[0].errors.at("Et_m").slope.slope);
+  EXPECT_NEAR(rows[1].errors.at("Et_m").slope.slope, 2, 0.01);
+  EXPECT_LT(*rows[0].errors.at("Et_m").p_corrected, 0.001);
   EXPECT_TRUE(noise_trends({NoiseSweep{"", {record_of("a", 1, 0, 1, 1)}, {}}}).empty());
 }
 

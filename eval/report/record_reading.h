@@ -2,6 +2,8 @@
 
 // What every table asks of a record.
 
+#include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,8 +14,50 @@
 
 namespace sextant {
 
+using RecordRefs = std::vector<const Record*>;
+
+/// What a map has under that key; null where it has none.
+template <typename Map>
+const typename Map::mapped_type* find_in(const Map& map, const typename Map::key_type& key) {
+  const auto it = map.find(key);
+  return it == map.end() ? nullptr : &it->second;
+}
+
+/// The keys that all of these maps have, in order: the cases in which they can be compared.
+template <typename Map>
+std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& maps) {
+  std::vector<typename Map::key_type> keys;
+  for (const auto& [key, value] : *maps.front()) {
+    if (std::ranges::all_of(maps, [&key = key](const Map* map) { return map->contains(key); }))
+      keys.push_back(key);
+  }
+  return keys;
+}
+
+/// What these have under that member, each value once, in order of first appearance.
+template <typename Item>
+std::vector<std::string> distinct(const std::vector<const Item*>& items, std::string Item::*member) {
+  std::vector<std::string> values;
+  for (const Item* item : items) {
+    if (std::ranges::find(values, item->*member) == values.end()) values.push_back(item->*member);
+  }
+  return values;
+}
+
+/// A draw of the noise and a frame: what estimators are paired by.
+using SeedFrame = std::pair<uint64_t, int>;
+
 /// The number of that name, if the record has it.
 std::optional<double> find_number(const Record::Numbers& numbers, const std::string& key);
+
+/// The numbers of that name of the records that have it.
+std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key);
+
+/// One error of the records that have it.
+std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std::string& key);
+
+/// Has one of the errors that are compared (metrics/definitions.h).
+bool has_compared_error(const Record& record);
 
 /// Truth in both frames, and worth estimating: an object that is static by truth is not.
 bool has_truth(const Record& record);
@@ -27,7 +71,7 @@ std::string body_title(const std::string& body);
 /// What was drawn independently (stats/bootstrap.h): a seed; of records that all have the same seed, a frame.
 class Clusters {
  public:
-  explicit Clusters(const std::vector<const Record*>& records);
+  explicit Clusters(const RecordRefs& records);
   uint64_t of(const Record& record) const;
   bool are_frames() const { return n_seeds_ < 2; }
   int n_seeds() const { return n_seeds_; }
@@ -41,10 +85,13 @@ struct ErrorSample {
   std::vector<double> values;
   std::vector<uint64_t> clusters;
 };
-ErrorSample error_sample(const std::vector<const Record*>& records, const std::string& key,
-                         const Clusters& clusters);
+ErrorSample error_sample(const RecordRefs& records, const std::string& key, const Clusters& clusters);
 
+/// "E_t [m]", with the digits of the list.
+Column metric_column(const MetricDefinition& metric);
 /// Its two ends as cells; empty ones where there is none.
 void add_interval(const std::optional<Interval>& interval, std::vector<Cell>& cells);
+/// The value and the two ends.
+void add_estimate(const std::optional<IntervalEstimate>& estimate, std::vector<Cell>& cells);
 
 }  // namespace sextant

@@ -80,7 +80,22 @@ std::string markdown_text(const std::string& text) {
   return out;
 }
 
+std::vector<Column> folded_columns(const std::vector<std::string>& keys) {
+  std::vector<Column> columns;
+  for (const std::string& key : keys)
+    columns.push_back({.key = key, .title = key, .align = Align::left, .fold = true});
+  return columns;
+}
+
+std::vector<Column> range_columns(const std::string& low_key, const std::string& high_key, int decimals,
+                                  const std::string& title) {
+  return {{.key = low_key, .title = "low", .decimals = decimals, .range = title},
+          {.key = high_key, .title = "high", .decimals = decimals}};
+}
+
 Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
+
+void Table::add_columns(std::vector<Column> more) { std::ranges::move(more, std::back_inserter(columns)); }
 
 void Table::add_row(std::vector<Cell> row) {
   SEXTANT_CHECK(row.size() == columns.size());

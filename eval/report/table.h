@@ -32,6 +32,12 @@ struct Column {
   int significant = 0;
 };
 
+/// Texts, titled by their keys, that are said once where all rows agree.
+std::vector<Column> folded_columns(const std::vector<std::string>& keys);
+/// The two ends of an interval.
+std::vector<Column> range_columns(const std::string& low_key, const std::string& high_key, int decimals,
+                                  const std::string& title = "95 % interval");
+
 /// Empty, text, or a finite number.
 using Cell = std::variant<std::monostate, std::string, double>;
 
@@ -40,11 +46,12 @@ Cell cell(const std::optional<double>& value);
 
 struct Table {
   std::string title;
-  std::string caption;  ///< one paragraph: preset, aggregate, units; below the title
-  std::vector<Column> columns;
-  std::vector<std::vector<Cell>> rows;  ///< each as long as `columns`
-  std::vector<std::string> notes;       ///< below the table, one line each
+  std::string caption{};  ///< one paragraph: preset, aggregate, units; below the title
+  std::vector<Column> columns{};
+  std::vector<std::vector<Cell>> rows{};  ///< each as long as `columns`
+  std::vector<std::string> notes{};       ///< below the table, one line each
 
+  void add_columns(std::vector<Column> more);
   /// Throws InternalError when the row's length is wrong or a number is not finite.
   void add_row(std::vector<Cell> row);
 };

@@ -11,10 +11,7 @@ namespace sextant {
 namespace {
 
 Table example() {
-  Table table;
-  table.title = "T";
-  table.caption = "C";
-  table.columns = {{"name", "name", Align::left}, {"x_m", "x [m]", Align::right, 2}};
+  Table table{"T", "C", {{"name", "name", Align::left}, {"x_m", "x [m]", Align::right, 2}}};
   table.add_row({std::string("a,\"b|"), 1.0 / 3.0});
   table.add_row({std::string("é"), Cell()});
   table.notes = {"n"};

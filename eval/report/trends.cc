@@ -1,12 +1,13 @@
 #include "sextant/eval/report/trends.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <tuple>
 
 #include "sextant/base/parallel_for.h"
-#include "sextant/eval/report/multiplicity.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 namespace {
@@ -24,26 +25,25 @@ struct Mean {
 /// One body's errors under one estimator.
 struct Body {
   const NoiseSweep* sweep = nullptr;
-  std::vector<const Record*> records;
+  RecordRefs records;
 };
 
-std::vector<const Record*> with_all_levels(const std::vector<const Record*>& records,
-                                           const Clusters& clusters) {
+RecordRefs with_all_levels(const RecordRefs& records, const Clusters& clusters) {
   std::set<double> levels;
   std::map<uint64_t, std::set<double>> of_cluster;
   for (const Record* record : records) {
     levels.insert(record->level);
     of_cluster[clusters.of(*record)].insert(record->level);
   }
-  std::vector<const Record*> kept;
+  RecordRefs kept;
   for (const Record* record : records) {
     if (of_cluster[clusters.of(*record)].size() == levels.size()) kept.push_back(record);
   }
   return kept;
 }
 
-ErrorTrend trend_of(const std::vector<const Record*>& records, const Clusters& clusters,
-                    const std::string& key, const BootstrapOptions& options) {
+ErrorTrend trend_of(const RecordRefs& records, const Clusters& clusters, const std::string& key,
+                    const BootstrapOptions& options) {
   std::vector<double> level, error;
   std::vector<uint64_t> cluster;
   std::map<double, Mean> by_level;
@@ -59,6 +59,7 @@ ErrorTrend trend_of(const std::vector<const Record*>& records, const Clusters& c
   ErrorTrend trend;
   trend.mean_lowest = by_level.begin()->second.value();
   trend.mean_highest = by_level.rbegin()->second.value();
+  trend.n_steps = static_cast<int>(by_level.size()) - 1;
   for (auto it = std::next(by_level.begin()); it != by_level.end(); ++it) {
     trend.n_rises += it->second.value() > std::prev(it)->second.value() ? 1 : 0;
   }
@@ -75,7 +76,7 @@ ErrorTrend trend_of(const std::vector<const Record*>& records, const Clusters& c
 
 TrendRow row_of(const Body& body, const BootstrapOptions& options) {
   const Clusters clusters(body.records);
-  const std::vector<const Record*> records = with_all_levels(body.records, clusters);
+  const RecordRefs records = with_all_levels(body.records, clusters);
   TrendRow row;
   if (records.empty()) return row;
   const Record& first = *records.front();
@@ -91,21 +92,50 @@ TrendRow row_of(const Body& body, const BootstrapOptions& options) {
   row.lowest = *levels.begin();
   row.highest = *levels.rbegin();
   if (row.n_levels < 2) return row;
-  row.Et_m = trend_of(records, clusters, "Et_m", options);
-  row.ER_deg = trend_of(records, clusters, "ER_deg", options);
+  for (const MetricDefinition* error : metrics_for(compared)) {
+    RecordRefs with_error = records;
+    std::erase_if(with_error, [&](const Record* record) { return !record->errors.contains(error->name); });
+    with_error = with_all_levels(with_error, clusters);
+    const bool one_level = std::ranges::all_of(
+        with_error, [&](const Record* record) { return record->level == with_error.front()->level; });
+    if (!one_level) row.errors[error->name] = trend_of(with_error, clusters, error->name, options);
+  }
   return row;
 }
 
-void add_cells(const ErrorTrend& trend, int n_levels, std::vector<Cell>& cells) {
-  cells.emplace_back(trend.mean_lowest);
-  cells.emplace_back(trend.mean_highest);
-  cells.emplace_back(trend.slope.slope);
-  add_interval(trend.slope.interval, cells);
-  cells.push_back(cell(trend.slope.relative_slope));
-  add_interval(trend.slope.relative_interval, cells);
-  cells.emplace_back(fmt::format("{}/{}", trend.n_rises, n_levels - 1));
-  cells.push_back(cell(trend.p));
-  cells.push_back(cell(trend.p_corrected));
+std::vector<Column> columns_of(const MetricDefinition& error) {
+  const std::string stem = error.stem();
+  const int decimals = error.digits + 1;
+  std::vector<Column> columns = {
+      {error.key("lowest"), error.symbol + " at lowest", Align::right, decimals, false, true},
+      {error.key("highest"), error.symbol + " at highest", Align::right, decimals, false, true},
+      {error.key("slope"), fmt::format("{} slope [{}]", error.symbol, error.unit), Align::right, decimals}};
+  std::ranges::move(range_columns(error.key("slope_low"), error.key("slope_high"), decimals),
+                    std::back_inserter(columns));
+  const std::vector<Column> more = {{stem + "_relative_slope", "relative", Align::right, 2},
+                                    {stem + "_relative_slope_low", "low", Align::right, 2, false, true},
+                                    {stem + "_relative_slope_high", "high", Align::right, 2, false, true},
+                                    {stem + "_rises", "rises", Align::right},
+                                    {stem + "_p", "p", Align::right, 4, false, true, true},
+                                    {stem + "_p_corrected", "p", Align::right, 4, false, false, true}};
+  columns.insert(columns.end(), more.begin(), more.end());
+  return columns;
+}
+
+void add_cells(const MetricDefinition& error, const TrendRow& row, std::vector<Cell>& cells) {
+  const ErrorTrend* trend = find_in(row.errors, error.name);
+  if (trend == nullptr) {
+    cells.resize(cells.size() + columns_of(error).size());
+    return;
+  }
+  cells.emplace_back(trend->mean_lowest);
+  cells.emplace_back(trend->mean_highest);
+  add_estimate(IntervalEstimate{trend->slope.slope, trend->slope.interval}, cells);
+  cells.push_back(cell(trend->slope.relative_slope));
+  add_interval(trend->slope.relative_interval, cells);
+  cells.emplace_back(fmt::format("{}/{}", trend->n_rises, trend->n_steps));
+  cells.push_back(cell(trend->p));
+  cells.push_back(cell(trend->p_corrected));
 }
 
 }  // namespace
@@ -116,8 +146,7 @@ std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jo
   std::map<Key, Body> by_key;
   for (size_t s = 0; s < sweeps.size(); ++s) {
     for (const Record& r : sweeps[s].records) {
-      if (r.status != Status::ok || !has_truth(r)) continue;
-      if (!r.errors.contains("Et_m") || !r.errors.contains("ER_deg")) continue;
+      if (r.status != Status::ok || !has_truth(r) || !has_compared_error(r)) continue;
       Body& body = by_key[{s, r.dataset, r.sequence, body_order(r), r.estimator}];
       body.sweep = &sweeps[s];
       body.records.push_back(&r);
@@ -130,45 +159,33 @@ std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jo
     rows[static_cast<size_t>(i)] = row_of(*bodies[static_cast<size_t>(i)], options);
   });
   std::erase_if(rows, [](const TrendRow& row) { return row.n_levels < 2; });
-  correct_p_values(rows);
+  std::vector<ErrorTrend*> family;
+  for (TrendRow& row : rows) {
+    for (auto& [name, trend] : row.errors) family.push_back(&trend);
+  }
+  correct_by_holm(family);
   return rows;
 }
 
 Table trend_table(const std::vector<TrendRow>& rows) {
-  Table table;
-  table.title = "Growth of the errors with the noise";
-  table.caption =
+  Table table{
+      "Growth of the errors with the noise",
       "Line through all estimated pairs; slope per unit of the level with its 95 % interval (bootstrap, "
       "clusters: seeds; with one seed frames). relative: slope / error at the lowest level. rises: steps at "
       "which the mean rises. p: Page's test of growth over the clusters' means, corrected by Holm over the "
-      "table.";
-  table.columns = {
-      {"parameter", "parameter", Align::left, 0, true}, {"dataset", "dataset", Align::left, 0, true},
-      {"sequence", "sequence", Align::left, 0, true},   {"body", "body", Align::left},
-      {"estimator", "estimator", Align::left, 0, true}, {"lowest", "from", Align::right, 2, true},
-      {"highest", "to", Align::right, 2, true},         {"n_clusters", "clusters", Align::right, 0, true}};
-  const auto add_columns = [&](const std::string& symbol, const std::string& key, const std::string& unit) {
-    table.columns.insert(
-        table.columns.end(),
-        {{key + "_lowest_" + unit, symbol + " at lowest", Align::right, 5, false, true},
-         {key + "_highest_" + unit, symbol + " at highest", Align::right, 5, false, true},
-         {key + "_slope_" + unit, fmt::format("{} slope [{}]", symbol, unit), Align::right, 5},
-         {key + "_slope_low_" + unit, "low", Align::right, 5, false, false, false, "95 % interval"},
-         {key + "_slope_high_" + unit, "high", Align::right, 5},
-         {key + "_relative_slope", "relative", Align::right, 2},
-         {key + "_relative_slope_low", "low", Align::right, 2, false, true},
-         {key + "_relative_slope_high", "high", Align::right, 2, false, true},
-         {key + "_rises", "rises", Align::right},
-         {key + "_p", "p", Align::right, 4, false, true, true},
-         {key + "_p_corrected", "p", Align::right, 4, false, false, true}});
-  };
-  add_columns("E_t", "Et", "m");
-  add_columns("E_R", "ER", "deg");
+      "table.",
+      folded_columns({"parameter", "dataset", "sequence"})};
+  table.columns.push_back({"body", "body", Align::left});
+  table.add_columns(folded_columns({"estimator"}));
+  table.add_columns({{"lowest", "from", Align::right, 2, true},
+                     {"highest", "to", Align::right, 2, true},
+                     {"n_clusters", "clusters", Align::right, 0, true}});
+  const std::vector<const MetricDefinition*> errors = metrics_for(compared);
+  for (const MetricDefinition* error : errors) table.add_columns(columns_of(*error));
   for (const TrendRow& row : rows) {
     std::vector<Cell> cells = {row.parameter, row.dataset, row.sequence, row.body,
                                row.estimator, row.lowest,  row.highest,  static_cast<double>(row.n_clusters)};
-    add_cells(row.Et_m, row.n_levels, cells);
-    add_cells(row.ER_deg, row.n_levels, cells);
+    for (const MetricDefinition* error : errors) add_cells(*error, row, cells);
     table.add_row(std::move(cells));
   }
   return table;

@@ -10,6 +10,7 @@
 //   rises        steps from level to level at which the mean over all rises / all steps
 // Clusters that miss a level count in none of these.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +25,7 @@ struct ErrorTrend {
   double mean_lowest = 0;   ///< of the error at the lowest level
   double mean_highest = 0;  ///< at the highest
   NoiseSlope slope;
-  int n_rises = 0;
+  int n_rises = 0, n_steps = 0;
   std::optional<double> p;  ///< none with fewer than 2 clusters
   std::optional<double> p_corrected;
 };
@@ -34,8 +35,7 @@ struct TrendRow {
   double lowest = 0, highest = 0;  ///< level
   int n_levels = 0;
   int n_clusters = 0;
-  ErrorTrend Et_m;
-  ErrorTrend ER_deg;
+  std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` ones at two levels or more
 };
 
 /// In order of sweep, dataset, sequence, body (ego first), estimator.

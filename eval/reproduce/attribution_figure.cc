@@ -31,9 +31,10 @@ Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
   for (const AttributionPath* path : paths) {
     for (const AttributionStep& step : path->steps) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
-      const Interval around = step.Et_interval.value_or(Interval{step.Et_m, step.Et_m});
-      data.add_row({panel_name(*path), path->path, step.decision, static_cast<double>(x), step.Et_m,
-                    around.low, around.high});
+      const double Et_m = step.Et_m.value;
+      const Interval around = step.Et_m.interval.value_or(Interval{Et_m, Et_m});
+      data.add_row({panel_name(*path), path->path, step.decision, static_cast<double>(x), Et_m, around.low,
+                    around.high});
     }
   }
   return data;
@@ -54,16 +55,11 @@ Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {
     const std::string x =
         only_where({{"panel", name}, {"path", path.path}},
                    fmt::format("column(\"x\")+{}", gp_number(0.12 * (static_cast<double>(i) - 0.5))));
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) "
-                    "with vectors nohead lc rgb \"{}\" lw 1",
-                    x, colour));
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"Et\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", x,
-                    colour, estimator_point(path.path)));
+    panel.plots.push_back(interval_plot(x, "low", "high", colour, 1));
+    panel.plots.push_back(fmt::format("data using {}:(column(\"Et\")) {}", x, estimator_style(path.path)));
     for (const AttributionStep& step : path.steps) {
-      low = std::min(low, step.Et_m);
-      high = std::max(high, step.Et_m);
+      low = std::min(low, step.Et_m.value);
+      high = std::max(high, step.Et_m.value);
     }
     if (!path.published_m) continue;
     panel.plots.push_back(
@@ -93,18 +89,15 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   }
   std::vector<LegendEntry> legend;
   for (const char* path : {"motion_only", "joint_flow"}) {
-    legend.push_back(
-        {"from " + estimator_title(path), fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5",
-                                                      estimator_colour(path), estimator_point(path))});
+    legend.push_back({"from " + estimator_title(path), estimator_style(path)});
     legend.push_back({"printed for " + estimator_title(path),
                       fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", estimator_colour(path))});
   }
-  PanelLayout layout;
-  layout.columns = std::min<size_t>(3, panels.size());
-  layout.width_cm = 18.0;
-  layout.panel_height_cm = 7.6;
-  layout.bottom_cm = 3.3;
-  layout.left_cm = 2.0;
+  const PanelLayout layout{.columns = std::min<size_t>(3, panels.size()),
+                           .width_cm = 18.0,
+                           .panel_height_cm = 7.6,
+                           .left_cm = 2.0,
+                           .bottom_cm = 3.3};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Mean E_t with 95 % intervals over {} seeds, from the published code (left) to our default (right): "

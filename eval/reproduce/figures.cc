@@ -4,12 +4,12 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
 #include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/noise_figures.h"
 #include "sextant/eval/report/figures/speed_figures.h"
 #include "sextant/eval/report/figures/top_view_figures.h"
-#include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/reproduce/attribution_figure.h"
 #include "sextant/eval/reproduce/recorded.h"
@@ -80,7 +80,7 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : set_data()) {
     RecordSet set{part.name + "_" + data.set, data.set + ", " + data.filter.dataset, {}};
-    for (const auto& [body, records] : paper_bodies(part.sweep.records, data.filter))
+    for (const auto& [body, records] : paper_bodies(matching(part.sweep.records, data.filter)))
       if (has_estimate(records)) set.bodies.push_back({body, records});
     if (!set.bodies.empty()) sets.push_back(std::move(set));
   }

@@ -119,6 +119,7 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
     files[file_stem(recording) + "_estimate.tum"] = encode_tum(raw.estimate);
     for (const TrajectoryWarning& warning : raw.warnings) warnings[recording.path].push_back(warning.text);
   }
+  check_listed(records);
   files["records.jsonl"] = write_records(records);
   Json run = build_provenance();
   run["inputs"] = recorded_inputs(data_root);

@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/record_reading.h"
@@ -162,12 +163,11 @@ class StoredParts : public testing::TestWithParam<const char*> {
     std::vector<Record> records;
     for (int frame = 1; frame <= 3; ++frame) {
       for (const char* body : {"ego", "object:1"}) {
-        Record r;
-        r.dataset = dataset;
-        r.sequence = sequence;
-        r.estimator = "joint_flow";
-        r.frame = frame;
-        r.body = body;
+        Record r = RecordOf{.dataset = dataset,
+                            .sequence = sequence,
+                            .estimator = "joint_flow",
+                            .body = body,
+                            .frame = frame};
         r.values = {{r.is_ego() ? "step_gt_m" : "distance_gt_m", 0.5 * frame}, {"step_m", 7}};
         records.push_back(r);
       }

@@ -1,43 +1,179 @@
 #include "sextant/metrics/definitions.h"
 
-#include <vector>
+#include <algorithm>
+#include <array>
 
+#include "sextant/base/error.h"
 #include "sextant/metrics/presets.h"
 
 namespace sextant {
 namespace {
 
 const std::vector<MetricDefinition>& table() {
+  using enum NumberMap;
+  using enum Better;
   static const std::vector<MetricDefinition> definitions = {
-      {"Et_m", 1, "m", "translation of the pose change error; objects: motion in the camera frame"},
-      {"ER_deg", 1, "deg", "rotation angle of the pose change error; objects: motion in the camera frame"},
-      {"Et_world_m", 1, "m", "translation of the pose change error of the object's motion in the world"},
-      {"ER_world_deg", 1, "deg", "rotation of the pose change error of the object's motion in the world"},
-      {"Et_body_m", 1, "m", "translation of the pose change error of the object's motion in its own frame"},
-      {"ER_body_deg", 1, "deg", "rotation of the pose change error of the object's motion in its own frame"},
-      {"Ev_kmh", 1, "km/h", "absolute difference of v_kmh and v_gt_kmh"},
-      {"Ev_origin_kmh", 1, "km/h", "absolute difference of v_kmh and v_gt_origin_kmh"},
-      {"epe_measured_px", 1, "px", "mean end-point error of the measured flow over all points", true},
-      {"epe_measured_x_px", 1, "px", "mean absolute horizontal error of the measured flow", true},
-      {"epe_measured_y_px", 1, "px", "mean absolute vertical error of the measured flow", true},
-      {"epe_initial_px", 1, "px", "mean end-point error of the measured flow over the inliers", true},
-      {"epe_initial_x_px", 1, "px", "mean absolute horizontal error of the measured flow", true},
-      {"epe_initial_y_px", 1, "px", "mean absolute vertical error of the measured flow", true},
-      {"epe_refined_px", 1, "px", "mean end-point error of the refined flow over the inliers"},
-      {"epe_refined_x_px", 1, "px", "mean absolute horizontal error of the refined flow"},
-      {"epe_refined_y_px", 1, "px", "mean absolute vertical error of the refined flow"},
+      // Poses.
+      {"Et_m", errors, "both", "E_t", "m", 4, lower,
+       "translation of the pose change error; objects: motion in the camera frame", in_summary | compared},
+      {"ER_deg", errors, "both", "E_R", "deg", 4, lower,
+       "rotation angle of the pose change error; objects: motion in the camera frame", in_summary | compared},
+      {"Et_world_m", errors, "object", "E_t, world", "m", 4, lower,
+       "translation of the pose change error of the object's motion in the world"},
+      {"ER_world_deg", errors, "object", "E_R, world", "deg", 4, lower,
+       "rotation of the pose change error of the object's motion in the world"},
+      {"Et_body_m", errors, "object", "E_t, body", "m", 4, lower,
+       "translation of the pose change error of the object's motion in its own frame"},
+      {"ER_body_deg", errors, "object", "E_R, body", "deg", 4, lower,
+       "rotation of the pose change error of the object's motion in its own frame"},
+      {"Et_corrected_m", errors, "ego", "E_t, velocity-corrected truth", "m", 4, lower,
+       "`Et_m` against a truth whose steps are as long as the measured speed says", recorded_only},
+      {"Et_scaled_m", errors, "ego", "E_t, estimate scaled to the truth's path", "m", 4, lower,
+       "`Et_m` of the estimate scaled to the truth (alignment `scale`)", recorded_only},
+      {"step_m", values, "ego", "step", "m", 4, neither, "length of the estimated translation of the pair"},
+      {"step_gt_m", values, "ego", "true step", "m", 4, neither, "length of the true translation of the pair",
+       truth_only},
+      {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
+       "RMS error of the true steps themselves along the way, where the data set tells; one number a sequence"},
+      {"step_error_x_m", values, "ego", "step error, right", "m", 4, neither,
+       "estimated minus true translation of the pair, `T_prev_curr`, to the right in the previous camera"},
+      {"step_error_y_m", values, "ego", "step error, down", "m", 4, neither, "the same, down"},
+      {"step_error_z_m", values, "ego", "step error, ahead", "m", 4, neither,
+       "the same, ahead. The three together are as long as `Et_m`; their mean over pairs is the systematic part, "
+       "printed below a run's summary where it is beyond three standard errors"},
+      {"rotation_gt_deg", values, "ego", "true rotation", "deg", 4, neither,
+       "angle of the true rotation of the pair", truth_only},
+      {"start_propagated", values, "both", "start propagated", "0/1", 0, neither,
+       "the refinement began at the propagated motion (1) or at RANSAC's (0)"},
+      // Speeds.
+      {"Ev_kmh", errors, "object", "E_v", "km/h", 2, lower, "absolute difference of v_kmh and v_gt_kmh",
+       in_summary},
+      {"Ev_origin_kmh", errors, "object", "E_v, origin", "km/h", 2, lower,
+       "absolute difference of v_kmh and v_gt_origin_kmh"},
+      {"v_kmh", values, "object", "v", "km/h", 2, neither,
+       "`abs(t - (I - R) c) / dt` of the estimated `H = X_0⁻¹ X = (R, t)`; c = centroid of the inliers, previous "
+       "camera coordinates",
+       in_summary | beside_speed},
+      {"v_gt_kmh", values, "object", "v_gt", "km/h", 2, neither,
+       "the same formula with the true H at the **same** c", in_summary | beside_speed},
+      {"v_gt_origin_kmh", values, "object", "v_gt, origin", "km/h", 2, neither,
+       "the same formula with the true H at the origin of the true box: its displacement (published code)",
+       truth_only},
+      // Flow. That of the measurements no estimator can make better.
+      {"epe_measured_px", errors, "both", "EPE, all points", "px", 3, neither,
+       "mean end-point error of the measured flow over all points"},
+      {"epe_measured_x_px", errors, "both", "EPE x, all points", "px", 3, neither,
+       "mean absolute horizontal error of the measured flow"},
+      {"epe_measured_y_px", errors, "both", "EPE y, all points", "px", 3, neither,
+       "mean absolute vertical error of the measured flow"},
+      {"epe_initial_px", errors, "both", "EPE before", "px", 3, neither,
+       "mean end-point error of the measured flow over the inliers", in_summary},
+      {"epe_initial_x_px", errors, "both", "EPE x before", "px", 3, neither,
+       "mean absolute horizontal error of the measured flow"},
+      {"epe_initial_y_px", errors, "both", "EPE y before", "px", 3, neither,
+       "mean absolute vertical error of the measured flow"},
+      {"epe_refined_px", errors, "both", "after", "px", 3, lower,
+       "mean end-point error of the refined flow over the inliers", in_summary},
+      {"epe_refined_x_px", errors, "both", "EPE x after", "px", 3, lower,
+       "mean absolute horizontal error of the refined flow"},
+      {"epe_refined_y_px", errors, "both", "EPE y after", "px", 3, lower,
+       "mean absolute vertical error of the refined flow"},
+      // Objects.
+      {"distance_m", values, "object", "distance", "m", 2, neither,
+       "median depth of the object's points, previous frame"},
+      {"distance_gt_m", values, "object", "true distance", "m", 2, neither,
+       "depth (z) of the true box's origin, previous camera frame", truth_only},
+      {"area_fraction", values, "object", "area", "0..1", 4, neither,
+       "share of the previous image that the mask covers"},
+      {"moving_share", values, "object", "moving share", "0..1", 2, neither,
+       "share of points whose scene flow is above the threshold"},
+      {"dynamic", values, "object", "dynamic", "0/1", 0, neither,
+       "classified as moving; left out where no point has both depths"},
+      {"dynamic_gt", values, "object", "truly dynamic", "0/1", 0, neither,
+       "the data set's own flag where it has one, else `v_gt_origin_kmh` > 3.6 (1 m/s)", truth_only},
+      {"interpolated_gt", values, "object", "interpolated truth", "0/1", 0, neither,
+       "the truth of either frame was made by interpolation between labelled frames"},
+      {"track", values, "object", "track", "label", 0, neither,
+       "label of the pipeline's tracker, 0 = static or none"},
+      // What the estimator says of itself.
+      {"nees", values, "both", "NEES", "1", 2, neither,
+       "normalised error squared of the estimate: `e^T C⁻¹ e`, `exp(e) = X̂ X⁻¹`, C the estimator's own "
+       "covariance; see The limit"},
+      {"condition", values, "both", "condition", "1", 0, neither,
+       "condition number of the estimator's covariance of the twist (m, rad): largest over smallest eigenvalue; "
+       "left out where there is no covariance"},
+      {"peak_memory_mb", values, "ego", "memory", "1e6 bytes", 0, neither,
+       "external programs: resident size of the largest process "
+       "([external-estimators.md](external-estimators.md#in-the-records))"},
+      // The limit.
+      {"Et_m", bound, "both", "E_t bound", "m", 4, neither,
+       "bounds the RMS of `errors.Et_m`, from flow and the **previous** frame's depth"},
+      {"ER_deg", bound, "both", "E_R bound", "deg", 4, neither, "the same of `errors.ER_deg`"},
+      {"Et_both_m", bound, "both", "E_t bound, both depths", "m", 4, neither,
+       "as `Et_m`, if the current frame's depth were a measurement of the same point with the same noise"},
+      {"ER_both_deg", bound, "both", "E_R bound, both depths", "deg", 4, neither, "the same of `ER_deg`"},
+      {"Et_body_m", bound, "object", "E_t bound, body", "m", 4, neither,
+       "bounds the RMS of `errors.Et_body_m`; holds the camera's part too"},
+      {"ER_body_deg", bound, "object", "E_R bound, body", "deg", 4, neither,
+       "the same of `errors.ER_body_deg`"},
+      // Wall-clock times.
+      {"start", time_ms, "both", "start", "ms", 2, lower, "robust start"},
+      {"refine", time_ms, "both", "refine", "ms", 2, lower, "the estimator"},
+      {"total", time_ms, "both", "total", "ms", 2, lower,
+       "these two and what lies between; objects: gates and classification too"},
+      {"extraction", time_ms, "ego", "extraction", "ms", 2, lower,
+       "images to points, which the bodies of a pair share"},
+      {"decode", time_ms, "ego", "decode", "ms", 2, lower,
+       "reading the **previous** frame; each frame is decoded once"},
+      {"cpu", time_ms, "ego", "cpu", "ms", 2, lower,
+       "external programs: their processor time, spread over the pairs"},
+      {"program", time_ms, "ego", "program", "ms", 2, lower,
+       "external programs that tell it: their own time of the pair"},
   };
   return definitions;
 }
 
 }  // namespace
 
+std::string_view to_string(NumberMap map) {
+  constexpr std::array<std::string_view, 4> names = {"errors", "values", "bound", "time_ms"};
+  return names.at(static_cast<size_t>(map));
+}
+
+std::string MetricDefinition::stem() const { return name.substr(0, name.rfind('_')); }
+
+std::string MetricDefinition::key(const std::string& statistic) const {
+  return stem() + "_" + statistic + name.substr(stem().size());
+}
+
 std::span<const MetricDefinition> metric_definitions() { return table(); }
+
+const MetricDefinition* find_metric(NumberMap map, std::string_view name) {
+  const auto it = std::ranges::find_if(
+      table(), [&](const MetricDefinition& d) { return d.map == map && d.name == name; });
+  return it == table().end() ? nullptr : &*it;
+}
+
+const MetricDefinition& metric(NumberMap map, std::string_view name) {
+  const MetricDefinition* found = find_metric(map, name);
+  SEXTANT_CHECK(found != nullptr);
+  return *found;
+}
+
+std::vector<const MetricDefinition*> metrics_for(MetricUse use) {
+  std::vector<const MetricDefinition*> found;
+  for (const MetricDefinition& d : table()) {
+    if (d.is(use)) found.push_back(&d);
+  }
+  return found;
+}
 
 Json metric_definitions_json() {
   Json json = Json::object();
-  for (const MetricDefinition& d : table())
-    json[d.name] = fmt::format("{}: {} [{}]", d.version, d.definition, d.unit);
+  for (const MetricDefinition& d : table()) {
+    if (d.map == NumberMap::errors && !d.is(recorded_only))
+      json[d.name] = fmt::format("{}: {} [{}]", d.version, d.definition, d.unit);
+  }
   return json;
 }
 

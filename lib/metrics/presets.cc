@@ -31,6 +31,17 @@ const std::vector<MetricPreset>& table() {
 
 }  // namespace
 
+const std::string& MetricPreset::object_key(const std::string& metric) const {
+  if (metric == "Et_m") return object_Et_key;
+  if (metric == "ER_deg") return object_ER_key;
+  if (metric == "Ev_kmh") return velocity_key;
+  return metric == "v_gt_kmh" ? velocity_truth_key : metric;
+}
+
+bool MetricPreset::aggregates(const std::string& metric) const {
+  return metric == "Et_m" || metric == "ER_deg" || metric == "Ev_kmh";
+}
+
 std::string_view to_string(Aggregate aggregate) {
   constexpr std::array<std::string_view, 4> names = {"mean", "RMSE", "median", "max"};
   return names.at(static_cast<size_t>(aggregate));

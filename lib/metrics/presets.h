@@ -23,6 +23,12 @@ struct MetricPreset {
   std::string velocity_truth_key;  ///< which recorded true velocity, km/h ("values")
   Aggregate aggregate = Aggregate::mean;
   int version = 1;  ///< raised when the above change under the same name
+
+  /// Under which key an object's record has what stands in the column of this metric: another one for those
+  /// that the preset chooses, else the same.
+  const std::string& object_key(const std::string& metric) const;
+  /// An error that `aggregate` is for; all others are means.
+  bool aggregates(const std::string& metric) const;
 };
 
 std::span<const MetricPreset> metric_presets();

@@ -89,6 +89,13 @@ std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatis
   return Interval{quantile_of_sorted(replicates, level(-z)), quantile_of_sorted(replicates, level(z))};
 }
 
+IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& statistic,
+                                  const BootstrapOptions& options) {
+  std::vector<size_t> all(n_clusters);
+  std::iota(all.begin(), all.end(), size_t{0});
+  return {statistic(all), cluster_bootstrap(n_clusters, statistic, options)};
+}
+
 std::vector<std::vector<size_t>> members_of_clusters(std::span<const uint64_t> cluster) {
   std::map<uint64_t, std::vector<size_t>> by_label;
   for (size_t i = 0; i < cluster.size(); ++i) by_label[cluster[i]].push_back(i);

@@ -52,6 +52,15 @@ using ClusterStatistic = std::function<double(std::span<const size_t> clusters)>
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
                                           const BootstrapOptions& options = {});
 
+/// A number with its interval; none where nothing is known of the spread.
+struct IntervalEstimate {
+  double value = 0;
+  std::optional<Interval> interval;
+};
+/// The statistic of all clusters, and its interval.
+IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& statistic,
+                                  const BootstrapOptions& options = {});
+
 using Statistic = std::function<double(std::span<const double>)>;
 
 /// Independent values.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "sextant/stats/summary.h"
 
@@ -71,10 +70,8 @@ double ClusteredSample::quantile(std::span<const size_t> clusters, double p) con
 }
 
 SampleSummary summarize_sample(const ClusteredSample& sample, const BootstrapOptions& options) {
-  std::vector<size_t> all(sample.n_clusters());
-  std::iota(all.begin(), all.end(), size_t{0});
   const auto of = [&](const ClusterStatistic& statistic) {
-    return IntervalEstimate{statistic(all), cluster_bootstrap(sample.n_clusters(), statistic, options)};
+    return cluster_estimate(sample.n_clusters(), statistic, options);
   };
   const auto quantile = [&](double p) {
     return of([&, p](std::span<const size_t> chosen) { return sample.quantile(chosen, p); });

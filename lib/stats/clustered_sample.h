@@ -39,12 +39,6 @@ class ClusteredSample {
   std::vector<Value> sorted_;  ///< all values, rising
 };
 
-/// A number with its interval; none where nothing is known of the spread.
-struct IntervalEstimate {
-  double value = 0;
-  std::optional<Interval> interval;
-};
-
 /// What a table says of a sample. Every number has its own cluster bootstrap over the same resamples.
 struct SampleSummary {
   IntervalEstimate mean, rmse, q05, q25, median, q75, q95;

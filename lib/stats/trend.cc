@@ -76,16 +76,6 @@ struct TieSums {
 
 }  // namespace
 
-PairedDifference paired_difference(std::span<const double> a, std::span<const double> b,
-                                   std::span<const uint64_t> cluster, const BootstrapOptions& options) {
-  SEXTANT_CHECK(a.size() == b.size());
-  check_sample(a, "paired difference, first sample");
-  check_sample(b, "paired difference, second sample");
-  std::vector<double> differences;
-  for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);
-  return {mean(differences), bootstrap_by_cluster(differences, cluster, mean, options)};
-}
-
 NoiseSlope noise_slope(std::span<const double> level, std::span<const double> error,
                        std::span<const uint64_t> cluster, const BootstrapOptions& options) {
   SEXTANT_CHECK(level.size() == error.size() && level.size() == cluster.size());

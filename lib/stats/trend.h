@@ -12,14 +12,6 @@
 
 namespace sextant {
 
-/// Mean of a - b over pairs, with its interval (cluster bootstrap; `cluster` as in bootstrap_by_cluster).
-struct PairedDifference {
-  double mean = 0;
-  std::optional<Interval> interval;  ///< none with fewer than 2 clusters
-};
-PairedDifference paired_difference(std::span<const double> a, std::span<const double> b,
-                                   std::span<const uint64_t> cluster, const BootstrapOptions& options = {});
-
 /// Least squares line error = intercept + slope * level through all points, interval by cluster bootstrap.
 /// relative_slope = slope / mean error at the lowest level: none where that mean is not above 0. Throws Error
 /// where there are fewer than two levels, in the data or in a resample (a cluster should have all levels).

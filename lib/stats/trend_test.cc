@@ -13,27 +13,6 @@ namespace {
 using Values = std::vector<double>;
 using Labels = std::vector<uint64_t>;
 
-TEST(PairedDifference, SeesWhatPairingRemoves) {
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
-  Values a, b;
-  Labels seed;
-  for (uint64_t i = 0; i < 50; ++i) {
-    const double common = 10 * normal(random);
-    a.push_back(common + 0.5 + 0.1 * normal(random));
-    b.push_back(common + 0.1 * normal(random));
-    seed.push_back(i);
-  }
-  const PairedDifference d = paired_difference(a, b, seed);
-  EXPECT_NEAR(d.mean, 0.5, 0.08);
-  ASSERT_TRUE(d.interval);
-  EXPECT_GT(d.interval->low, 0.4);
-  EXPECT_LT(d.interval->high, 0.6);
-  EXPECT_FALSE(paired_difference(Values{1}, Values{2}, Labels{1}).interval);
-  EXPECT_THROW(paired_difference(Values{}, Values{}, Labels{}), Error);
-  EXPECT_THROW(paired_difference(Values{1, NAN}, Values{1, 2}, Labels{1, 2}), Error);
-}
-
 // scipy.stats.linregress: slope 1.015, intercept 0.965. Mean error at level 0: 0.9.
 TEST(NoiseSlope, IsTheLeastSquaresLine) {
   const NoiseSlope fit =

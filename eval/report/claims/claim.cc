@@ -16,6 +16,11 @@ std::string to_string(Verdict verdict) {
   return "undecided";
 }
 
+void ClaimResult::set(const IntervalEstimate& estimate) {
+  value = estimate.value;
+  interval = estimate.interval;
+}
+
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval) {
   if (!interval) return Verdict::undecided;
   if (value < limit && interval->high < limit) return Verdict::reproduced;
@@ -49,27 +54,25 @@ std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
 }
 
 Table claim_table(const std::vector<CheckedClaim>& checked) {
-  Table table;
-  table.title = "Statements of the paper";
-  table.caption =
+  Table table{
+      "Statements of the paper",
       "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: the "
       "whole interval agrees with the statement or contradicts it. Objects are numbered by distance, as in "
-      "the paper.";
-  table.columns = {
-      {"claim", "claim", Align::left, 0, true, true},
-      {.key = "statement", .title = "statement", .align = Align::left, .fold = true, .says_itself = true},
-      {"place", "place", Align::left, 0, true},
-      {"dataset", "dataset", Align::left, 0, true},
-      {"sequence", "sequence", Align::left, 0, true},
-      {"estimator", "estimator", Align::left},
-      {"subject", "subject", Align::left},
-      {"quantity", "quantity", Align::left},
-      {.key = "value", .title = "value", .significant = 3},
-      {.key = "low", .title = "low", .range = "95 % interval", .significant = 3},
-      {.key = "high", .title = "high", .significant = 3},
-      {"stated", "stated", Align::left},
-      {"verdict", "verdict", Align::left},
-      {"records", "records", Align::left, 0, true}};
+      "the paper.",
+      {{"claim", "claim", Align::left, 0, true, true},
+       {.key = "statement", .title = "statement", .align = Align::left, .fold = true, .says_itself = true},
+       {"place", "place", Align::left, 0, true},
+       {"dataset", "dataset", Align::left, 0, true},
+       {"sequence", "sequence", Align::left, 0, true},
+       {"estimator", "estimator", Align::left},
+       {"subject", "subject", Align::left},
+       {"quantity", "quantity", Align::left},
+       {.key = "value", .title = "value", .significant = 3},
+       {.key = "low", .title = "low", .range = "95 % interval", .significant = 3},
+       {.key = "high", .title = "high", .significant = 3},
+       {"stated", "stated", Align::left},
+       {"verdict", "verdict", Align::left},
+       {"records", "records", Align::left, 0, true}}};
   for (const auto& [claim, results] : checked) {
     if (results.empty())
       table.notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");

@@ -31,11 +31,13 @@ struct ClaimResult {
   std::string dataset, sequence, estimator;
   std::string subject;   ///< "camera", "object 2 (id 3)"
   std::string quantity;  ///< "largest mean E_t, delta_d <= 0.2 [m]"
+  std::string stated;    ///< "< 0.02"
   double value = 0;
-  std::optional<Interval> interval;
-  std::string stated;  ///< "< 0.02"
+  std::optional<Interval> interval{};
   Verdict verdict = Verdict::undecided;
-  std::string records;  ///< the part it was measured on
+  std::string records{};  ///< the part it was measured on
+
+  void set(const IntervalEstimate& estimate);
 };
 
 struct Claim {

@@ -8,6 +8,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_sets.h"
 
 namespace sextant {
 namespace {
@@ -18,12 +19,12 @@ constexpr double nearly = 0.25;
 
 struct ErrorKind {
   const char* key;
-  const char* title;
   double low_limit;  ///< fig. 4 left
   double highest;    ///< fig. 4 right
+
+  std::string title() const { return metric(NumberMap::errors, key).heading(); }
 };
-constexpr std::array<ErrorKind, 2> error_kinds = {
-    {{"Et_m", "E_t [m]", 0.02, 0.09}, {"ER_deg", "E_R [deg]", 0.04, 0.2}}};
+constexpr std::array<ErrorKind, 2> error_kinds = {{{"Et_m", 0.02, 0.09}, {"ER_deg", 0.04, 0.2}}};
 
 /// Sum and count of one error at one level of one seed.
 struct Cellsum {
@@ -34,7 +35,7 @@ struct Cellsum {
 /// One body of the paper's figure under one estimator.
 struct Body {
   std::string title;
-  std::vector<const Record*> records;  ///< estimated, with truth
+  RecordRefs records;  ///< estimated, with truth
 };
 
 /// One figure of the paper: a sequence under one estimator.
@@ -43,68 +44,41 @@ struct Panel {
   std::vector<Body> bodies;  ///< camera, then objects by distance
 };
 
-using Records = std::vector<const Record*>;
-
-double mean_distance_m(const Records& records) {
-  double sum = 0;
-  double n = 0;
-  for (const Record* record : records) {
-    if (const auto value = find_number(record->values, "distance_gt_m")) {
-      sum += *value;
-      n += 1;
-    }
-  }
-  return n > 0 ? sum / n : 0;
-}
-
 /// The camera and the nearest objects, as the paper counts them.
-std::vector<Body> paper_bodies(const std::map<int, Records>& by_body) {
+std::vector<Body> figure_bodies(const RecordRefs& records) {
   std::vector<Body> bodies;
-  std::vector<std::pair<double, int>> by_distance;
-  for (const auto& [id, records] : by_body) {
-    if (id == 0) bodies.push_back({"camera", records});
-    if (id != 0) by_distance.emplace_back(mean_distance_m(records), id);
-  }
-  std::sort(by_distance.begin(), by_distance.end());
-  for (size_t i = 0; i < std::min(n_paper_objects, by_distance.size()); ++i) {
-    const int id = by_distance[i].second;
-    bodies.push_back({fmt::format("object {} (id {})", i + 1, id), by_body.at(id)});
+  for (PaperBody& body : bodies_by_distance(records)) {
+    if (body.number > n_paper_objects) break;
+    const std::string object = fmt::format("object {} (id {})", body.number, body.id);
+    bodies.push_back({body.number == 0 ? "camera" : object, std::move(body.records)});
   }
   return bodies;
 }
 
 std::vector<Panel> panels_of(const std::vector<NoiseSweep>& sweeps, const std::string& parameter) {
-  std::map<std::tuple<std::string, std::string, std::string>, std::map<int, Records>> by_panel;
+  std::map<std::tuple<std::string, std::string, std::string>, RecordRefs> by_panel;
   for (const NoiseSweep& sweep : sweeps) {
     if (sweep.parameter != parameter) continue;
     for (const Record& r : sweep.records) {
       if (r.status != Status::ok || !has_truth(r) || !r.errors.contains("Et_m")) continue;
-      by_panel[{r.dataset, r.sequence, r.estimator}][body_order(r)].push_back(&r);
+      by_panel[{r.dataset, r.sequence, r.estimator}].push_back(&r);
     }
   }
   std::vector<Panel> panels;
-  for (const auto& [key, by_body] : by_panel) {
-    panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), paper_bodies(by_body)});
-  }
+  for (const auto& [key, records] : by_panel)
+    panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), figure_bodies(records)});
   return panels;
 }
 
 ClaimResult result_for(const Panel& panel, const std::string& subject, const std::string& quantity,
                        const std::string& stated) {
-  ClaimResult result;
-  result.dataset = panel.dataset;
-  result.sequence = panel.sequence;
-  result.estimator = panel.estimator;
-  result.subject = subject;
-  result.quantity = quantity;
-  result.stated = stated;
-  return result;
+  return {panel.dataset, panel.sequence, panel.estimator, subject, quantity, stated};
 }
 
 /// Sums of one error by cluster and level, so that statistics of resampled seeds are cheap.
 class LevelMeans {
  public:
-  LevelMeans(const Records& records, const std::string& key, double max_level) {
+  LevelMeans(const RecordRefs& records, const std::string& key, double max_level) {
     const Clusters clusters(records);
     for (const Record* record : records) {
       const auto value = find_number(record->errors, key);
@@ -158,27 +132,29 @@ class LevelMeans {
 
 constexpr double all_levels = std::numeric_limits<double>::infinity();
 
-void measure(size_t n_clusters, const ClusterStatistic& statistic, ClaimResult& result) {
-  std::vector<size_t> all(n_clusters);
-  for (size_t i = 0; i < all.size(); ++i) all[i] = i;
-  result.value = statistic(all);
-  result.interval = cluster_bootstrap(n_clusters, statistic);
-}
-
-bool has_two_levels(const Records& records) {
+bool has_two_levels(const RecordRefs& records) {
   return std::ranges::any_of(records, [&](const Record* r) { return r->level != records.front()->level; });
 }
 
-/// LevelMeans of the paper's four bodies, where the panel has them all with the same seeds.
-std::vector<LevelMeans> four_bodies(const Panel& panel, const char* key) {
-  std::vector<LevelMeans> means;
-  if (panel.bodies.size() != 1 + n_paper_objects) return means;
-  for (const Body& body : panel.bodies) {
-    if (!has_two_levels(body.records)) return {};
-    means.emplace_back(body.records, key, all_levels);
-    if (means.back().n_clusters() != means.front().n_clusters()) return {};
+/// Camera and objects 1, 2, 3.
+using FourBodies = std::vector<LevelMeans>;
+
+/// A result for each sequence, estimator and error in which the paper's four bodies are there with the same
+/// seeds.
+template <typename Check>
+std::vector<ClaimResult> of_four_bodies(const std::vector<NoiseSweep>& sweeps, const Check& check) {
+  std::vector<ClaimResult> results;
+  for (const Panel& panel : panels_of(sweeps, "flow.scale")) {
+    if (panel.bodies.size() != 1 + n_paper_objects) continue;
+    if (!std::ranges::all_of(panel.bodies, [](const Body& b) { return has_two_levels(b.records); })) continue;
+    for (const ErrorKind& kind : error_kinds) {
+      FourBodies means;
+      for (const Body& body : panel.bodies) means.emplace_back(body.records, kind.key, all_levels);
+      const auto same = [&](const LevelMeans& m) { return m.n_clusters() == means.front().n_clusters(); };
+      if (std::ranges::all_of(means, same)) results.push_back(check(panel, kind, means));
+    }
   }
-  return means;
+  return results;
 }
 
 }  // namespace
@@ -194,10 +170,10 @@ std::vector<ClaimResult> check_depth_noise_low(const std::vector<NoiseSweep>& sw
           const std::string range =
               max_level == all_levels ? "all levels" : fmt::format("\u0394d \u2264 {}", max_level);
           ClaimResult result =
-              result_for(panel, body.title, fmt::format("largest mean {}, {}", kind.title, range),
+              result_for(panel, body.title, fmt::format("largest mean {}, {}", kind.title(), range),
                          fmt::format("< {}", kind.low_limit));
-          measure(
-              means.n_clusters(), [&](std::span<const size_t> c) { return means.largest(c); }, result);
+          result.set(cluster_estimate(means.n_clusters(),
+                                      [&](std::span<const size_t> c) { return means.largest(c); }));
           result.verdict = is_below(kind.low_limit, result.value, result.interval);
           results.push_back(std::move(result));
         }
@@ -214,8 +190,8 @@ std::vector<ClaimResult> check_depth_noise_gradual(const std::vector<NoiseSweep>
       if (!has_two_levels(body.records)) continue;
       const LevelMeans means(body.records, "Et_m", all_levels);
       ClaimResult result = result_for(panel, body.title, "slope of E_t [m/px]", "> 0");
-      measure(
-          means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }, result);
+      result.set(
+          cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }));
       result.verdict = is_above(0, result.value, result.interval);
       results.push_back(std::move(result));
     }
@@ -224,44 +200,29 @@ std::vector<ClaimResult> check_depth_noise_gradual(const std::vector<NoiseSweep>
 }
 
 std::vector<ClaimResult> check_flow_noise_far_objects(const std::vector<NoiseSweep>& sweeps) {
-  std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweeps, "flow.scale")) {
-    for (const ErrorKind& kind : error_kinds) {
-      const std::vector<LevelMeans> means = four_bodies(panel, kind.key);
-      if (means.empty()) continue;
-      ClaimResult result = result_for(panel, "objects 2, 3 - camera, object 1",
-                                      fmt::format("smallest difference of slopes, {}", kind.title), "> 0");
-      const auto difference = [&](std::span<const size_t> c) {
-        return std::min(means[2].slope(c), means[3].slope(c)) -
-               std::max(means[0].slope(c), means[1].slope(c));
-      };
-      measure(means[0].n_clusters(), difference, result);
-      result.verdict = is_above(0, result.value, result.interval);
-      results.push_back(std::move(result));
-    }
-  }
-  return results;
+  return of_four_bodies(sweeps, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
+    ClaimResult result = result_for(panel, "objects 2, 3 - camera, object 1",
+                                    fmt::format("smallest difference of slopes, {}", kind.title()), "> 0");
+    result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
+      return std::min(means[2].slope(c), means[3].slope(c)) - std::max(means[0].slope(c), means[1].slope(c));
+    }));
+    result.verdict = is_above(0, result.value, result.interval);
+    return result;
+  });
 }
 
 std::vector<ClaimResult> check_flow_noise_highest(const std::vector<NoiseSweep>& sweeps) {
-  std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweeps, "flow.scale")) {
-    for (const ErrorKind& kind : error_kinds) {
-      const std::vector<LevelMeans> means = four_bodies(panel, kind.key);
-      if (means.empty()) continue;
-      ClaimResult result =
-          result_for(panel, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title),
-                     fmt::format("nearly {}", kind.highest));
-      const auto larger = [&](std::span<const size_t> c) {
-        return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
-      };
-      measure(means[0].n_clusters(), larger, result);
-      result.verdict =
-          is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value, result.interval);
-      results.push_back(std::move(result));
-    }
-  }
-  return results;
+  return of_four_bodies(sweeps, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
+    ClaimResult result =
+        result_for(panel, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
+                   fmt::format("nearly {}", kind.highest));
+    result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
+      return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
+    }));
+    result.verdict =
+        is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value, result.interval);
+    return result;
+  });
 }
 
 }  // namespace sextant

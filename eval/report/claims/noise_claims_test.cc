@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/claims/noise_claims.h"
 
@@ -15,14 +16,7 @@ NoiseSweep sweep_of(const std::string& parameter, const std::map<std::string, do
   for (const auto& [body, slope] : slopes) {
     for (const double level : {0.1, 0.2, 0.4}) {
       for (uint64_t seed = 0; seed < 10; ++seed) {
-        Record r;
-        r.dataset = "d";
-        r.sequence = "s";
-        r.estimator = "e";
-        r.level = level;
-        r.seed = seed;
-        r.frame = 1;
-        r.body = body;
+        Record r = RecordOf{.body = body, .level = level, .seed = seed};
         r.values = {{"step_gt_m", 1}, {"distance_gt_m", distance_m.at(body)}};
         const double error = slope * level * (0.99 + 0.002 * static_cast<double>(seed));
         r.errors = {{"Et_m", error}, {"ER_deg", 2 * error}};

@@ -2,9 +2,9 @@
 
 #include "sextant/eval/records/version.h"
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/comparisons.h"
+#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/figures/noise_figures.h"
-#include "sextant/eval/report/noise_levels.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {

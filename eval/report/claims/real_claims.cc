@@ -5,7 +5,7 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/run_time.h"
 
 namespace sextant {
@@ -14,7 +14,7 @@ namespace {
 /// One estimated object or a difference, as records that measure_mean() reads.
 ClaimResult result_of(const RecordRefs& records, const char* key, const std::string& part) {
   ClaimResult result;
-  const std::optional<Measured> measured = measure_mean(records, &Record::errors, key);
+  const std::optional<Measured> measured = measure_mean(records, NumberMap::errors, key);
   result.dataset = records.front()->dataset;
   result.sequence = records.front()->sequence;
   result.estimator = records.front()->estimator;

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/run_summary.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 
 namespace sextant {
@@ -27,113 +27,87 @@ struct Panel {
   Pairs pairs;
 };
 
-/// joint_flow's label of a part for each label of motion_only: "x" -> "joint_flow<rest>".
-std::string joint_label(const std::string& motion_only) {
-  return "joint_flow" + motion_only.substr(std::string("motion_only").size());
-}
+/// Estimated records of a set's bodies, by the paper's name.
+using Bodies = std::map<std::string, RecordRefs>;
 
-using BodyRecords = std::map<std::string, RecordRefs>;
-
-/// body -> records, by estimator, of one set in one part.
-std::map<std::string, BodyRecords> by_estimator(const EvidencePart& part, const RecordFilter& filter,
-                                                std::map<std::string, std::vector<Record>>& storage) {
-  for (const Record& record : part.sweep.records) {
-    if (filter.matches(record)) storage[record.estimator].push_back(record);
-  }
-  std::map<std::string, BodyRecords> bodies;
-  for (const auto& [estimator, records] : storage) bodies[estimator] = paper_bodies(records, filter);
-  return bodies;
-}
-
-Pairs joined(const RecordRefs& first, const RecordRefs& second, const char* key) {
-  std::map<std::tuple<uint64_t, int>, double> of_second;
-  for (const Record* r : second) of_second[{r->seed, r->frame}] = r->errors.at(key);
-  Pairs pairs;
-  for (const Record* r : first) {
-    const auto it = of_second.find({r->seed, r->frame});
-    if (it != of_second.end()) pairs[r->seed].push_back({r->errors.at(key), it->second});
-  }
-  return pairs;
-}
-
-/// motion_only and joint_flow of every body, set and part of these roles.
-std::vector<Panel> estimator_panels(const Evidence& evidence, std::initializer_list<PartRole> roles) {
-  std::vector<Panel> panels;
+/// Visits every set of every part of these roles: part, set, its bodies by estimator.
+template <typename Visit>
+void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> roles, const Visit& visit) {
   for (const PartRole role : roles) {
     for (const EvidencePart* part : evidence.with(role)) {
       for (const SetData& data : set_data()) {
-        std::map<std::string, std::vector<Record>> storage;
-        const auto estimators = by_estimator(*part, data.filter, storage);
-        for (const auto& [motion_only, bodies] : estimators) {
-          const auto joint =
-              estimators.find(motion_only.starts_with("motion_only") ? joint_label(motion_only) : "");
-          if (joint == estimators.end()) continue;
-          for (const auto& [body, records] : bodies) {
-            const auto of_joint = joint->second.find(body);
-            if (of_joint == joint->second.end()) continue;
-            Panel panel{part, data.filter,  data.set,
-                        body, joint->first, joined(records, of_joint->second, "Et_m")};
-            if (!panel.pairs.empty()) panels.push_back(std::move(panel));
-          }
-        }
+        std::map<std::string, Bodies> estimators;
+        for (const auto& [estimator, records] : by_estimator(matching(part->sweep.records, data.filter)))
+          estimators[estimator] = paper_bodies(records);
+        visit(*part, data, estimators);
       }
     }
   }
+}
+
+/// Where both have a body, its E_t case by case.
+void add_panels(const EvidencePart& part, const SetData& data, const std::string& estimator,
+                const Bodies& first, const Bodies& second, std::vector<Panel>& panels) {
+  for (const std::string& body : common_keys<Bodies>({&first, &second})) {
+    const auto of_first = errors_by_case(first.at(body), "Et_m");
+    const auto of_second = errors_by_case(second.at(body), "Et_m");
+    Panel panel{&part, data.filter, data.set, body, estimator, {}};
+    for (const SeedFrame& at : common_keys<std::map<SeedFrame, double>>({&of_first, &of_second}))
+      panel.pairs[at.first].push_back({of_first.at(at), of_second.at(at)});
+    if (!panel.pairs.empty()) panels.push_back(std::move(panel));
+  }
+}
+
+/// motion_only and joint_flow of every body, set and part of these roles; "motion_only, x" goes with
+/// "joint_flow, x".
+std::vector<Panel> estimator_panels(const Evidence& evidence, std::initializer_list<PartRole> roles) {
+  constexpr std::string_view name = "motion_only";
+  std::vector<Panel> panels;
+  for_each_set(evidence, roles, [&](const auto& part, const auto& data, const auto& estimators) {
+    for (const auto& [motion_only, bodies] : estimators) {
+      if (!motion_only.starts_with(name)) continue;
+      const std::string joint = "joint_flow" + motion_only.substr(name.size());
+      if (const Bodies* of_joint = find_in(estimators, joint))
+        add_panels(part, data, joint, bodies, *of_joint, panels);
+    }
+  });
   return panels;
 }
 
 /// One function on the inliers and on all points, of every body and set.
 std::vector<Panel> selection_panels(const Evidence& evidence) {
   std::vector<Panel> panels;
-  for (const EvidencePart* part : evidence.with(PartRole::attribution)) {
-    for (const SetData& data : set_data()) {
-      std::map<std::string, std::vector<Record>> storage;
-      const auto estimators = by_estimator(*part, data.filter, storage);
-      for (const char* function : {"motion_only", "joint_flow"}) {
-        const auto inliers = estimators.find(fmt::format("{} on inliers", function));
-        const auto all = estimators.find(fmt::format("{} on all", function));
-        if (inliers == estimators.end() || all == estimators.end()) continue;
-        for (const auto& [body, records] : inliers->second) {
-          const auto of_all = all->second.find(body);
-          if (of_all == all->second.end()) continue;
-          Panel panel{part, data.filter, data.set, body, function, joined(records, of_all->second, "Et_m")};
-          if (!panel.pairs.empty()) panels.push_back(std::move(panel));
-        }
-      }
-    }
-  }
+  for_each_set(evidence, {PartRole::attribution},
+               [&](const auto& part, const auto& data, const auto& estimators) {
+                 for (const std::string function : {"motion_only", "joint_flow"}) {
+                   const Bodies* inliers = find_in(estimators, function + " on inliers");
+                   const Bodies* all = find_in(estimators, function + " on all");
+                   if (inliers && all) add_panels(part, data, function, *inliers, *all, panels);
+                 }
+               });
   return panels;
 }
 
-ClaimResult result_for(const Panel& panel, const std::string& quantity, const std::string& stated) {
-  ClaimResult result;
-  result.dataset = panel.filter.dataset;
-  result.sequence = panel.filter.sequence;
-  result.estimator = panel.estimator;
-  result.subject = panel.set + " " + panel.body;
-  result.quantity = quantity;
-  result.stated = stated;
-  result.records = panel.part->name;
-  return result;
-}
-
-/// `statistic` of the pairs of some seeds, and its interval.
-void measure(const Pairs& pairs,
-             const std::function<double(const std::vector<const PairOfValues*>&)>& statistic,
-             ClaimResult& result) {
+/// `statistic` of the pairs of all seeds, and its interval over these.
+ClaimResult measured(const Panel& panel, const std::string& quantity, const std::string& stated,
+                     const std::function<double(const std::vector<const PairOfValues*>&)>& statistic) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
-  for (const auto& [seed, of_seed] : pairs) by_seed.push_back(&of_seed);
-  const auto of_seeds = [&](std::span<const size_t> seeds) {
+  for (const auto& [seed, of_seed] : panel.pairs) by_seed.push_back(&of_seed);
+  ClaimResult result{.dataset = panel.filter.dataset,
+                     .sequence = panel.filter.sequence,
+                     .estimator = panel.estimator,
+                     .subject = panel.set + " " + panel.body,
+                     .quantity = quantity,
+                     .stated = stated,
+                     .records = panel.part->name};
+  result.set(cluster_estimate(by_seed.size(), [&](std::span<const size_t> seeds) {
     std::vector<const PairOfValues*> chosen;
     for (const size_t s : seeds) {
       for (const PairOfValues& pair : *by_seed[s]) chosen.push_back(&pair);
     }
     return statistic(chosen);
-  };
-  std::vector<size_t> all(by_seed.size());
-  for (size_t i = 0; i < all.size(); ++i) all[i] = i;
-  result.value = of_seeds(all);
-  result.interval = cluster_bootstrap(by_seed.size(), of_seeds);
+  }));
+  return result;
 }
 
 /// 100 (sum of first / sum of second - 1), to six decimals: what is less is rounding.
@@ -156,8 +130,7 @@ std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const Panel& panel : estimator_panels(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (panel.body != "Ego") continue;
-    ClaimResult result = result_for(panel, gain_title, "about 300");
-    measure(panel.pairs, percent_above, result);
+    ClaimResult result = measured(panel, gain_title, "about 300", percent_above);
     result.verdict = is_above(least_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -168,8 +141,7 @@ std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const Panel& panel : estimator_panels(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (panel.body == "Ego") continue;
-    ClaimResult result = result_for(panel, gain_title, "10 .. 20");
-    measure(panel.pairs, percent_above, result);
+    ClaimResult result = measured(panel, gain_title, "10 .. 20", percent_above);
     result.verdict = is_between(10, 20, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -185,16 +157,15 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
     const size_t at = panel.estimator.find(" on ");
     if (at == std::string::npos) continue;
     const std::string points = panel.estimator.substr(at + 1);
-    ClaimResult result = result_for(panel, fmt::format("{}, both {}", gain_title, points), "0");
+    ClaimResult result = measured(panel, fmt::format("{}, both {}", gain_title, points), "0", percent_above);
     result.estimator = "motion_only, joint_flow";
-    measure(panel.pairs, percent_above, result);
     result.verdict = is_between(-none_percent, none_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
   for (Panel& panel : selection_panels(evidence)) {
     if (panel.body != "Ego") continue;
-    ClaimResult result = result_for(panel, "E_t on the inliers above that on all points [%]", "about 300");
-    measure(panel.pairs, percent_above, result);
+    ClaimResult result =
+        measured(panel, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
     result.verdict = is_above(least_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -205,13 +176,12 @@ std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
   constexpr double equal_um = 1;
   std::vector<ClaimResult> results;
   for (const Panel& panel : estimator_panels(evidence, {PartRole::sets})) {
-    ClaimResult result = result_for(panel, "largest |difference| of E_t in a pair [um]", "< 1");
     const auto largest = [](const std::vector<const PairOfValues*>& pairs) {
       double max = 0;
       for (const PairOfValues* pair : pairs) max = std::max(max, std::abs(pair->first - pair->second));
       return 1e6 * max;
     };
-    measure(panel.pairs, largest, result);
+    ClaimResult result = measured(panel, "largest |difference| of E_t in a pair [um]", "< 1", largest);
     result.verdict = is_below(equal_um, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -220,27 +190,22 @@ std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
 
 std::vector<ClaimResult> check_epe_falls(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const EvidencePart* part : evidence.with(PartRole::sets)) {
-    for (const SetData& data : set_data()) {
-      std::map<std::string, std::vector<Record>> storage;
-      const auto estimators = by_estimator(*part, data.filter, storage);
-      const auto joint = estimators.find("joint_flow");
-      if (joint == estimators.end()) continue;
-      for (const auto& [body, records] : joint->second) {
-        Panel panel{part, data.filter, data.set, body, "joint_flow", {}};
-        for (const Record* r : records) {
-          const auto before = find_number(r->errors, "epe_initial_px");
-          const auto after = find_number(r->errors, "epe_refined_px");
-          if (before && after) panel.pairs[r->seed].push_back({*after, *before});
-        }
-        if (panel.pairs.empty()) continue;
-        ClaimResult result = result_for(panel, "change of the mean EPE [%]", "< 0");
-        measure(panel.pairs, percent_above, result);
-        result.verdict = is_below(0, result.value, result.interval);
-        results.push_back(std::move(result));
+  for_each_set(evidence, {PartRole::sets}, [&](const auto& part, const auto& data, const auto& estimators) {
+    const Bodies* joint = find_in(estimators, "joint_flow");
+    if (joint == nullptr) return;
+    for (const auto& [body, records] : *joint) {
+      Panel panel{&part, data.filter, data.set, body, "joint_flow", {}};
+      for (const Record* r : records) {
+        const auto before = find_number(r->errors, "epe_initial_px");
+        const auto after = find_number(r->errors, "epe_refined_px");
+        if (before && after) panel.pairs[r->seed].push_back({*after, *before});
       }
+      if (panel.pairs.empty()) continue;
+      ClaimResult result = measured(panel, "change of the mean EPE [%]", "< 0", percent_above);
+      result.verdict = is_below(0, result.value, result.interval);
+      results.push_back(std::move(result));
     }
-  }
+  });
   return results;
 }
 
@@ -271,8 +236,6 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
         const ClassificationCounts c = count_classification(records);
         panel.pairs[seed].push_back({100.0 * (c.false_positive + c.false_negative), 1.0 * c.total()});
       }
-      ClaimResult result =
-          result_for(panel, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated));
       const auto share = [](const std::vector<const PairOfValues*>& pairs) {
         double wrong = 0, all = 0;
         for (const PairOfValues* pair : pairs) {
@@ -281,7 +244,8 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
         }
         return wrong / all;
       };
-      measure(panel.pairs, share, result);
+      ClaimResult result =
+          measured(panel, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated), share);
       result.verdict = is_below(stated, result.value, result.interval);
       results.push_back(std::move(result));
     }

@@ -1,7 +1,6 @@
 #include "sextant/eval/report/figures/efficiency_figures.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <tuple>
 
@@ -14,55 +13,35 @@ namespace {
 
 constexpr size_t max_bodies = 4;
 
-struct Kind {
-  const char* name;
-  const char* label;
-  std::optional<Efficiency> LimitSummary::*member;
-};
-constexpr std::array<Kind, 2> kinds = {
-    {{"Et", "E_t: RMS / bound", &LimitSummary::Et}, {"ER", "E_R: RMS / bound", &LimitSummary::ER}}};
-
-template <typename Member>
-std::vector<std::string> names(const std::vector<const NoiseLevelRow*>& rows, Member member) {
-  std::vector<std::string> out;
-  for (const NoiseLevelRow* row : rows) {
-    if (std::ranges::find(out, row->*member) == out.end()) out.push_back(row->*member);
-  }
-  return out;
-}
-
-void add_row(const Kind& kind, const NoiseLevelRow& row, Table& data) {
-  const std::optional<Efficiency>& e = row.limit.*kind.member;
-  if (!e || e->efficiency <= 0) return;
-  std::vector<Cell> cells = {kind.name, row.body, row.estimator, row.level, 1 / e->efficiency};
+void add_row(const MetricDefinition& error, const NoiseLevelRow& row, Table& data) {
+  const Efficiency* e = find_in(row.limit.efficiency, error.name);
+  if (e == nullptr || e->efficiency <= 0) return;
+  std::vector<Cell> cells = {error.stem(), row.body, row.estimator, row.level, 1 / e->efficiency};
   const bool known = e->interval && e->interval->low > 0;
   add_interval(known ? std::optional(Interval{1 / e->interval->high, 1 / e->interval->low}) : std::nullopt,
                cells);
   data.add_row(std::move(cells));
 }
 
-Panel panel_of(const Kind& kind, const std::string& body, const std::vector<std::string>& estimators,
-               double first, double last, double lowest, double highest) {
+Panel panel_of(const MetricDefinition& error, const std::string& body,
+               const std::vector<std::string>& estimators, double first, double last, double lowest,
+               double highest) {
   const double margin = last > first ? 0.08 * (last - first) : 0.5;
   Panel panel{body_title(body), "", {}};
   panel.settings = fmt::format(
-      "set xrange [{}:{}]\nset logscale y 2\nset yrange [{}:{}]\nset ylabel \"{}\" noenhanced\n"
+      "set xrange [{}:{}]\nset logscale y 2\nset yrange [{}:{}]\nset ylabel \"{}: RMS / bound\" noenhanced\n"
       "set arrow from graph 0,first 1 to graph 1,first 1 nohead lc rgb \"#000000\" dt 2 lw 1\n",
       gp_number(first - margin), gp_number(last + margin), gp_number(lowest / 1.15),
-      gp_number(1.15 * highest), kind.label);
+      gp_number(1.15 * highest), error.symbol);
   for (size_t i = 0; i < estimators.size(); ++i) {
     // Beside each other, so that intervals do not hide one another.
     const double shift =
         0.12 * margin * (static_cast<double>(i) - (static_cast<double>(estimators.size()) - 1) / 2);
-    const std::string x = only_where({{"error", kind.name}, {"body", body}, {"estimator", estimators[i]}},
+    const std::string x = only_where({{"error", error.stem()}, {"body", body}, {"estimator", estimators[i]}},
                                      fmt::format("column(\"level\")+{}", gp_number(shift)));
+    panel.plots.push_back(interval_plot(x, "low", "high", estimator_colour(estimators[i]), 1));
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"low\")):(0):(column(\"high\")-column(\"low\")) with vectors "
-                    "nohead lc rgb \"{}\" lw 1",
-                    x, estimator_colour(estimators[i])));
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"ratio\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", x,
-                    estimator_colour(estimators[i]), estimator_point(estimators[i])));
+        fmt::format("data using {}:(column(\"ratio\")) {}", x, estimator_style(estimators[i])));
   }
   return panel;
 }
@@ -74,8 +53,9 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
                 file_stem(first.sequence);
   figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"level", ""},
                          {"ratio", ""}, {"low", ""},  {"high", ""}};
-  for (const Kind& kind : kinds)
-    for (const NoiseLevelRow* row : rows) add_row(kind, *row, figure.data);
+  const std::vector<const MetricDefinition*> errors = bounded_errors();
+  for (const MetricDefinition* error : errors)
+    for (const NoiseLevelRow* row : rows) add_row(*error, *row, figure.data);
   if (figure.data.rows.empty()) return figure;
   double low = std::get<double>(figure.data.rows[0][3]), high = low, lowest = 0.5, highest = 2;
   for (const auto& row : figure.data.rows) {
@@ -85,25 +65,21 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
     lowest = std::min(lowest, std::get<double>(row[known ? 5 : 4]));
     highest = std::max(highest, std::get<double>(row[known ? 6 : 4]));
   }
-  std::vector<std::string> bodies = names(rows, &NoiseLevelRow::body);
+  std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
   bodies.resize(std::min(bodies.size(), max_bodies));
-  const std::vector<std::string> estimators = in_order(names(rows, &NoiseLevelRow::estimator));
+  const std::vector<std::string> estimators = in_order(distinct(rows, &NoiseLevelRow::estimator));
   std::vector<Panel> panels;
   for (const std::string& body : bodies) {
-    for (const Kind& kind : kinds) {
-      panels.push_back(panel_of(kind, body, estimators, low, high, lowest, highest));
+    for (const MetricDefinition* error : errors) {
+      panels.push_back(panel_of(*error, body, estimators, low, high, lowest, highest));
       const std::string title = body == bodies.back() ? parameter_title(first.parameter) : "";
       panels.back().settings += fmt::format("set xlabel {} noenhanced offset 0,0.4\n", gp_text(title));
     }
   }
   std::vector<LegendEntry> legend;
-  for (const std::string& e : estimators)
-    legend.push_back({estimator_title(e), fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5",
-                                                      estimator_colour(e), estimator_point(e))});
+  for (const std::string& e : estimators) legend.push_back({estimator_title(e), estimator_style(e)});
   legend.push_back({"bound", "with lines lc rgb \"#000000\" dt 2 lw 1"});
-  PanelLayout layout;
-  layout.columns = kinds.size();
-  layout.width_cm = 18.0;
+  const PanelLayout layout{.columns = errors.size(), .width_cm = 18.0};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Errors over their Cramer-Rao bound, {} {}, with 95 % intervals over {} seeds: 1 is the limit of "
@@ -117,7 +93,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
 std::vector<Figure> efficiency_figures(const std::vector<NoiseLevelRow>& rows) {
   std::map<std::tuple<std::string, std::string, std::string>, std::vector<const NoiseLevelRow*>> groups;
   for (const NoiseLevelRow& row : rows) {
-    if (row.limit.Et || row.limit.ER) groups[{row.parameter, row.dataset, row.sequence}].push_back(&row);
+    if (!row.limit.efficiency.empty()) groups[{row.parameter, row.dataset, row.sequence}].push_back(&row);
   }
   std::vector<Figure> figures;
   for (const auto& [key, group] : groups) {

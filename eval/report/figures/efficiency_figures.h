@@ -6,8 +6,8 @@
 
 #include <vector>
 
+#include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figure.h"
-#include "sextant/eval/report/noise_levels.h"
 
 namespace sextant {
 

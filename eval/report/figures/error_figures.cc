@@ -38,8 +38,8 @@ std::string category_axis(const std::vector<BodyRecords>& bodies) {
 
 // ---- EPE before and after
 
-std::optional<IntervalEstimate> mean_epe(const std::vector<const Record*>& records, const char* key) {
-  std::vector<const Record*> given;
+std::optional<IntervalEstimate> mean_epe(const RecordRefs& records, const char* key) {
+  RecordRefs given;
   std::ranges::copy_if(records, std::back_inserter(given),
                        [](const Record* record) { return record->flow_truth == "given"; });
   const ErrorSample sample = error_sample(given, key, Clusters(given));
@@ -96,22 +96,12 @@ Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, Table& da
     panel.plots.push_back(
         fmt::format("data using {}:(column(\"epe_px\")):({}) with boxes fc rgb \"{}\" fs solid 0.75 noborder",
                     x, 0.9 * slots.width(), bars[i].colour));
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"low_px\")):(0):(column(\"high_px\")-column(\"low_px\")) with "
-                    "vectors nohead lc "
-                    "rgb \"#000000\" lw 0.8",
-                    x));
+    panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
   }
   return panel;
 }
 
 // ---- distribution
-
-struct BoxKind {
-  const char* key;
-  const char* label;
-};
-constexpr std::array<BoxKind, 2> box_kinds = {{{"Et_m", "E_t [m]"}, {"ER_deg", "E_R [deg]"}}};
 
 /// Around all of a kind's values; empty when there are none.
 std::optional<std::pair<double, double>> value_range(const Table& data, const std::string& kind) {
@@ -139,38 +129,30 @@ std::string logarithmic_tics(const std::pair<double, double>& range) {
   return tics;
 }
 
-void add_box_row(const char* kind, const BodyRecords& body, const std::string& estimator, double x,
+void add_box_row(const std::string& kind, const BodyRecords& body, const std::string& estimator, double x,
                  Table& data) {
   const auto records = of_estimator(body.records, estimator);
   const std::vector<double> values = error_sample(records, kind, Clusters(records)).values;
   // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
   if (values.empty() || quantile(values, 0.05) < 1e-9) return;
   std::vector<Cell> cells = {kind, body.title, estimator, x, static_cast<double>(values.size())};
-  for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) cells.emplace_back(quantile(values, p));
+  std::ranges::move(box_cells(values), std::back_inserter(cells));
   data.add_row(std::move(cells));
 }
 
-Panel box_panel(const BoxKind& kind, const RecordSet& set, const std::vector<std::string>& estimators,
-                Figure& figure) {
+Panel box_panel(const MetricDefinition& error, const RecordSet& set,
+                const std::vector<std::string>& estimators, Figure& figure) {
   Panel panel{"", category_axis(set.bodies), {}};
   const Slots slots{estimators.size()};
   for (size_t i = 0; i < estimators.size(); ++i) {
     for (size_t c = 0; c < set.bodies.size(); ++c)
-      add_box_row(kind.key, set.bodies[c], estimators[i], slots.x(c, i), figure.data);
-    const std::string x = only_where({{"error", kind.key}, {"estimator", estimators[i]}}, "column(\"x\")");
-    const std::string colour = estimator_colour(estimators[i]);
-    panel.plots.push_back(fmt::format(
-        "data using {}:(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")):({}) with "
-        "candlesticks lc rgb \"{}\" lw 1 fs transparent solid 0.35",
-        x, 0.75 * slots.width(), colour));
-    panel.plots.push_back(fmt::format(
-        "data using "
-        "{}:(column(\"median\")):(column(\"median\")):(column(\"median\")):(column(\"median\")):({}) "
-        "with candlesticks lc rgb \"#000000\" lw 1.5",
-        x, 0.75 * slots.width()));
+      add_box_row(error.name, set.bodies[c], estimators[i], slots.x(c, i), figure.data);
+    const std::string x = only_where({{"error", error.name}, {"estimator", estimators[i]}}, "column(\"x\")");
+    std::ranges::move(box_plots(x, 0.75 * slots.width(), estimator_colour(estimators[i])),
+                      std::back_inserter(panel.plots));
   }
-  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\n", kind.label);
-  if (const auto range = value_range(figure.data, kind.key)) {
+  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\n", error.heading());
+  if (const auto range = value_range(figure.data, error.name)) {
     panel.settings +=
         fmt::format("set yrange [{}:{}]\nset logscale y\nset ytics ({})\n", gp_number(range->first),
                     gp_number(range->second), logarithmic_tics(*range));
@@ -196,11 +178,10 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars)
     legend.push_back({bar.title, fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour)});
-  PanelLayout layout;
-  layout.columns = std::min<size_t>(3, panels.size());
-  layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
-  layout.panel_height_cm = 4.6;
-  layout.bottom_cm = 0.6;
+  const PanelLayout layout{.columns = std::min<size_t>(3, panels.size()),
+                           .width_cm = panels.size() == 1 ? 8.8 : 18.0,
+                           .panel_height_cm = 4.6,
+                           .bottom_cm = 0.6};
   set_panels(layout, legend, panels, figure);
   figure.caption =
       "Fig. 5, mean end-point error of the flow before and after the optimisation, over inliers, with 95 % "
@@ -214,10 +195,11 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
     const std::vector<std::string> estimators = in_order(estimators_of(set));
     Figure figure;
     figure.name = "errors_" + file_stem(set.name);
-    figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"x", ""},   {"n", ""},
-                           {"q05", ""},   {"q25", ""},  {"median", ""},    {"q75", ""}, {"q95", ""}};
+    figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"x", ""}, {"n", ""}};
+    figure.data.add_columns(box_columns());
     std::vector<Panel> panels;
-    for (const BoxKind& kind : box_kinds) panels.push_back(box_panel(kind, set, estimators, figure));
+    for (const MetricDefinition* error : metrics_for(compared))
+      panels.push_back(box_panel(*error, set, estimators, figure));
     if (figure.data.rows.empty()) continue;
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : estimators)

@@ -4,8 +4,8 @@
 //
 //   EPE            fig. 5: mean end-point error of the flow before and after the optimisation, bars with 95 %
 //                  intervals (bootstrap over seeds), one diagram a set. Records whose true flow is given
-//   distribution   (ours) boxes of E_t and E_R: quartiles and median, whiskers at 5 and 95 %; one figure a
-//   set
+//   distribution   (ours) boxes of the compared errors (metrics/definitions.h): quartiles and median, whiskers
+//                  at 5 and 95 %; one figure a set
 
 #include <vector>
 

@@ -24,12 +24,14 @@ std::string column_key(const std::string& text) {
   return key;
 }
 
-void add_estimate(const std::optional<SampleSummary>& error, IntervalEstimate SampleSummary::*statistic,
-                  std::vector<Cell>& cells) {
-  std::optional<IntervalEstimate> estimate;
-  if (error) estimate = (*error).*statistic;
-  cells.push_back(cell(estimate ? std::optional(estimate->value) : std::nullopt));
-  add_interval(estimate ? estimate->interval : std::nullopt, cells);
+/// The errors of the figures: curves, and bars on the right axis.
+const MetricDefinition& curve_error() { return metric(NumberMap::errors, "Et_m"); }
+const MetricDefinition& bar_error() { return metric(NumberMap::errors, "ER_deg"); }
+
+void add_error(const NoiseLevelRow* row, const MetricDefinition& error,
+               IntervalEstimate SampleSummary::*statistic, std::vector<Cell>& cells) {
+  const SampleSummary* summary = row == nullptr ? nullptr : find_in(row->errors, error.name);
+  add_estimate(summary ? std::optional(summary->*statistic) : std::nullopt, cells);
 }
 
 /// What a figure's curves and bars show: the mean, or the RMSE, which the bound is a bound of.
@@ -54,21 +56,23 @@ Table level_data(const std::vector<Line>& lines, IntervalEstimate SampleSummary:
   std::set<double> levels;
   table.columns = {{"level", "level"}};
   for (const Line& line : lines) {
-    for (const char* name :
-         {"Et_m", "Et_low_m", "Et_high_m", "ER_deg", "ER_low_deg", "ER_high_deg", "Et_bound_m"}) {
-      table.columns.push_back({line.key + "_" + name, name});
+    for (const MetricDefinition* error : {&curve_error(), &bar_error()}) {
+      for (const std::string& name : {error->name, error->key("low"), error->key("high")})
+        table.columns.push_back({line.key + "_" + name, name});
     }
+    table.columns.push_back({line.key + "_" + curve_error().key("bound"), "bound"});
     for (const auto& [level, row] : line.by_level) levels.insert(level);
   }
   for (const double level : levels) {
     std::vector<Cell> cells = {level};
     for (const Line& line : lines) {
-      const auto it = line.by_level.find(level);
-      const bool known = it != line.by_level.end();
-      add_estimate(known ? it->second->Et_m : std::nullopt, statistic, cells);
-      add_estimate(known ? it->second->ER_deg : std::nullopt, statistic, cells);
-      const bool bound = known && it->second->limit.Et;
-      cells.push_back(cell(bound ? std::optional(it->second->limit.Et->bound) : std::nullopt));
+      const NoiseLevelRow* const* row = find_in(line.by_level, level);
+      const NoiseLevelRow* known = row == nullptr ? nullptr : *row;
+      add_error(known, curve_error(), statistic, cells);
+      add_error(known, bar_error(), statistic, cells);
+      const Efficiency* limit =
+          known == nullptr ? nullptr : find_in(known->limit.efficiency, curve_error().name);
+      cells.push_back(cell(limit ? std::optional(limit->bound) : std::nullopt));
     }
     table.add_row(std::move(cells));
   }
@@ -116,13 +120,14 @@ std::string axes_script(const Table& data, const std::string& x_title, const Con
   const double highest_ER = std::max(largest(data, "_ER_high_deg"), largest(data, "_ER_deg"));
   std::string script = fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
                                    first - half, last + half, level_tics(data));
-  script += fmt::format("set ylabel \"{} error E_t [m]{}\"\nset yrange [0:{}]\n", content.word,
-                        content.bars ? " (curves)" : "", highest_Et > 0 ? 1.45 * highest_Et : 1.0);
+  script +=
+      fmt::format("set ylabel \"{} error {}{}\"\nset yrange [0:{}]\n", content.word, curve_error().heading(),
+                  content.bars ? " (curves)" : "", highest_Et > 0 ? 1.45 * highest_Et : 1.0);
   if (!content.bars) return script;
   return script + fmt::format(
                       "set border 11\nset ytics nomirror\nset y2tics\n"
-                      "set y2label \"{} error E_R [deg] (bars)\"\nset y2range [0:{}]\n",
-                      content.word, highest_ER > 0 ? 1.9 * highest_ER : 1.0);
+                      "set y2label \"{} error {} (bars)\"\nset y2range [0:{}]\n",
+                      content.word, bar_error().heading(), highest_ER > 0 ? 1.9 * highest_ER : 1.0);
 }
 
 std::string column(const Line& line, const char* name) {
@@ -218,7 +223,7 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
                  std::vector<Figure>& figures) {
   Groups groups;
   for (const NoiseLevelRow& row : rows) {
-    if (!row.Et_m || !row.ER_deg) continue;
+    if (!row.errors.contains(curve_error().name) || !row.errors.contains(bar_error().name)) continue;
     const std::string& of = content.bars ? row.estimator : row.body;
     groups[{row.parameter, row.dataset, row.sequence, of}].push_back(&row);
   }
@@ -266,16 +271,14 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
         "says.",
         of_source.front()->source);
     figure.script = fmt::format(
-        "set xlabel \"requested [px]\"\nset ylabel \"achieved [px]\"\nset xrange [0:{0}]\nset yrange "
-        "[0:{0}]\n"
+        "set xlabel \"requested [px]\"\nset ylabel \"achieved [px]\"\nset xrange [0:{0}]\nset yrange [0:{0}]\n"
         "plot x with lines lc rgb \"#909090\" dt 2 title \"requested = achieved\"",
         1.1 * highest);
     for (size_t i = 0; i < channels.size(); ++i) {
       if (!present.contains(channels[i])) continue;
       const std::string title = channels[i] == "depth" ? "depth: \u0394d" : channels[i];
       figure.script += fmt::format(
-          ", \\\n  data using (column(\"requested_px\")):(column(\"{}\")) with points lc rgb \"{}\" pt {} ps "
-          "0.7 "
+          ", \\\n  data using (column(\"requested_px\")):(column(\"{}\")) with points lc rgb \"{}\" pt {} ps 0.7 "
           "title {}",
           column_key(channels[i]), line_colour(i + 1), open_point(i), gp_text(title));
     }

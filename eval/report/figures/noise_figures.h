@@ -3,8 +3,7 @@
 // The figures of a noise sweep.
 //
 //   error against level   one per dataset, sequence and estimator, as fig. 4 of the paper: curves are E_t on
-//   the
-//                         left axis, bars E_R on the right one; camera and objects in one frame; bands and
+//                         the left axis, bars E_R on the right one; camera and objects in one frame; bands and
 //                         whiskers are 95 % intervals of the mean
 //   estimators            one per dataset, sequence and body with two or more estimators: E_t of each
 //   achieved noise        one per source: achieved over requested, by level and channel
@@ -12,8 +11,8 @@
 #include <vector>
 
 #include "sextant/eval/report/achieved_noise.h"
+#include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figure.h"
-#include "sextant/eval/report/noise_levels.h"
 
 namespace sextant {
 

@@ -20,8 +20,7 @@ std::vector<NoiseLevelRow> rows() {
         NoiseLevelRow row{"depth.delta_d_px", "vkitti1", "0018/clone", body, estimator, "depth", level, 20};
         SampleSummary error;
         error.mean = {0.01 * level, Interval{0.009 * level, 0.012 * level}};
-        row.Et_m = error;
-        row.ER_deg = error;
+        row.errors = {{"Et_m", error}, {"ER_deg", error}};
         rows.push_back(row);
       }
     }

@@ -121,6 +121,18 @@ int estimator_point(const std::string& estimator) {
   return style != nullptr ? style->point : 13;
 }
 
+std::string estimator_style(const std::string& estimator) {
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", estimator_colour(estimator),
+                     estimator_point(estimator));
+}
+
+std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
+                          const std::string& colour, double width) {
+  return fmt::format(
+      "data using {0}:(column(\"{1}\")):(0):(column(\"{2}\")-column(\"{1}\")) with vectors nohead lc rgb \"{3}\" lw {4}",
+      x, low, high, colour, width);
+}
+
 std::string estimator_title(const std::string& estimator) {
   const NamedStyle* style = known(estimator);
   return style != nullptr ? style->title : estimator;

@@ -45,6 +45,11 @@ std::string only_where(const std::vector<std::pair<std::string, std::string>>& c
 /// Colour of an estimator: fixed for those of this program, the others share the rest.
 std::string estimator_colour(const std::string& estimator);
 int estimator_point(const std::string& estimator);
+/// Lines and points of an estimator, in plots and legends.
+std::string estimator_style(const std::string& estimator);
+/// The interval between two columns as a line at x: error bars would blank a disc around each point.
+std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
+                          const std::string& colour, double width);
 
 /// "joint_flow_depth" -> "joint flow + depth": short, for legends; other names as they are.
 std::string estimator_title(const std::string& estimator);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
 #include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -22,13 +23,7 @@ std::vector<Record> records() {
     for (uint64_t seed = 0; seed < 2; ++seed) {
       for (int frame = 1; frame <= 6; ++frame) {
         for (const std::string body : {"ego", "object:2"}) {
-          Record r;
-          r.dataset = "synthetic";
-          r.sequence = "s18";
-          r.estimator = estimator;
-          r.seed = seed;
-          r.frame = frame;
-          r.body = body;
+          Record r = RecordOf{"synthetic", "s18", estimator, body, "none", 0, seed, frame};
           r.flow_truth = "given";
           const double e = 0.01 * frame + 0.001 * static_cast<double>(seed);
           r.errors = {{"Et_m", e}, {"ER_deg", 2 * e}, {"epe_initial_px", 0.5}, {"epe_refined_px", 0.5}};
@@ -56,7 +51,7 @@ std::vector<NoiseLevelRow> level_rows() {
   std::vector<NoiseLevelRow> rows;
   for (const double level : {0.1, 0.2}) {
     NoiseLevelRow row{"depth.delta_d_px", "synthetic", "s18", "ego", "joint_flow", "depth", level, 20};
-    row.limit.Et = Efficiency{0.01, 0.8, Interval{0.7, 0.9}};
+    row.limit.efficiency["Et_m"] = Efficiency{0.01, 0.8, Interval{0.7, 0.9}};
     rows.push_back(row);
   }
   return rows;

@@ -14,14 +14,12 @@ constexpr size_t max_objects = 6;
 constexpr size_t min_estimates = 5;
 constexpr double kitti_rate_hz = 10;
 
-using Records = std::vector<const Record*>;
-
 bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
 }
 
 /// The objects with the most estimates, by id.
-std::vector<int> chosen_objects(const Records& records) {
+std::vector<int> chosen_objects(const RecordRefs& records) {
   std::map<int, std::set<int>> frames_of;
   for (const Record* record : records) frames_of[body_order(*record)].insert(record->frame);
   std::vector<std::pair<size_t, int>> by_size;
@@ -36,17 +34,8 @@ std::vector<int> chosen_objects(const Records& records) {
   return ids;
 }
 
-std::vector<std::string> estimators_in(const Records& records) {
-  std::vector<std::string> names;
-  for (const Record* record : records) {
-    if (std::ranges::find(names, record->estimator) == names.end()) names.push_back(record->estimator);
-  }
-  return names;
-}
-
-/// The truth at a frame; the centroid at which it is taken differs a little between estimators: the first has
-/// it.
-std::map<int, double> truth_of(const Records& records) {
+/// The truth at a frame; the centroid at which it is taken differs a little between estimators: the first's.
+std::map<int, double> truth_of(const RecordRefs& records) {
   std::map<int, double> truth;
   for (const Record* record : records) {
     if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
@@ -54,13 +43,14 @@ std::map<int, double> truth_of(const Records& records) {
   return truth;
 }
 
-void add_rows(const std::string& body, const Records& of_body, std::optional<double> floor_kmh, Table& data) {
+void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
+              Table& data) {
   for (const auto& [frame, v] : truth_of(of_body)) {
     data.add_row({body, "truth", static_cast<double>(frame), v,
                   cell(floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt),
                   cell(floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt)});
   }
-  for (const std::string& estimator : estimators_in(of_body)) {
+  for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
     for (const Record* record : of_body) {
       if (record->estimator != estimator) continue;
       data.add_row(
@@ -77,9 +67,8 @@ std::string estimator_style(const std::string& estimator, size_t i) {
 
 Panel panel_of(const std::string& body, const std::vector<std::string>& estimators, bool has_floor) {
   Panel panel{body_title(body),
-              "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets graph "
-              "0.03,graph "
-              "0.03,graph 0.08,graph 0.08\n",
+              "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets "
+              "graph 0.03,graph 0.03,graph 0.08,graph 0.08\n",
               {}};
   const auto x = [&](const std::string& series) {
     return only_where({{"body", body}, {"series", series}}, "column(\"frame\")");
@@ -100,16 +89,16 @@ Panel panel_of(const std::string& body, const std::vector<std::string>& estimato
   return panel;
 }
 
-Figure figure_of(const Records& records, std::optional<double> floor_kmh) {
+Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
   const Record& first = *records.front();
   Figure figure;
   figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
   figure.data.columns = {{"body", ""},  {"series", ""},  {"frame", ""},
                          {"v_kmh", ""}, {"low_kmh", ""}, {"high_kmh", ""}};
-  const std::vector<std::string> estimators = in_order(estimators_in(records));
+  const std::vector<std::string> estimators = in_order(distinct(records, &Record::estimator));
   std::vector<Panel> panels;
   for (const int id : chosen_objects(records)) {
-    Records of_body;
+    RecordRefs of_body;
     std::ranges::copy_if(records, std::back_inserter(of_body),
                          [&](const Record* r) { return body_order(*r) == id; });
     add_rows(object_body(id), of_body, floor_kmh, figure.data);
@@ -122,10 +111,9 @@ Figure figure_of(const Records& records, std::optional<double> floor_kmh) {
         {"truth \u00b1 floor", "with boxes fc rgb \"#000000\" fs transparent solid 0.15 noborder"});
   for (size_t i = 0; i < estimators.size(); ++i)
     legend.push_back({estimator_title(estimators[i]), estimator_style(estimators[i], i)});
-  PanelLayout layout;
-  layout.columns = std::min<size_t>(2, panels.size());
-  layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
-  layout.panel_height_cm = 4.8;
+  const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
+                           .width_cm = panels.size() == 1 ? 8.8 : 18.0,
+                           .panel_height_cm = 4.8};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Speed of the objects by frame, {} {}.{}", first.dataset, first.sequence,
@@ -140,7 +128,7 @@ Figure figure_of(const Records& records, std::optional<double> floor_kmh) {
 
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
-  std::map<std::pair<std::string, std::string>, Records> groups;
+  std::map<std::pair<std::string, std::string>, RecordRefs> groups;
   std::map<std::pair<std::string, std::string>, uint64_t> seeds;
   for (const Record& record : records) {
     if (!has_speed(record)) continue;

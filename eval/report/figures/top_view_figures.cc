@@ -173,8 +173,7 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
   set_panels(layout, legend, {panel}, figure);
   figure.caption = fmt::format(
       "Fig. 1, tracks of camera and objects from above, {}. Estimates begin at the truth; objects: the "
-      "origin of the true "
-      "box, moved by the estimated motions. Numbers: mean estimated speed.",
+      "origin of the true box, moved by the estimated motions. Numbers: mean estimated speed.",
       title);
   return {figure};
 }

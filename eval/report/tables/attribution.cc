@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_sets.h"
@@ -14,7 +13,7 @@ constexpr const char* separator = " > ";
 
 struct Step {
   std::string decision;
-  std::vector<Record> records;
+  RecordRefs records;
 };
 
 /// Steps by path, in the order of evidence and plans.
@@ -28,35 +27,13 @@ std::map<std::string, std::vector<Step>> steps_by_path(const Evidence& evidence,
       const std::string decision = record.estimator.substr(at + std::string(separator).size());
       auto step = std::ranges::find(steps, decision, &Step::decision);
       if (step == steps.end()) step = steps.insert(steps.end(), {decision, {}});
-      step->records.push_back(record);
+      step->records.push_back(&record);
     }
   }
   return paths;
 }
 
-using PairKey = std::pair<uint64_t, int>;  // seed, frame
-using ErrorOfPair = std::map<PairKey, double>;
-
-ErrorOfPair errors_of(const RecordRefs& records) {
-  ErrorOfPair errors;
-  for (const Record* record : records) {
-    if (const auto Et_m = find_number(record->errors, "Et_m")) errors[{record->seed, record->frame}] = *Et_m;
-  }
-  return errors;
-}
-
-/// Removes what is not in all of them.
-void keep_common(std::vector<ErrorOfPair>& steps) {
-  std::set<PairKey> missing;
-  for (const ErrorOfPair& a : steps) {
-    for (const ErrorOfPair& b : steps) {
-      for (const auto& [pair, error] : a)
-        if (!b.contains(pair)) missing.insert(pair);
-    }
-  }
-  for (ErrorOfPair& step : steps)
-    std::erase_if(step, [&](const auto& e) { return missing.contains(e.first); });
-}
+using ErrorOfCase = std::map<SeedFrame, double>;
 
 /// Per seed: number of pairs, and the sum of errors at each step.
 struct SeedSums {
@@ -64,15 +41,14 @@ struct SeedSums {
   std::vector<double> Et_m;
 };
 
-std::vector<SeedSums> sums_by_seed(const std::vector<ErrorOfPair>& steps) {
+std::vector<SeedSums> sums_by_seed(const std::vector<ErrorOfCase>& steps,
+                                   const std::vector<SeedFrame>& cases) {
   std::map<uint64_t, SeedSums> by_seed;
-  for (size_t k = 0; k < steps.size(); ++k) {
-    for (const auto& [pair, error] : steps[k]) {
-      SeedSums& sums = by_seed[pair.first];
-      sums.Et_m.resize(steps.size());
-      sums.Et_m[k] += error;
-      if (k == 0) ++sums.n;
-    }
+  for (const SeedFrame& at : cases) {
+    SeedSums& sums = by_seed[at.first];
+    sums.Et_m.resize(steps.size());
+    for (size_t k = 0; k < steps.size(); ++k) sums.Et_m[k] += steps[k].at(at);
+    ++sums.n;
   }
   std::vector<SeedSums> out;
   for (const auto& [seed, sums] : by_seed) out.push_back(sums);
@@ -80,56 +56,39 @@ std::vector<SeedSums> sums_by_seed(const std::vector<ErrorOfPair>& steps) {
 }
 
 /// Mean over all pairs of step `to`, less that of step `from` if there is one.
-struct Difference {
-  double value = 0;
-  std::optional<Interval> interval;
-
-  Difference(const std::vector<SeedSums>& seeds, size_t to, std::optional<size_t> from) {
-    const auto of = [&](std::span<const size_t> chosen) {
-      double sum = 0, n = 0;
-      for (const size_t s : chosen) {
-        sum += seeds[s].Et_m[to] - (from ? seeds[s].Et_m[*from] : 0);
-        n += seeds[s].n;
-      }
-      return sum / n;
-    };
-    std::vector<size_t> all(seeds.size());
-    for (size_t i = 0; i < all.size(); ++i) all[i] = i;
-    value = of(all);
-    interval = cluster_bootstrap(seeds.size(), of);
-  }
-};
+IntervalEstimate mean_change(const std::vector<SeedSums>& seeds, size_t to, std::optional<size_t> from = {}) {
+  return cluster_estimate(seeds.size(), [&](std::span<const size_t> chosen) {
+    double sum = 0, n = 0;
+    for (const size_t s : chosen) {
+      sum += seeds[s].Et_m[to] - (from ? seeds[s].Et_m[*from] : 0);
+      n += seeds[s].n;
+    }
+    return sum / n;
+  });
+}
 
 std::optional<AttributionPath> path_of(const std::vector<Step>& steps, const SetData& data,
                                        const std::string& body) {
   AttributionPath path{data.set, set_data_title(data.filter), body};
-  std::vector<ErrorOfPair> errors;
+  std::vector<ErrorOfCase> errors;
   for (const Step& step : steps) {
-    const auto bodies = paper_bodies(step.records, data.filter);
-    const auto of_body = bodies.find(body);
-    if (of_body != bodies.end()) errors.push_back(errors_of(of_body->second));
+    const auto bodies = paper_bodies(step.records);
+    if (const RecordRefs* records = find_in(bodies, body)) errors.push_back(errors_by_case(*records, "Et_m"));
   }
   if (errors.size() != steps.size() || steps.size() < 2) return std::nullopt;
-  keep_common(errors);
-  const std::vector<SeedSums> seeds = sums_by_seed(errors);
+  std::vector<const ErrorOfCase*> maps;
+  for (const ErrorOfCase& of_step : errors) maps.push_back(&of_step);
+  const std::vector<SeedFrame> cases = common_keys(maps);
+  const std::vector<SeedSums> seeds = sums_by_seed(errors, cases);
   if (seeds.empty()) return std::nullopt;
-  path.n_pairs = errors.front().size();
+  path.n_pairs = cases.size();
   path.n_seeds = seeds.size();
   for (size_t k = 0; k < steps.size(); ++k) {
-    AttributionStep step{steps[k].decision};
-    const Difference mean(seeds, k, std::nullopt);
-    step.Et_m = mean.value;
-    step.Et_interval = mean.interval;
-    if (k > 0) {
-      const Difference change(seeds, k, k - 1);
-      step.change_m = change.value;
-      step.change_interval = change.interval;
-    }
+    AttributionStep step{steps[k].decision, mean_change(seeds, k), {}};
+    if (k > 0) step.change_m = mean_change(seeds, k, k - 1);
     path.steps.push_back(std::move(step));
   }
-  const Difference whole(seeds, steps.size() - 1, 0);
-  path.whole_m = whole.value;
-  path.whole_interval = whole.interval;
+  path.whole_m = mean_change(seeds, steps.size() - 1, 0);
   return path;
 }
 

@@ -19,9 +19,8 @@ namespace sextant {
 
 struct AttributionStep {
   std::string decision;
-  double Et_m = 0;      ///< mean after it
-  double change_m = 0;  ///< of that mean by it; 0 for the first
-  std::optional<Interval> Et_interval, change_interval;
+  IntervalEstimate Et_m;      ///< mean after it
+  IntervalEstimate change_m;  ///< of that mean by it; 0 for the first
 };
 
 /// One body of one of the paper's sets on one kind of data.
@@ -29,8 +28,7 @@ struct AttributionPath {
   std::string set, data, body;
   std::string path;  ///< "motion_only": from which of the published code's two functions
   std::vector<AttributionStep> steps;
-  double whole_m = 0;  ///< change from the first step to the last
-  std::optional<Interval> whole_interval;
+  IntervalEstimate whole_m;  ///< change from the first step to the last
   size_t n_pairs = 0, n_seeds = 0;
   std::optional<double> published_m;  ///< E_t that the paper prints for the path's function
 };

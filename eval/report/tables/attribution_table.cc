@@ -5,49 +5,38 @@
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
-namespace {
-
-void add_range_columns(const std::string& key, Table& table) {
-  table.columns.push_back({key + "_low", "low", Align::right, 4});
-  table.columns.back().range = "95 % interval";
-  table.columns.push_back({key + "_high", "high", Align::right, 4});
-}
-
-}  // namespace
-
 Table attribution_table(const Evidence& evidence) {
-  Table table;
-  table.title = "Table VIII (ours): from the published code to ours, one decision at a time";
-  table.caption =
+  Table table{
+      "Table VIII (ours): from the published code to ours, one decision at a time",
       "Mean E_t over the pairs that every step estimates, objects in the camera frame. A row makes one "
-      "decision "
-      "as we do and keeps those above it; its change is what that decision does, and changes add up. The "
-      "first row of a path is the "
-      "published code's function (motion_only, or joint_flow) on its points: RANSAC inliers at 0.3 px, for "
-      "joint and "
-      "the camera all static matches. The last row is our default.";
-  table.columns = {{"set", "set", Align::left, 0, true},  {"data", "data", Align::left},
-                   {"body", "body", Align::left},         {"path", "from", Align::left},
-                   {"decision", "decision", Align::left}, {"Et_m", "E_t [m]", Align::right, 4}};
-  add_range_columns("Et", table);
+      "decision as we do and keeps those above it; its change is what that decision does, and changes add "
+      "up. The first row of a path is the published code's function (motion_only, or joint_flow) on its "
+      "points: RANSAC inliers at 0.3 px, for joint and the camera all static matches. The last row is our "
+      "default.",
+      {{"set", "set", Align::left, 0, true},
+       {"data", "data", Align::left},
+       {"body", "body", Align::left},
+       {"path", "from", Align::left},
+       {"decision", "decision", Align::left},
+       {"Et_m", "E_t [m]", Align::right, 4}}};
+  table.add_columns(range_columns("Et_low", "Et_high", 4));
   table.columns.push_back({"change_m", "change [m]", Align::right, 4});
-  add_range_columns("change", table);
+  table.add_columns(range_columns("change_low", "change_high", 4));
   table.columns.push_back({"factor", "factor", Align::right, 2});
   for (const AttributionPath& path : attribution_paths(evidence)) {
     for (size_t k = 0; k < path.steps.size(); ++k) {
       const AttributionStep& step = path.steps[k];
-      std::vector<Cell> cells = {path.set, path.data, path.body, path.path, step.decision, step.Et_m};
-      add_interval(step.Et_interval, cells);
-      cells.push_back(k > 0 ? Cell(step.change_m) : Cell());
-      add_interval(step.change_interval, cells);
-      cells.push_back(k > 0 ? Cell(step.Et_m / path.steps[k - 1].Et_m) : Cell());
+      const bool is_first = k == 0;
+      std::vector<Cell> cells = {path.set, path.data, path.body, path.path, step.decision};
+      add_estimate(step.Et_m, cells);
+      add_estimate(is_first ? std::nullopt : std::optional(step.change_m), cells);
+      cells.push_back(is_first ? Cell() : Cell(step.Et_m.value / path.steps[k - 1].Et_m.value));
       table.add_row(std::move(cells));
     }
-    std::vector<Cell> cells = {path.set, path.data, path.body, path.path, std::string("all of them"), Cell()};
-    add_interval(std::nullopt, cells);
-    cells.emplace_back(path.whole_m);
-    add_interval(path.whole_interval, cells);
-    cells.emplace_back(path.steps.back().Et_m / path.steps.front().Et_m);
+    std::vector<Cell> cells = {path.set, path.data, path.body, path.path, std::string("all of them")};
+    add_estimate(std::nullopt, cells);
+    add_estimate(path.whole_m, cells);
+    cells.emplace_back(path.steps.back().Et_m.value / path.steps.front().Et_m.value);
     table.add_row(std::move(cells));
   }
   if (table.rows.empty()) table.notes.push_back("Not measured here: no part `attribution`.");

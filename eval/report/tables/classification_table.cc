@@ -4,9 +4,9 @@
 #include <array>
 #include <map>
 
-#include "sextant/eval/report/summary.h"
-#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/run_summary.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {

@@ -5,23 +5,19 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/comparison.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
 struct Quantity {
-  const char* key;
-  const char* published_key;  ///< nullptr: not in the paper
-  const char* title;
+  const char* error;
+  bool is_published;  ///< under the same key
 };
 constexpr std::array<Quantity, 4> quantities = {
-    {{"Et_m", "Et_m", "E_t [m]"},
-     {"ER_deg", "ER_deg", "E_R [deg]"},
-     {"Et_corrected_m", nullptr, "E_t, velocity-corrected truth [m]"},
-     {"Et_scaled_m", nullptr, "E_t, estimate scaled to the truth's path [m]"}}};
+    {{"Et_m", true}, {"ER_deg", true}, {"Et_corrected_m", false}, {"Et_scaled_m", false}}};
 
 /// system -> sequence -> its ego records.
 using Systems = std::map<std::string, std::map<std::string, RecordRefs>>;
@@ -82,15 +78,14 @@ class Builder {
            const Json* published, const std::string& data, const std::string& part) {
     const Floor floor = floor_of(records);
     for (const Quantity& q : quantities) {
-      PaperRow row{{sequence, system}, q.title};
-      if (published != nullptr && q.published_key != nullptr)
-        row.published = published_number(*published, q.published_key);
-      row.measured = measure_mean(records, &Record::errors, q.key);
+      PaperRow row{{sequence, system}, metric(NumberMap::errors, q.error).heading()};
+      if (published != nullptr && q.is_published) row.published = published_number(*published, q.error);
+      row.measured = measure_mean(records, NumberMap::errors, q.error);
       if (!row.measured && !row.published) continue;
       row.data = data;
       row.records = part;
       std::vector<Cell> cells = published_cells(row);
-      const bool is_Et = q.key == std::string("Et_m");
+      const bool is_Et = q.error == std::string("Et_m");
       cells.push_back(cell(is_Et ? floor.rmse_m : std::nullopt));
       cells.push_back(cell(is_Et ? floor.floor_m : std::nullopt));
       cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
@@ -108,8 +103,7 @@ Table ego_motion_table(const Evidence& evidence) {
   const Json& published = evidence.published.at("tab:cam_err");
   Table table = published_table(
       "Table IV: ego motion on KITTI tracking",
-      "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published "
-      "values "
+      "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published values "
       "are means over 12 sequences; ORB-SLAM2's is a reference, no trajectory of it is recorded here. "
       "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2).",
       {{"sequence", "sequence", Align::left}, {"system", "system", Align::left}}, 4);

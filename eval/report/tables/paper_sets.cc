@@ -3,18 +3,9 @@
 #include <algorithm>
 
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
-namespace {
-
-double mean_distance_m(const RecordRefs& records) {
-  double sum = 0;
-  for (const Record* record : records) sum += record->values.at("distance_gt_m");
-  return sum / static_cast<double>(records.size());
-}
-
-}  // namespace
-
 const std::vector<SetData>& set_data() {
   static const std::vector<SetData> data = {
       {"S01-F225-235", {"vkitti1", "0001/clone", 225, 235}},
@@ -39,24 +30,45 @@ std::string set_data_title(const RecordFilter& filter) {
   return fmt::format("{}, frames {}-{}", title, filter.first_frame, filter.last_frame);
 }
 
-std::map<std::string, RecordRefs> paper_bodies(const std::vector<Record>& records,
-                                               const RecordFilter& filter) {
-  std::map<int, RecordRefs> with_truth;
-  std::map<int, RecordRefs> estimated;
-  for (const Record& record : records) {
-    if (!filter.matches(record) || !has_truth(record)) continue;
-    with_truth[body_order(record)].push_back(&record);
-    if (record.status == Status::ok) estimated[body_order(record)].push_back(&record);
+std::vector<PaperBody> bodies_by_distance(const RecordRefs& records) {
+  std::map<int, RecordRefs> by_id;
+  for (const Record* record : records) {
+    if (has_truth(*record)) by_id[body_order(*record)].push_back(record);
   }
   std::vector<std::pair<double, int>> by_distance;
-  for (const auto& [id, of_body] : with_truth) {
-    if (id != 0) by_distance.emplace_back(mean_distance_m(of_body), id);
+  for (const auto& [id, of_body] : by_id) {
+    if (id != 0) by_distance.emplace_back(mean(numbers_of(of_body, NumberMap::values, "distance_gt_m")), id);
   }
-  std::sort(by_distance.begin(), by_distance.end());
+  std::ranges::sort(by_distance);
+  std::vector<PaperBody> bodies;
+  if (by_id.contains(0)) bodies.push_back({0, 0, by_id.at(0)});
+  for (const auto& [distance_m, id] : by_distance) {
+    const size_t number = bodies.empty() ? 1 : bodies.back().number + 1;
+    bodies.push_back({number, id, by_id.at(id)});
+  }
+  return bodies;
+}
+
+RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter) {
+  RecordRefs found;
+  for (const Record& record : records) {
+    if (filter.matches(record)) found.push_back(&record);
+  }
+  return found;
+}
+
+std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records) {
+  std::map<std::string, RecordRefs> groups;
+  for (const Record* record : records) groups[record->estimator].push_back(record);
+  return groups;
+}
+
+std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records) {
   std::map<std::string, RecordRefs> bodies;
-  if (estimated.contains(0)) bodies["Ego"] = estimated[0];
-  for (size_t i = 0; i < by_distance.size(); ++i) {
-    bodies[fmt::format("Obj{}", i + 1)] = estimated[by_distance[i].second];
+  for (PaperBody& body : bodies_by_distance(records)) {
+    std::erase_if(body.records, [](const Record* record) { return record->status != Status::ok; });
+    if (body.number > 0 || !body.records.empty())
+      bodies[body.number == 0 ? "Ego" : fmt::format("Obj{}", body.number)] = std::move(body.records);
   }
   return bodies;
 }

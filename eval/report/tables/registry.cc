@@ -30,8 +30,7 @@ std::span<const PaperTable> paper_tables() {
        {"data"}},
       {"table_3_sets",
        "III",
-       "Virtual KITTI 1.3.1, frames 225-235 and 410-418 of 0001 and 124-134 of 0018, with flow of PWC-Net "
-       "and "
+       "Virtual KITTI 1.3.1, frames 225-235 and 410-418 of 0001 and 124-134 of 0018, with flow of PWC-Net and "
        "masks of Mask R-CNN",
        vkitti1,
        sets_table,

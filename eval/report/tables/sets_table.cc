@@ -10,13 +10,9 @@
 namespace sextant {
 namespace {
 
-struct Quantity {
-  const char* key;
-  const char* published_key;
-  const char* title;
-};
-constexpr std::array<Quantity, 2> quantities = {
-    {{"Et_m", "Et_m", "E_t [m]"}, {"ER_deg", "ER_deg", "E_R [deg]"}}};
+constexpr std::array<const char*, 2> quantities = {"Et_m", "ER_deg"};
+
+std::string title_of(const char* error) { return metric(NumberMap::errors, error).heading(); }
 
 /// Column of the paper for an estimator; none for ours.
 std::optional<std::string> published_column(const std::string& estimator) {
@@ -38,35 +34,30 @@ struct SetRows {
 
 /// Rows of one line of the paper on one kind of data; false where that was not measured.
 bool add_measured(const SetRows& rows, Table& table) {
-  std::vector<std::string> estimators;
-  std::map<std::string, std::vector<Record>> by_estimator;
-  for (const Record& record : rows.part.sweep.records) {
-    if (!rows.data.filter.matches(record)) continue;
-    if (!by_estimator.contains(record.estimator)) estimators.push_back(record.estimator);
-    by_estimator[record.estimator].push_back(record);
-  }
+  const RecordRefs records = matching(rows.part.sweep.records, rows.data.filter);
+  const auto groups = by_estimator(records);
   const std::string body = rows.published.at("body");
-  for (const std::string& estimator : estimators) {
-    const std::map<std::string, RecordRefs> bodies = paper_bodies(by_estimator[estimator], rows.data.filter);
-    const auto of_body = bodies.find(body_key(body));
+  for (const std::string& estimator : distinct(records, &Record::estimator)) {
+    const auto bodies = paper_bodies(groups.at(estimator));
+    const RecordRefs* of_body = find_in(bodies, body_key(body));
     const std::optional<std::string> column = published_column(estimator);
-    for (const Quantity& q : quantities) {
-      PaperRow row{{rows.data.set, body, estimator}, q.title};
-      if (column) row.published = published_number(rows.published.at(*column), q.published_key);
-      if (of_body != bodies.end()) row.measured = measure_mean(of_body->second, &Record::errors, q.key);
+    for (const char* error : quantities) {
+      PaperRow row{{rows.data.set, body, estimator}, title_of(error)};
+      if (column) row.published = published_number(rows.published.at(*column), error);
+      if (of_body) row.measured = measure_mean(*of_body, NumberMap::errors, error);
       row.data = set_data_title(rows.data.filter);
       row.records = rows.part.name;
       add_published_row(row, table);
     }
   }
-  return !estimators.empty();
+  return !records.empty();
 }
 
 void add_missing(const Json& published, Table& table) {
   for (const char* estimator : {"motion_only", "joint_flow"}) {
-    for (const Quantity& q : quantities) {
-      PaperRow row{{published.at("set"), published.at("body"), estimator}, q.title};
-      row.published = published_number(published.at(*published_column(estimator)), q.published_key);
+    for (const char* error : quantities) {
+      PaperRow row{{published.at("set"), published.at("body"), estimator}, title_of(error)};
+      row.published = published_number(published.at(*published_column(estimator)), error);
       add_published_row(row, table);
     }
   }

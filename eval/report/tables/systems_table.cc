@@ -68,31 +68,28 @@ Json description_of(const Json& descriptions, const std::string& estimator) {
 }  // namespace
 
 Table systems_table(const Evidence& evidence) {
-  Table table;
-  table.title = "Table IX (ours): the published systems beside ours";
-  table.caption =
+  Table table{
+      "Table IX (ours): the published systems beside ours",
       "Measured once, all in one run on one machine, estimator after estimator and that three times; not "
       "measured again here. Preset paper: means over pairs and seeds of those that were estimated; coverage: "
       "estimated pairs of those with truth, objects that move by truth. Frame: the program's own time "
-      "without "
-      "reading files, the best of the three rounds, median over frames; in ours extraction, camera and "
-      "objects "
-      "on one thread. The programs use threads of their own, and the machine did other work too.";
-  table.columns = {{"data", "data", Align::left, 0, true},
-                   {"estimator", "estimator", Align::left},
-                   {"Et_m", "camera E_t [m]", Align::right, 4},
-                   {"ER_deg", "E_R [deg]", Align::right, 4},
-                   {"coverage_percent", "coverage [%]", Align::right, 0},
-                   {"objects_Et_m", "objects E_t [m]", Align::right, 4},
-                   {"objects_ER_deg", "E_R [deg]", Align::right, 4},
-                   {"objects_Ev_kmh", "E_v [km/h]", Align::right, 2},
-                   {"objects_coverage_percent", "coverage [%]", Align::right, 0},
-                   {"frame_ms", "frame [ms]", Align::right, 1},
-                   {"frame_ratio", "in frames of joint_flow", Align::right, 1},
-                   {"repository", "repository", Align::left},
-                   {"commit", "commit", Align::left},
-                   {"sees", "sees of the truth", Align::left},
-                   {"changes", "changed", Align::left}};
+      "without reading files, the best of the three rounds, median over frames; in ours extraction, camera "
+      "and objects on one thread. The programs use threads of their own, and the machine did other work too.",
+      {{"data", "data", Align::left, 0, true},
+       {"estimator", "estimator", Align::left},
+       {"Et_m", "camera E_t [m]", Align::right, 4},
+       {"ER_deg", "E_R [deg]", Align::right, 4},
+       {"coverage_percent", "coverage [%]", Align::right, 0},
+       {"objects_Et_m", "objects E_t [m]", Align::right, 4},
+       {"objects_ER_deg", "E_R [deg]", Align::right, 4},
+       {"objects_Ev_kmh", "E_v [km/h]", Align::right, 2},
+       {"objects_coverage_percent", "coverage [%]", Align::right, 0},
+       {"frame_ms", "frame [ms]", Align::right, 1},
+       {"frame_ratio", "in frames of joint_flow", Align::right, 1},
+       {"repository", "repository", Align::left},
+       {"commit", "commit", Align::left},
+       {"sees", "sees of the truth", Align::left},
+       {"changes", "changed", Align::left}}};
   const Json descriptions = system_descriptions();
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::string, std::map<std::string, Row>> by_data;

@@ -5,7 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/tables/attribution.h"
-#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/testing.h"
 
 namespace sextant {
@@ -89,14 +89,14 @@ TEST(Comparison, MeansAndRangesOfSingleRuns) {
   }
   RecordRefs refs;
   for (const Record& r : records) refs.push_back(&r);
-  const auto measured = measure_mean(refs, &Record::errors, "Et_m");
+  const auto measured = measure_mean(refs, NumberMap::errors, "Et_m");
   ASSERT_TRUE(measured && measured->one_run);
   EXPECT_DOUBLE_EQ(measured->value, 2);
   EXPECT_EQ(measured->n_pairs, 6);
   EXPECT_EQ(measured->n_seeds, 3);
   // m +- t_{2, 0.975} s sqrt(1 + 1/3), s = 1.
   EXPECT_NEAR(measured->one_run->high, 2 + 4.302653 * std::sqrt(4.0 / 3), 1e-5);
-  EXPECT_FALSE(measure_mean(refs, &Record::errors, "no_such_error"));
+  EXPECT_FALSE(measure_mean(refs, NumberMap::errors, "no_such_error"));
   EXPECT_EQ(published_verdict(2.5, measured), "within");
   EXPECT_EQ(published_verdict(-9, measured), "outside");
   EXPECT_EQ(published_verdict(2.5, std::nullopt), "not measured here");
@@ -183,14 +183,14 @@ TEST(Attribution, ChangesAddUpToTheWhole) {
   for (const AttributionPath& path : paths) {
     ASSERT_EQ(path.steps.size(), 2U);
     const AttributionStep& last = path.steps.back();
-    EXPECT_NEAR(path.steps.front().Et_m + last.change_m, last.Et_m, 1e-15);
-    EXPECT_DOUBLE_EQ(path.whole_m, last.change_m);
+    EXPECT_NEAR(path.steps.front().Et_m.value + last.change_m.value, last.Et_m.value, 1e-15);
+    EXPECT_DOUBLE_EQ(path.whole_m.value, last.change_m.value);
     EXPECT_EQ(path.n_seeds, 4U);
     EXPECT_TRUE(path.published_m);
     const bool from_motion_only = path.path == "motion_only";
     EXPECT_EQ(path.n_pairs, from_motion_only ? 48U : 44U) << "pairs that a step has lost count in none";
     const double factor = from_motion_only ? (path.body == "Ego" ? 0.25 : 0.5) : 1;
-    EXPECT_NEAR(last.Et_m, factor * path.steps.front().Et_m, 1e-15);
+    EXPECT_NEAR(last.Et_m.value, factor * path.steps.front().Et_m.value, 1e-15);
   }
 }
 

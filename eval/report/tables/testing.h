@@ -2,6 +2,7 @@
 
 // Evidence for tests: a few records of every role, with errors that are simple numbers.
 
+#include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
@@ -9,13 +10,7 @@ namespace sextant {
 
 inline Record test_record(const std::string& dataset, const std::string& sequence,
                           const std::string& estimator, const std::string& body, int frame, uint64_t seed) {
-  Record r;
-  r.dataset = dataset;
-  r.sequence = sequence;
-  r.estimator = estimator;
-  r.body = body;
-  r.frame = frame;
-  r.seed = seed;
+  Record r = RecordOf{dataset, sequence, estimator, body, "none", 0, seed, frame};
   r.n_points = 100;
   // Grows with seed and frame, so that there is a spread.
   const double e = 0.01 * (1 + 0.1 * static_cast<double>(seed) + 0.01 * frame) * (body == "ego" ? 1 : 2);
@@ -76,7 +71,8 @@ inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n
   add("demo", PartRole::real, "vdo", "kitti_03_demo", {"joint_flow"}, {"ego", "object:1"}, 1);
   add("recorded", PartRole::recorded, "kitti", "0003", {"ORB-SLAM3"}, {"ego"}, 1);
   add("timing", PartRole::timing, "synthetic", "s18", two, bodies, 1);
-  add("systems_run", PartRole::systems, "synthetic", "s18", {"joint_flow", "VDO_SLAM 9d33024.front"}, bodies, 3);
+  add("systems_run", PartRole::systems, "synthetic", "s18", {"joint_flow", "VDO_SLAM 9d33024.front"}, bodies,
+      3);
   add("attribution", PartRole::attribution, "synthetic", "s18",
       {"motion_only > published code", "motion_only > kernel", "joint_flow > published code",
        "joint_flow > kernel", "motion_only on inliers", "motion_only on all", "joint_flow on inliers",

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/comparison.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {
@@ -36,11 +36,6 @@ std::string paper_sequence(const Record& record) {
   if (record.dataset == "kitti" && record.sequence.size() == 4) return record.sequence.substr(2);
   return "";
 }
-
-struct Quantity {
-  const char* published_key;
-  const char* title;
-};
 
 /// Records of a group under one estimator of one part.
 struct GroupRecords {
@@ -95,12 +90,12 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
     cells.push_back(cell(coverage));
     table.add_row(std::move(cells));
   };
-  const auto mean_of = [&](Record::Numbers Record::*map, const char* key) {
+  const auto mean_of = [&](NumberMap map, const char* key) {
     return measured ? measure_mean(group->estimated, map, key) : std::nullopt;
   };
   add("tracks", "tracks", measured ? std::optional(count(group->estimated.size())) : std::nullopt);
-  add("avg_velocity_kmh", "true velocity [km/h]", mean_of(&Record::values, "v_gt_kmh"));
-  add("Ev_kmh", "E_v [km/h]", mean_of(&Record::errors, "Ev_kmh"));
+  add("avg_velocity_kmh", "true velocity [km/h]", mean_of(NumberMap::values, "v_gt_kmh"));
+  add("Ev_kmh", "E_v [km/h]", mean_of(NumberMap::errors, "Ev_kmh"));
 }
 
 }  // namespace
@@ -108,10 +103,8 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
 Table velocity_table(const Evidence& evidence) {
   Table table = published_table(
       "Table V: velocity of objects on KITTI tracking",
-      "Preset paper: mean over tracked pairs of the absolute difference of estimated and true speed at the "
-      "same "
-      "point. Tracks: pairs in which the object was estimated; coverage: of those in which it moves by "
-      "truth. "
+      "Preset paper: mean over tracked pairs of the absolute difference of estimated and true speed at the same "
+      "point. Tracks: pairs in which the object was estimated; coverage: of those in which it moves by truth. "
       "A part of a sequence has fewer tracks than the whole, and the paper's are those of the whole.",
       {{"sequence", "sequence", Align::left},
        {"objects", "objects", Align::left},

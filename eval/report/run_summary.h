@@ -6,14 +6,16 @@
 //   truth      pairs that have truth in both frames: for ego all of them, for objects those whose truth is
 //              not static (dynamic_gt = 0 is left out; unknown is kept)
 //   estimated  those of them with status ok;   coverage = estimated / truth
-// Errors, velocities and EPE are taken over `estimated`. Errors use the preset's aggregate, velocities and
-// EPE are means. Every record that is not ok is counted in `other`.
+// The metrics, those `in_summary` of the list (metrics/definitions.h), are taken over `estimated`. Every record
+// that is not ok is counted in `other`.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/presets.h"
@@ -29,18 +31,22 @@ struct BodySummary {
   int n_truth = 0;
   int n_estimated = 0;
   std::optional<double> coverage;  ///< 0..1
-  std::optional<double> Et_m;
-  std::optional<double> ER_deg;
-  std::optional<double> Ev_kmh;
-  std::optional<double> v_kmh;
-  std::optional<double> v_gt_kmh;
-  std::optional<double> epe_initial_px;
-  std::optional<double> epe_refined_px;
+  /// By name, those `in_summary` (metrics/definitions.h) that a record has; under the preset, "Et_m" of an
+  /// object may be its Et_body_m.
+  std::map<std::string, double> metrics;
   std::string other;  ///< "gated(distance) 3, lost 1"
 };
 
 /// In order of dataset, sequence, estimator; ego first, then objects by id.
 std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset);
+
+/// One metric over estimated records of one kind of body: errors that the preset chooses by its aggregate, all
+/// others by their mean; none where no record has it.
+std::optional<double> summary_number(const RecordRefs& estimated, const MetricDefinition& metric,
+                                     const MetricPreset& preset);
+
+/// "gated(distance) 3, lost 1": records that are not ok, by status.
+std::string other_statuses(const RecordRefs& records);
 
 /// Over all object records that say both what was found and what is true and that no gate on distance or area
 /// left out.

@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/evaluation/distribution_figures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,24 +1,18 @@
-#include "sextant/eval/report/noise_levels.h"
+#include "sextant/eval/report/errors_by_level.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "sextant/eval/records/testing.h"
 
 namespace sextant {
 namespace {
 
 Record record_of(const std::string& body, double level, uint64_t seed, double Et_m,
                  Status status = Status::ok) {
-  Record r;
-  r.dataset = "d";
-  r.sequence = "s";
-  r.estimator = "e";
-  r.noise = "depth";
-  r.level = level;
-  r.seed = seed;
-  r.body = body;
+  Record r = RecordOf{.body = body, .noise = "depth", .level = level, .seed = seed, .frame = 0};
   r.status = status;
-  r.values[body == "ego" ? "step_gt_m" : "distance_gt_m"] = 1;
   if (status == Status::ok) r.errors = {{"Et_m", Et_m}, {"ER_deg", 2 * Et_m}};
   return r;
 }
@@ -39,16 +33,16 @@ TEST(NoiseLevels, MeansAndIntervalsByHand) {
   const std::vector<NoiseLevelRow> rows = noise_levels({"depth.delta_d_px", records, {}});
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows[0].level, 0.1);
-  EXPECT_FALSE(rows[0].Et_m->mean.interval);  // one seed: nothing is known of the spread
+  EXPECT_FALSE(rows[0].errors.at("Et_m").mean.interval);  // one seed: nothing is known of the spread
   EXPECT_EQ(rows[1].body, "ego");
   EXPECT_EQ(rows[1].n_seeds, 12);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.value, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->median.value, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->rmse.value, std::sqrt(5.0));
-  EXPECT_DOUBLE_EQ(rows[1].ER_deg->mean.value, 4);
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").mean.value, 2);
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").median.value, 2);
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").rmse.value, std::sqrt(5.0));
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("ER_deg").mean.value, 4);
   // Every seed has the same mean, so its mean is certain; were pairs the clusters, it would not be.
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.interval->low, 2);
-  EXPECT_DOUBLE_EQ(rows[1].Et_m->mean.interval->high, 2);
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").mean.interval->low, 2);
+  EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").mean.interval->high, 2);
   EXPECT_EQ(rows[2].body, "object:2");  // before object:10
   EXPECT_EQ(rows[2].n_truth, 2);
   EXPECT_EQ(rows[2].n_estimated, 1);

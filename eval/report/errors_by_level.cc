@@ -1,4 +1,4 @@
-#include "sextant/eval/report/noise_levels.h"
+#include "sextant/eval/report/errors_by_level.h"
 
 #include <algorithm>
 #include <array>
@@ -12,18 +12,11 @@
 namespace sextant {
 namespace {
 
-std::optional<SampleSummary> summarize(const std::vector<const Record*>& records, const std::string& key,
-                                       const Clusters& clusters, const BootstrapOptions& options) {
-  const ErrorSample sample = error_sample(records, key, clusters);
-  if (sample.values.empty()) return std::nullopt;
-  return summarize_sample(ClusteredSample(sample.values, sample.clusters), options);
-}
-
-NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const BootstrapOptions& options) {
+NoiseLevelRow summarize_level(const RecordRefs& records, const BootstrapOptions& options) {
   const Record& first = *records.front();
   NoiseLevelRow row{{}, first.dataset, first.sequence, first.body, first.estimator, first.noise, first.level};
   const Clusters clusters(records);
-  std::vector<const Record*> estimated;
+  RecordRefs estimated;
   std::vector<double> epe;
   for (const Record* record : records) {
     if (!has_truth(*record)) continue;
@@ -37,8 +30,11 @@ NoiseLevelRow summarize_level(const std::vector<const Record*>& records, const B
   }
   row.n_seeds = clusters.n_seeds();
   row.n_estimated = static_cast<int>(estimated.size());
-  row.Et_m = summarize(estimated, "Et_m", clusters, options);
-  row.ER_deg = summarize(estimated, "ER_deg", clusters, options);
+  for (const MetricDefinition* error : metrics_for(compared)) {
+    const ErrorSample sample = error_sample(estimated, error->name, clusters);
+    if (!sample.values.empty())
+      row.errors[error->name] = summarize_sample(ClusteredSample(sample.values, sample.clusters), options);
+  }
   row.limit = summarize_limit(estimated, options);
   if (!epe.empty()) row.epe_initial_px = mean(epe);
   return row;
@@ -62,39 +58,34 @@ constexpr std::array<StatisticColumn, 7> statistic_columns = {{
     {&SampleSummary::q95, "q95", "q95", false, false},
 }};
 
-/// `symbol` "E_t", `key` "Et", `unit` "m".
-void add_columns(const std::string& symbol, const std::string& key, const std::string& unit, Table& table) {
+void add_columns(const MetricDefinition& error, Table& table) {
+  const int decimals = error.digits + 1;
   for (const StatisticColumn& c : statistic_columns) {
-    const std::string title =
-        c.interval_in_text ? fmt::format("{} {} [{}]", symbol, c.title, unit) : std::string(c.title);
-    table.columns.push_back(
-        {fmt::format("{}_{}_{}", key, c.name, unit), title, Align::right, 5, false, c.detail});
-    for (const char* end : {"low", "high"}) {
-      table.columns.push_back({fmt::format("{}_{}_{}_{}", key, c.name, end, unit), end, Align::right, 5,
-                               false, !c.interval_in_text});
-    }
-    table.columns[table.columns.size() - 2].range = "95 % interval";
+    const std::string name = c.name;
+    const std::string title = c.interval_in_text
+                                  ? fmt::format("{} {} [{}]", error.symbol, c.title, error.unit)
+                                  : std::string(c.title);
+    table.columns.push_back({error.key(name), title, Align::right, decimals, false, c.detail});
+    std::vector<Column> range = range_columns(error.key(name + "_low"), error.key(name + "_high"), decimals);
+    for (Column& column : range) column.detail = !c.interval_in_text;
+    table.add_columns(std::move(range));
   }
 }
 
-void add_cells(const std::optional<SampleSummary>& summary, std::vector<Cell>& cells) {
-  for (const StatisticColumn& c : statistic_columns) {
-    std::optional<IntervalEstimate> estimate;
-    if (summary) estimate = (*summary).*c.member;
-    cells.push_back(cell(estimate ? std::optional(estimate->value) : std::nullopt));
-    add_interval(estimate ? estimate->interval : std::nullopt, cells);
-  }
+void add_cells(const SampleSummary* summary, std::vector<Cell>& cells) {
+  for (const StatisticColumn& c : statistic_columns)
+    add_estimate(summary ? std::optional(summary->*c.member) : std::nullopt, cells);
 }
 
 }  // namespace
 
 std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const BootstrapOptions& options) {
   using Key = std::tuple<std::string, std::string, int, std::string, double, std::string>;
-  std::map<Key, std::vector<const Record*>> by_key;
+  std::map<Key, RecordRefs> by_key;
   for (const Record& r : sweep.records) {
     by_key[{r.dataset, r.sequence, body_order(r), r.estimator, r.level, r.noise}].push_back(&r);
   }
-  std::vector<const std::vector<const Record*>*> levels;
+  std::vector<const RecordRefs*> levels;
   for (const auto& [key, of_level] : by_key) levels.push_back(&of_level);
   std::vector<NoiseLevelRow> all(levels.size());
   parallel_for(static_cast<int>(levels.size()), jobs, [&](int i) {
@@ -107,28 +98,23 @@ std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const
 }
 
 Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
-  Table table;
-  table.title = "Errors by noise level";
-  table.caption =
-      "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's "
-      "pairs as one cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: "
-      "Cramer-Rao "
-      "bound (RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, "
-      "within its interval for an estimator that knows its own error. CSV and JSON have more quantiles and "
-      "every "
-      "interval.";
-  table.columns = {{"parameter", "parameter", Align::left, 0, true},
-                   {"dataset", "dataset", Align::left, 0, true},
-                   {"sequence", "sequence", Align::left, 0, true},
-                   {"body", "body", Align::left},
-                   {"estimator", "estimator", Align::left, 0, true},
-                   {"level", "level", Align::right, 3},
-                   {"n_seeds", "seeds", Align::right, 0},
-                   {"coverage_percent", "coverage [%]", Align::right, 1}};
-  add_columns("E_t", "Et", "m", table);
-  add_columns("E_R", "ER", "deg", table);
+  Table table{
+      "Errors by noise level",
+      "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's pairs as one "
+      "cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: Cramer-Rao bound "
+      "(RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, within "
+      "its interval for an estimator that knows its own error. CSV and JSON have more quantiles and every "
+      "interval.",
+      folded_columns({"parameter", "dataset", "sequence"})};
+  table.columns.push_back({"body", "body", Align::left});
+  table.add_columns(folded_columns({"estimator"}));
+  table.add_columns({{"level", "level", Align::right, 3},
+                     {"n_seeds", "seeds", Align::right, 0},
+                     {"coverage_percent", "coverage [%]", Align::right, 1}});
+  const std::vector<const MetricDefinition*> errors = metrics_for(compared);
+  for (const MetricDefinition* error : errors) add_columns(*error, table);
   table.columns.push_back({"epe_initial_px", "EPE [px]", Align::right, 3});
-  std::ranges::move(limit_columns(), std::back_inserter(table.columns));
+  table.add_columns(limit_columns());
   table.columns.push_back({"noise", "noise", Align::left, 0, false, true});
   for (const NoiseLevelRow& row : rows) {
     std::vector<Cell> cells = {row.parameter,
@@ -139,8 +125,7 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
                                row.level,
                                static_cast<double>(row.n_seeds),
                                100.0 * row.n_estimated / row.n_truth};
-    add_cells(row.Et_m, cells);
-    add_cells(row.ER_deg, cells);
+    for (const MetricDefinition* error : errors) add_cells(find_in(row.errors, error->name), cells);
     cells.push_back(cell(row.epe_initial_px));
     add_limit_cells(row.limit, cells);
     cells.emplace_back(row.noise);

@@ -1,4 +1,4 @@
-#include "sextant/eval/reproduce/provenance.h"
+#include "sextant/eval/reproduce/reproduction_provenance.h"
 
 #include <algorithm>
 #include <set>

@@ -1,20 +1,18 @@
-#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/run_summary.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "sextant/eval/records/testing.h"
+
 namespace sextant {
 namespace {
 
 Record record_of(int frame, const std::string& body, Status status = Status::ok) {
-  Record r;
-  r.dataset = "vdo";
-  r.sequence = "s";
-  r.estimator = "e";
-  r.frame = frame;
-  r.body = body;
+  Record r = RecordOf{.dataset = "vdo", .body = body, .frame = frame};
+  r.values.clear();
   r.status = status;
   return r;
 }
@@ -86,8 +84,8 @@ TEST(Summary, MeansCoverageAndStatusesByHand) {
   EXPECT_EQ(rows[0].n_pairs, 3);
   EXPECT_EQ(rows[0].n_truth, 3);
   EXPECT_EQ(rows[0].n_estimated, 2);
-  EXPECT_NEAR(*rows[0].Et_m, 0.2, 1e-12);
-  EXPECT_FALSE(rows[0].Ev_kmh);
+  EXPECT_NEAR(rows[0].metrics.at("Et_m"), 0.2, 1e-12);
+  EXPECT_FALSE(rows[0].metrics.contains("Ev_kmh"));
   EXPECT_EQ(rows[0].other, "too_few_points 1");
 
   EXPECT_EQ(rows[1].body, "object:2");
@@ -95,31 +93,31 @@ TEST(Summary, MeansCoverageAndStatusesByHand) {
   EXPECT_EQ(rows[1].n_truth, 3);  // the pair that is static by truth does not count
   EXPECT_EQ(rows[1].n_estimated, 2);
   EXPECT_NEAR(*rows[1].coverage, 2.0 / 3.0, 1e-12);
-  EXPECT_NEAR(*rows[1].Et_m, 0.3, 1e-12);
-  EXPECT_NEAR(*rows[1].Ev_kmh, 3, 1e-12);
-  EXPECT_NEAR(*rows[1].v_kmh, 41.5, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Et_m"), 0.3, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Ev_kmh"), 3, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("v_kmh"), 41.5, 1e-12);
   EXPECT_EQ(rows[1].other, "gated(distance) 1");
 
   EXPECT_EQ(rows[2].body, "object:10");  // after object:2, by number
   EXPECT_FALSE(rows[2].coverage);
-  EXPECT_FALSE(rows[2].Et_m);
+  EXPECT_FALSE(rows[2].metrics.contains("Et_m"));
 }
 
 TEST(Summary, PresetChoosesKeysAndAggregate) {
   const std::vector<BodySummary> rows = summarize(example(), find_preset("dynosam_rme"));
-  EXPECT_NEAR(*rows[0].Et_m, std::sqrt((0.01 + 0.09) / 2), 1e-12);
-  EXPECT_NEAR(*rows[1].Et_m, 3, 1e-12);
-  EXPECT_FALSE(rows[1].Ev_kmh);  // Ev_origin_kmh was not recorded
+  EXPECT_NEAR(rows[0].metrics.at("Et_m"), std::sqrt((0.01 + 0.09) / 2), 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Et_m"), 3, 1e-12);
+  EXPECT_FALSE(rows[1].metrics.contains("Ev_kmh"));  // Ev_origin_kmh was not recorded
   const Table table = summary_table(example(), find_preset("dynosam_rme"));
   EXPECT_THAT(table.title, testing::HasSubstr("dynosam_rme (RMSE over pairs)"));
 }
 
 TEST(Summary, VdoSlamIsTheMeanWithTheSpeedAtTheCentroid) {
   const std::vector<BodySummary> rows = summarize(example(), find_preset("vdo_slam"));
-  EXPECT_NEAR(*rows[0].Et_m, 0.2, 1e-12);
-  EXPECT_NEAR(*rows[1].Et_m, 3, 1e-12);  // Et_body_m
-  EXPECT_NEAR(*rows[1].Ev_kmh, 3, 1e-12);
-  EXPECT_NEAR(*rows[1].v_gt_kmh, 50, 1e-12);
+  EXPECT_NEAR(rows[0].metrics.at("Et_m"), 0.2, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Et_m"), 3, 1e-12);  // Et_body_m
+  EXPECT_NEAR(rows[1].metrics.at("Ev_kmh"), 3, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("v_gt_kmh"), 50, 1e-12);
 }
 
 TEST(Summary, SpeedsAreOverThePairsOfTheirError) {
@@ -131,10 +129,10 @@ TEST(Summary, SpeedsAreOverThePairsOfTheirError) {
   }
   const std::vector<BodySummary> rows = summarize(records, find_preset("paper"));
   EXPECT_EQ(rows[1].n_estimated, 2);
-  EXPECT_NEAR(*rows[1].Et_m, 0.3, 1e-12);
-  EXPECT_NEAR(*rows[1].Ev_kmh, 4, 1e-12);
-  EXPECT_NEAR(*rows[1].v_kmh, 42, 1e-12);
-  EXPECT_NEAR(*rows[1].v_gt_kmh, 52, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Et_m"), 0.3, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("Ev_kmh"), 4, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("v_kmh"), 42, 1e-12);
+  EXPECT_NEAR(rows[1].metrics.at("v_gt_kmh"), 52, 1e-12);
 }
 
 TEST(Summary, ClassificationLeavesOutGatedDetections) {

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/summary.h"
+#include "sextant/eval/report/run_summary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,22 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "sextant/eval/report/record_reading.h"
-
 namespace sextant {
 namespace {
-
-using Numbers = Record::Numbers;
-
-std::optional<double> aggregated(const std::vector<const Record*>& records, Numbers Record::*map,
-                                 const std::string& key, Aggregate how) {
-  std::vector<double> values;
-  for (const Record* record : records) {
-    if (const auto value = find_number(record->*map, key)) values.push_back(*value);
-  }
-  if (values.empty()) return std::nullopt;
-  return aggregate(how, values);
-}
 
 std::string status_label(const Record& record) {
   std::string label(to_string(record.status));
@@ -30,41 +16,28 @@ std::string status_label(const Record& record) {
   return label;
 }
 
-BodySummary summarize_body(const std::vector<const Record*>& records, const MetricPreset& preset) {
+BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset) {
   const Record& first = *records.front();
   BodySummary row{first.dataset, first.sequence, first.estimator, first.body,
                   static_cast<int>(records.size())};
-  std::vector<const Record*> estimated;
-  std::map<std::string, int> others;
+  RecordRefs estimated;
   for (const Record* record : records) {
-    if (record->status != Status::ok) ++others[status_label(*record)];
     if (!has_truth(*record)) continue;
     ++row.n_truth;
     if (record->status == Status::ok) estimated.push_back(record);
   }
   row.n_estimated = static_cast<int>(estimated.size());
   if (row.n_truth > 0) row.coverage = static_cast<double>(row.n_estimated) / row.n_truth;
-  for (const auto& [label, count] : others) {
-    row.other += fmt::format("{}{} {}", row.other.empty() ? "" : ", ", label, count);
+  row.other = other_statuses(records);
+  for (const MetricDefinition* metric : metrics_for(in_summary)) {
+    if (const auto number = summary_number(estimated, *metric, preset)) row.metrics[metric->name] = *number;
   }
-
-  const bool ego = first.is_ego();
-  row.Et_m = aggregated(estimated, &Record::errors, ego ? "Et_m" : preset.object_Et_key, preset.aggregate);
-  row.ER_deg =
-      aggregated(estimated, &Record::errors, ego ? "ER_deg" : preset.object_ER_key, preset.aggregate);
-  row.Ev_kmh = aggregated(estimated, &Record::errors, preset.velocity_key, preset.aggregate);
-  row.epe_initial_px = aggregated(estimated, &Record::errors, "epe_initial_px", Aggregate::mean);
-  row.epe_refined_px = aggregated(estimated, &Record::errors, "epe_refined_px", Aggregate::mean);
-  // Speeds beside an error are those of the pairs that it is over.
-  std::erase_if(estimated, [&](const Record* r) { return !r->errors.contains(preset.velocity_key); });
-  row.v_kmh = aggregated(estimated, &Record::values, "v_kmh", Aggregate::mean);
-  row.v_gt_kmh = aggregated(estimated, &Record::values, preset.velocity_truth_key, Aggregate::mean);
   return row;
 }
 
 using BodyKey = std::tuple<std::string, std::string, std::string, int>;
-std::map<BodyKey, std::vector<const Record*>> by_body(const std::vector<Record>& records) {
-  std::map<BodyKey, std::vector<const Record*>> bodies;
+std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
+  std::map<BodyKey, RecordRefs> bodies;
   for (const Record& record : records) {
     bodies[{record.dataset, record.sequence, record.estimator, body_order(record)}].push_back(&record);
   }
@@ -73,7 +46,7 @@ std::map<BodyKey, std::vector<const Record*>> by_body(const std::vector<Record>&
 
 /// What of ego's error is the same in every pair, which no noise of measurements is; nothing unless the mean
 /// along an axis is beyond three standard errors, and not too small to be printed.
-std::optional<std::string> systematic_note(const std::vector<const Record*>& ego) {
+std::optional<std::string> systematic_note(const RecordRefs& ego) {
   std::vector<Eigen::Vector3d> errors_m;
   for (const Record* record : ego) {
     const auto x = find_number(record->values, "step_error_x_m");
@@ -122,6 +95,28 @@ std::vector<BodySummary> summarize(const std::vector<Record>& records, const Met
   return rows;
 }
 
+std::optional<double> summary_number(const RecordRefs& estimated, const MetricDefinition& metric,
+                                     const MetricPreset& preset) {
+  if (estimated.empty()) return std::nullopt;
+  RecordRefs over = estimated;
+  if (metric.is(beside_speed))  // speeds beside an error are those of the pairs that it is over
+    std::erase_if(over, [&](const Record* r) { return !r->errors.contains(preset.velocity_key); });
+  const std::string& key = estimated.front()->is_ego() ? metric.name : preset.object_key(metric.name);
+  const std::vector<double> numbers = numbers_of(over, metric.map, key);
+  if (numbers.empty()) return std::nullopt;
+  return aggregate(preset.aggregates(metric.name) ? preset.aggregate : Aggregate::mean, numbers);
+}
+
+std::string other_statuses(const RecordRefs& records) {
+  std::map<std::string, int> others;
+  for (const Record* record : records) {
+    if (record->status != Status::ok) ++others[status_label(*record)];
+  }
+  std::string text;
+  for (const auto& [label, n] : others) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", label, n);
+  return text;
+}
+
 ClassificationCounts count_classification(const std::vector<Record>& records) {
   ClassificationCounts counts;
   for (const Record& record : records) {
@@ -134,38 +129,36 @@ ClassificationCounts count_classification(const std::vector<Record>& records) {
 }
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
-  Table table;
-  table.title = fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate));
-  table.caption = fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
-                              preset.description, preset.object_Et_key, preset.object_ER_key,
-                              preset.velocity_key, preset.velocity_truth_key);
-  table.columns = {{"dataset", "dataset", Align::left, 0, true},
-                   {"sequence", "sequence", Align::left, 0, true},
-                   {"estimator", "estimator", Align::left, 0, true},
-                   {"body", "body", Align::left},
-                   {"n_pairs", "pairs", Align::right, 0},
-                   {"n_truth", "truth", Align::right, 0},
-                   {"n_estimated", "estimated", Align::right, 0},
-                   {"coverage_percent", "coverage [%]", Align::right, 1},
-                   {"Et_m", "E_t [m]", Align::right, 4},
-                   {"ER_deg", "E_R [deg]", Align::right, 4},
-                   {"Ev_kmh", "E_v [km/h]", Align::right, 2},
-                   {"v_kmh", "v [km/h]", Align::right, 2},
-                   {"v_gt_kmh", "v_gt [km/h]", Align::right, 2},
-                   {"epe_initial_px", "EPE before [px]", Align::right, 3},
-                   {"epe_refined_px", "after [px]", Align::right, 3},
-                   {"other", "other pairs", Align::left}};
+  Table table{fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate)),
+              fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
+                          preset.description, preset.object_Et_key, preset.object_ER_key, preset.velocity_key,
+                          preset.velocity_truth_key),
+              folded_columns({"dataset", "sequence", "estimator"})};
+  table.add_columns({{"body", "body", Align::left},
+                     {"n_pairs", "pairs", Align::right, 0},
+                     {"n_truth", "truth", Align::right, 0},
+                     {"n_estimated", "estimated", Align::right, 0},
+                     {"coverage_percent", "coverage [%]", Align::right, 1}});
+  const std::vector<const MetricDefinition*> metrics = metrics_for(in_summary);
+  for (const MetricDefinition* metric : metrics) table.columns.push_back(metric_column(*metric));
+  table.columns.push_back({"other", "other pairs", Align::left});
   for (const BodySummary& row : summarize(records, preset)) {
-    table.add_row({row.dataset, row.sequence, row.estimator, row.body, static_cast<double>(row.n_pairs),
-                   static_cast<double>(row.n_truth), static_cast<double>(row.n_estimated),
-                   row.coverage ? Cell(*row.coverage * 100) : Cell(), cell(row.Et_m), cell(row.ER_deg),
-                   cell(row.Ev_kmh), cell(row.v_kmh), cell(row.v_gt_kmh), cell(row.epe_initial_px),
-                   cell(row.epe_refined_px), row.other.empty() ? Cell() : Cell(row.other)});
+    std::vector<Cell> cells = {row.dataset,
+                               row.sequence,
+                               row.estimator,
+                               row.body,
+                               static_cast<double>(row.n_pairs),
+                               static_cast<double>(row.n_truth),
+                               static_cast<double>(row.n_estimated),
+                               row.coverage ? Cell(*row.coverage * 100) : Cell()};
+    for (const MetricDefinition* metric : metrics)
+      cells.push_back(cell(find_number(row.metrics, metric->name)));
+    cells.push_back(row.other.empty() ? Cell() : Cell(row.other));
+    table.add_row(std::move(cells));
   }
   const ClassificationCounts c = count_classification(records);
   table.notes = {
-      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status "
-      "ok; "
+      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
       "coverage = estimated / truth; errors are over estimated.",
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",

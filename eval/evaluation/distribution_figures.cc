@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/evaluation/distribution_figures.h"
 
 #include <algorithm>
 
@@ -77,38 +77,22 @@ Figure box_figure(const std::string& name, const std::string& axis,
   Figure figure;
   figure.name = name;
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
-  figure.data.columns = {{"position", "position"},
-                         {"title", "title", Align::left},
-                         {"q05", "q05"},
-                         {"q25", "q25"},
-                         {"q50", "q50"},
-                         {"q75", "q75"},
-                         {"q95", "q95"}};
+  figure.data.columns = {{"position", "position"}, {"title", "title", Align::left}};
+  figure.data.add_columns(box_columns());
   std::string tics;
-  std::vector<std::string> parts;
   for (size_t i = 0; i < samples.size(); ++i) {
-    const std::vector<double> values = sorted(samples[i].values);
     const auto position = static_cast<double>(i + 1);
     std::vector<Cell> row = {position, samples[i].title};
-    for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) row.emplace_back(quantile_of_sorted(values, p));
+    std::ranges::move(box_cells(samples[i].values), std::back_inserter(row));
     figure.data.add_row(std::move(row));
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(samples[i].title), position);
   }
-  parts.push_back(fmt::format(
-      "data using "
-      "(column(\"position\")):(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")) "
-      "with candlesticks whiskerbars 0.5 lc rgb \"{0}\" fs transparent solid 0.25 border lc rgb \"{0}\" "
-      "notitle",
-      line_colour(0)));
-  parts.emplace_back(
-      "data using "
-      "(column(\"position\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")):(column(\"q50\")) "
-      "with candlesticks lc rgb \"black\" lw 1.5 notitle");
   figure.script = fmt::format(
-      "set boxwidth 0.5\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
+      "unset key\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
       "noenhanced\nplot {}\n",
       static_cast<double>(samples.size()) + 0.6, tics,
-      samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis), joined(parts));
+      samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis),
+      joined(box_plots("(column(\"position\"))", 0.5, line_colour(0))));
   return figure;
 }
 

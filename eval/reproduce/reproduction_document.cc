@@ -5,8 +5,8 @@
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/reproduce/figures.h"
-#include "sextant/eval/reproduce/provenance.h"
 #include "sextant/eval/reproduce/reproduce.h"
+#include "sextant/eval/reproduce/reproduction_provenance.h"
 
 namespace sextant {
 namespace {
@@ -40,14 +40,16 @@ Evidence read_evidence(const ReproduceConfig& config) {
 
 /// Which parts there are, on what data, and how to get the others.
 Table data_table(const Json& data, const Evidence& evidence) {
-  Table table;
-  table.title = "What was measured";
-  table.caption =
-      "ROOT is the folder given by --data or SEXTANT_DATA. "
-      "Virtual KITTI and KITTI have their own licences (CC BY-NC-SA 3.0).";
-  table.columns = {{"part", "part", Align::left},       {"title", "what", Align::left},
-                   {"state", "state", Align::left},     {"records", "records", Align::right, 0},
-                   {"missing", "missing", Align::left}, {"fetch", "how to get it", Align::left}};
+  Table table{
+      "What was measured",
+      "ROOT is the folder given by --data or SEXTANT_DATA. Virtual KITTI and KITTI have their own licences "
+      "(CC BY-NC-SA 3.0).",
+      {{"part", "part", Align::left},
+       {"title", "what", Align::left},
+       {"state", "state", Align::left},
+       {"records", "records", Align::right, 0},
+       {"missing", "missing", Align::left},
+       {"fetch", "how to get it", Align::left}}};
   for (const Json& entry : data) {
     const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
     const std::string name = text("part");

@@ -2,9 +2,8 @@
 
 // Rows of the paper's tables: published value beside the reproduced one.
 //
-//   reproduced, low, high   mean over pairs and seeds, and its 95 % interval: bootstrap with a seed's pairs
-//   as
-//                           one cluster; with one seed, stretches of 5 frames, which depend on each other
+//   reproduced, low, high   mean over pairs and seeds, and its 95 % interval: bootstrap with a seed's pairs as one
+//                           cluster; with one seed, stretches of 5 frames, which depend on each other
 //   run_low, run_high       where 95 % of single runs lie (one draw of the noise, as the paper's):
 //                           m +- t s sqrt(1 + 1/n) over the n seeds' means; none with one seed
 //   difference              reproduced - published
@@ -17,14 +16,13 @@
 #include <vector>
 
 #include "sextant/eval/report/evidence.h"
+#include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {
 
-struct Measured {
-  double value = 0;
-  std::optional<Interval> interval;
+struct Measured : IntervalEstimate {
   std::optional<Interval> one_run;
   int n_pairs = 0;
   int n_seeds = 0;
@@ -39,11 +37,8 @@ struct PaperRow {
   std::string records;  ///< the part
 };
 
-using RecordRefs = std::vector<const Record*>;
-
 /// Mean of one number of the records that have it; none where no record has.
-std::optional<Measured> measure_mean(const RecordRefs& records, Record::Numbers Record::*map,
-                                     const std::string& key);
+std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key);
 
 /// A number per seed (a count, say): mean over seeds. `n_pairs` is for the table.
 Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs);
@@ -59,10 +54,8 @@ std::vector<Cell> published_cells(const PaperRow& row);
 void add_published_row(const PaperRow& row, Table& table);
 
 inline constexpr const char* comparison_caption =
-    "95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). Single "
-    "runs: "
-    "where 95 % of them lie. Verdict: whether the published value, which is one run, lies there (with one "
-    "seed: "
+    "95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). Single runs: "
+    "where 95 % of them lie. Verdict: whether the published value, which is one run, lies there (with one seed: "
     "in the interval).";
 
 }  // namespace sextant

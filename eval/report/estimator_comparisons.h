@@ -10,33 +10,30 @@
 //   verdict      which has the lower error, where p_corrected <= 0.05 and the interval leaves out 0;
 //                "identical" where no pair differs by more than 1e-9; else "no difference seen"
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/table.h"
-#include "sextant/stats/trend.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 
-struct ErrorComparison {
+/// p, p_corrected and detectable are none with fewer than 2 clusters.
+struct ErrorComparison : PairedComparison {
   double mean_first = 0;
-  PairedDifference difference;
-  std::optional<double> p;  ///< none with fewer than 2 clusters; so are the next two
-  std::optional<double> p_corrected;
-  std::optional<double> detectable;
   bool identical = false;
 };
 
 struct ComparisonRow {
   std::string parameter, dataset, sequence, body, noise, first, second;
   double level = 0;
-  int n_pairs = 0;        ///< that both have estimated
-  int n_only_first = 0;   ///< estimated by the first alone
-  int n_only_second = 0;  ///< by the second alone
-  ErrorComparison Et_m;
-  ErrorComparison ER_deg;
+  int n_pairs = 0;                                ///< that both have estimated
+  int n_only_first = 0;                           ///< estimated by the first alone
+  int n_only_second = 0;                          ///< by the second alone
+  std::map<std::string, ErrorComparison> errors;  ///< by name; the `compared` ones that both have
 };
 
 /// Estimators in the order of the records, every two of them; rows in order of dataset, sequence, body,

@@ -9,6 +9,7 @@
 //
 // A record whose body has no truth, or is static by truth, does not count.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +27,7 @@ struct NoiseLevelRow {
   int n_seeds = 0;
   int n_truth = 0;
   int n_estimated = 0;
-  std::optional<SampleSummary> Et_m;
-  std::optional<SampleSummary> ER_deg;
+  std::map<std::string, SampleSummary> errors;  ///< by name; the `compared` ones that a record has
   LimitSummary limit;
   std::optional<double> epe_initial_px;  ///< mean: the noise that was really there, where true flow is given
 };

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/tables/comparison.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,15 +25,14 @@ std::optional<Interval> one_run_range(const std::vector<double>& by_seed) {
 
 }  // namespace
 
-std::optional<Measured> measure_mean(const RecordRefs& records, Record::Numbers Record::*map,
-                                     const std::string& key) {
+std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key) {
   const Clusters clusters(records);
   std::vector<double> values;
   std::vector<uint64_t> labels;
   std::map<uint64_t, std::pair<double, double>> sums;  // by cluster: sum, count
   std::map<std::string, uint64_t> sequences;
   for (const Record* record : records) {
-    const auto value = find_number(record->*map, key);
+    const auto value = find_number(record->numbers(map), key);
     if (!value) continue;
     const uint64_t sequence = sequences.try_emplace(record->sequence, sequences.size()).first->second;
     const uint64_t label = clusters.are_frames()
@@ -81,19 +80,14 @@ std::string published_verdict(const std::optional<double>& published,
 
 Table published_table(const std::string& title, const std::string& caption, std::vector<Column> labels,
                       int decimals) {
-  Table table;
-  table.title = title;
-  table.caption = caption + " " + comparison_caption;
-  table.columns = std::move(labels);
+  Table table{title, caption + " " + comparison_caption, std::move(labels)};
   const auto number = [&](const char* key, const char* name) {
     table.columns.push_back({key, name, Align::right, decimals});
   };
   table.columns.push_back({"quantity", "quantity", Align::left});
   number("published", "published");
   number("reproduced", "reproduced");
-  number("low", "low");
-  table.columns.back().range = "95 % interval";
-  number("high", "high");
+  table.add_columns(range_columns("low", "high", decimals));
   number("run_low", "run low");
   table.columns.back().range = "single runs";
   number("run_high", "run high");
@@ -111,8 +105,7 @@ std::vector<Cell> published_cells(const PaperRow& row) {
   const std::optional<Measured>& m = row.measured;
   cells.emplace_back(row.quantity);
   cells.push_back(cell(row.published));
-  cells.push_back(cell(m ? std::optional(m->value) : std::nullopt));
-  add_interval(m ? m->interval : std::nullopt, cells);
+  add_estimate(m, cells);
   add_interval(m ? m->one_run : std::nullopt, cells);
   cells.push_back(cell(m && row.published ? std::optional(m->value - *row.published) : std::nullopt));
   cells.emplace_back(published_verdict(row.published, m));
