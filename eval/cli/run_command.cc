@@ -41,6 +41,16 @@ void follow_procedure(const RunFlags& flags, RunConfig& config) {
   config.level = noise.at("level");
 }
 
+/// What --options and --set say below `noise` goes on top of the noise.
+void set_noise(RunConfig& config) {
+  const auto said = config.options.find("noise");
+  if (said == config.options.end()) return;
+  Json noise = config.noise.options();
+  noise.merge_patch(*said);
+  config.noise = Noise(noise);
+  config.options.erase("noise");
+}
+
 void run_as_told(RunFlags& flags) {
   flags.output.quiet = flags.quiet;
   flags.output.json = flags.json;
@@ -52,6 +62,7 @@ void run_as_told(RunFlags& flags) {
   config.noise = flags.noise == of_procedure ? Noise() : Noise::parse(flags.noise);
   config.level = flags.level;
   follow_procedure(flags, config);
+  set_noise(config);
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
