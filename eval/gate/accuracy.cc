@@ -30,7 +30,7 @@ std::string full_case(const Record& r) {
 /// Findings of one kind, of which the first few are told one by one.
 class Tally {
  public:
-  Tally(std::string what, std::string rule) : what_(std::move(what)), rule_(std::move(rule)) {}
+  Tally(std::string what, Rule rule) : what_(std::move(what)), rule_(rule) {}
 
   void add(const std::string& subject, const std::string& base, const std::string& fresh) {
     if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
@@ -43,7 +43,8 @@ class Tally {
 
  private:
   static constexpr size_t shown = 5;
-  std::string what_, rule_;
+  std::string what_;
+  Rule rule_;
   std::vector<Mismatch> findings_;
   size_t n_ = 0;
 };
@@ -153,7 +154,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     const bool changed =
         std::abs(after - before) > std::max(rules.absolute, rules.relative * std::abs(before));
     const double difference = changed ? after - before : 0;
-    if (changed) ((difference > 0) == (rules.direction == "lower") ? row.n_worse : row.n_better)++;
+    if (changed) ((difference > 0) == (rules.direction == Better::lower) ? row.n_worse : row.n_better)++;
     differences.push_back(difference);
     sum += before;
     change += difference;
@@ -173,7 +174,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
   const ClusteredSample sample(differences, clusters);
   row.interval = cluster_bootstrap(sample.n_clusters(),
                                    [&](std::span<const size_t> drawn) { return sample.mean(drawn); },
-                                   {.replicates = policy.replicates, .method = "percentile"});
+                                   {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
   row.detectable = minimum_detectable_effect(std_dev(means), static_cast<int>(means.size()));
   return row;
 }
@@ -195,7 +196,8 @@ void correct(std::vector<AccuracyRow>& rows, double alpha) {
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(row.metric);
-  const double change = rules.direction == "higher" ? -row.difference : row.difference;  // above 0: worse
+  const double change =
+      rules.direction == Better::higher ? -row.difference : row.difference;  // above 0: worse
   if (row.n_worse + row.n_better == 0 || std::abs(change) <= rules.minimum_effect * std::abs(row.base))
     return GateVerdict::ok;
   const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
@@ -228,7 +230,7 @@ AccuracyComparison compare_accuracy(const std::vector<Record>& base, const std::
     const StatusRow statuses = compare_statuses(pairs, policy.accuracy);
     if (!statuses.example.empty()) out.statuses.push_back(statuses);
     for (auto& [metric, both] : pairs_by_metric(pairs, missing, added)) {
-      if (policy.accuracy.of(metric).direction != "ignore") tasks.push_back({metric, std::move(both)});
+      if (policy.accuracy.of(metric).direction != Better::ignore) tasks.push_back({metric, std::move(both)});
     }
   }
   truth.move_to(out.findings);

@@ -22,8 +22,6 @@ void MetricPolicy::check() const {
   check_share("absolute", absolute);
   check_share("relative", relative);
   check_share("minimum_effect", minimum_effect);
-  check_option(direction == "lower" || direction == "higher" || direction == "ignore", "direction", direction,
-               "lower, higher or ignore");
 }
 
 void AccuracyPolicy::check() const {
@@ -37,7 +35,7 @@ MetricPolicy AccuracyPolicy::of(const std::string& metric) const {
   MetricPolicy policy = other;
   const auto known = metric_definitions();
   const auto definition = std::ranges::find(known, metric, &MetricDefinition::name);
-  if (definition != known.end() && definition->of_input) policy.direction = "ignore";
+  if (definition != known.end() && definition->of_input) policy.direction = Better::ignore;
   return policy;
 }
 
@@ -45,18 +43,6 @@ void SpeedPolicy::check() const {
   check_alpha(alpha);
   check_share("minimum_effect", minimum_effect);
   check_share("unrepeated_effect", unrepeated_effect);
-  check_option(time == "cpu" || time == "real", "time", time, "cpu or real");
-}
-
-void SamenessPolicy::check() const {
-  for (const auto& [name, value] : {std::pair{"cases", cases},
-                                    {"new_cases", new_cases},
-                                    {"data", data},
-                                    {"configuration", configuration},
-                                    {"definitions", definitions},
-                                    {"machine", machine}}) {
-    check_option(value == "must" || value == "note", name, value, "must or note");
-  }
 }
 
 Policy read_policy(const std::string& file) {

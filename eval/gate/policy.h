@@ -12,6 +12,10 @@
 
 namespace sextant {
 
+/// Which errors are better.
+enum class Better { lower, higher, ignore };
+constexpr Names<3> names_of(Better) { return {"lower", "higher", "ignore"}; }
+
 /// A case is one body in one frame pair of one seed. Its change is rounding where
 /// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
 /// from minimum_effect |mean of base| on.
@@ -19,13 +23,13 @@ struct MetricPolicy {
   double absolute = 1e-9;
   double relative = 1e-6;
   double minimum_effect = 0.01;
-  std::string direction = "lower";
+  Better direction = Better::lower;
   template <typename V>
   void visit(V& v) {
     v("absolute", absolute, "of metric", "a case that changes by less has not changed");
     v("relative", relative, "share", "the same, as a share of its value in BASE");
     v("minimum_effect", minimum_effect, "share", "smallest change of a body's mean that counts; 0: any");
-    v("direction", direction, "", "lower or higher is better; ignore: not judged");
+    v("direction", direction, "", "which is better; ignore is not judged");
   }
   void check() const;
 };
@@ -52,12 +56,15 @@ struct AccuracyPolicy {
   MetricPolicy of(const std::string& metric) const;
 };
 
+enum class BenchmarkTime { cpu, real };
+constexpr Names<2> names_of(BenchmarkTime) { return {"cpu", "real"}; }
+
 struct SpeedPolicy {
   bool judge = true;
   double alpha = 0.05;
   double minimum_effect = 0.05;
   double unrepeated_effect = 0.5;
-  std::string time = "cpu";
+  BenchmarkTime time = BenchmarkTime::cpu;
   template <typename V>
   void visit(V& v) {
     v("judge", judge, "", "false: times are left out");
@@ -65,19 +72,23 @@ struct SpeedPolicy {
     v("minimum_effect", minimum_effect, "share", "smallest change of a time that counts");
     v("unrepeated_effect", unrepeated_effect, "share",
       "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged");
-    v("time", time, "", "of Google Benchmark: cpu or real (always real where a benchmark asks for it)");
+    v("time", time, "", "of Google Benchmark, always real where a benchmark asks for it");
   }
   void check() const;
 };
 
-/// What must be the same on both sides: "must" (else the comparison is invalid) or "note" (said, accepted).
+/// Must: else the comparison is invalid; note: said, accepted.
+enum class Rule { must, note };
+constexpr Names<2> names_of(Rule) { return {"must", "note"}; }
+
+/// What must be the same on both sides.
 struct SamenessPolicy {
-  std::string cases = "must";
-  std::string new_cases = "must";
-  std::string data = "must";
-  std::string configuration = "must";
-  std::string definitions = "must";
-  std::string machine = "must";
+  Rule cases = Rule::must;
+  Rule new_cases = Rule::must;
+  Rule data = Rule::must;
+  Rule configuration = Rule::must;
+  Rule definitions = Rule::must;
+  Rule machine = Rule::must;
   template <typename V>
   void visit(V& v) {
     v("cases", cases, "", "cases, benchmarks and errors of BASE are in NEW");
@@ -87,7 +98,6 @@ struct SamenessPolicy {
     v("definitions", definitions, "", "schema, metrics and presets");
     v("machine", machine, "", "CPU and cores; only where times are judged");
   }
-  void check() const;
 };
 
 struct Policy {

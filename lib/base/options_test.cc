@@ -22,16 +22,19 @@ struct InnerOptions {
   void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
 };
 
+enum class Kernel { huber, tukey, none };
+constexpr Names<3> names_of(Kernel) { return {"huber", "tukey", "none"}; }
+
 struct OuterOptions {
   bool robust = true;
   uint64_t seed = 7;
-  std::string kernel = "huber";
+  Kernel kernel = Kernel::huber;
   InnerOptions ransac;
   template <typename V>
   void visit(V& v) {
     v("robust", robust, "", "use a kernel");
     v("seed", seed, "", "base seed");
-    v("kernel", kernel, "", "which");
+    v("kernel", kernel, "", "of residuals");
     v("ransac", ransac, "", "robust start");
   }
 };
@@ -53,7 +56,7 @@ TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
   EXPECT_EQ(options.ransac.max_iterations, 10);
   EXPECT_EQ(options.ransac.threshold_px, 0.4);
   EXPECT_EQ(options.seed, 7U);
-  EXPECT_EQ(options.kernel, "huber");
+  EXPECT_EQ(options.kernel, Kernel::huber);
 }
 
 TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
@@ -113,13 +116,22 @@ TEST(ReadOptions, AcceptsAnIntegerForADouble) {
   EXPECT_EQ(options.ransac.threshold_px, 2.0);
 }
 
+TEST(ReadOptions, EnumerationsAreReadByName) {
+  OuterOptions options;
+  read_options(Json{{"kernel", "tukey"}}, options);
+  EXPECT_EQ(options.kernel, Kernel::tukey);
+  EXPECT_EQ(write_options(options)["kernel"], "tukey");
+  EXPECT_EQ(error_of({{"kernel", "hubr"}}, "solver"),
+            "option solver.kernel = hubr: did you mean 'huber'? known: huber, tukey, none");
+}
+
 TEST(ReadOptions, RunsTheStructsOwnCheck) {
   EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
 }
 
 TEST(WriteOptions, RoundTripsThroughText) {
   OuterOptions options;
-  options.kernel = "none";
+  options.kernel = Kernel::none;
   options.seed = std::numeric_limits<uint64_t>::max();
   options.ransac.threshold_px = 0.1 + 0.2;
   OuterOptions read;
@@ -171,6 +183,8 @@ TEST(DescribeOptions, ListsEveryLeafWithItsPathDefaultAndUnit) {
   ASSERT_EQ(lines.size(), 5U);
   EXPECT_EQ(lines[0].key, "robust");
   EXPECT_EQ(lines[0].default_value, "true");
+  EXPECT_EQ(lines[2].default_value, "\"huber\"");
+  EXPECT_EQ(lines[2].meaning, "of residuals: huber, tukey or none");
   EXPECT_EQ(lines[4].key, "ransac.threshold_px");
   EXPECT_EQ(lines[4].default_value, "0.4");
   EXPECT_EQ(lines[4].unit, "px");

@@ -1,6 +1,6 @@
 #pragma once
 
-// Depth of a stereo camera whose disparity has the accuracy delta_d (paper sec. V; METHOD section 5):
+// Depth of a stereo camera whose disparity has the accuracy delta_d (paper sec. V; docs/noise.md):
 //
 //   z' = z + sigma(z) n,   sigma(z) = z^2 / (f b) delta_d,   n ~ N(0, 1)
 //

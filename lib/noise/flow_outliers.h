@@ -11,15 +11,18 @@
 
 namespace sextant {
 
+enum class OutlierShape { disc, box };
+constexpr Names<2> names_of(OutlierShape) { return {"disc", "box"}; }
+
 struct FlowOutlierOptions {
   double share = 0;
   double radius_px = 50;
-  std::string shape = "disc";
+  OutlierShape shape = OutlierShape::disc;
   template <typename V>
   void visit(V& v) {
     v("share", share, "0..1", "probability that the flow of a pixel is wrong");
     v("radius_px", radius_px, "px", "largest offset: radius of the disc, half the side of the box");
-    v("shape", shape, "", "disc or box");
+    v("shape", shape, "", "of the area that offsets are spread over");
   }
   void check() const;
 };

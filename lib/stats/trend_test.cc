@@ -98,7 +98,6 @@ TEST(PageTrend, TiesAndFallingValues) {
   EXPECT_EQ(page_trend_test({{1, 1, 1}, {2, 2, 2}}).p, 1);
   EXPECT_GT(page_trend_test({{3, 2, 1}, {3, 2, 1}, {3, 2, 1}, {3, 2, 1}}).p, 0.99);
   // One block (1, 1, 2) has ranks 1.5 1.5 3; over its 3 orders L = 13.5, 12, 10.5: variance 1.5.
-  // variance 1.5.
   EXPECT_NEAR(page_trend_test({{1, 1, 2}}).z, 1.5 / std::sqrt(1.5), 1e-12);
   EXPECT_THROW(page_trend_test({}), Error);
   EXPECT_THROW(page_trend_test({{1}}), Error);

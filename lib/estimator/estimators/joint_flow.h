@@ -17,7 +17,7 @@ struct JointFlowOptions {
   double sigma_flow_px = 0.8;
   double huber_projection = 1.345;
   double huber_flow = 1.345;
-  std::string robust = "huber";
+  Robust robust = Robust::huber;
   SolverOptions solver;
 
   template <typename V>
@@ -27,7 +27,7 @@ struct JointFlowOptions {
     v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
@@ -36,7 +36,7 @@ struct JointFlowOptions {
   HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
   /// Kernels that redescend share the residual by variance, as none at all does.
   double threshold(double huber) const {
-    return robust == "huber" ? huber : std::numeric_limits<double>::infinity();
+    return robust == Robust::huber ? huber : std::numeric_limits<double>::infinity();
   }
   HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
 };
@@ -45,7 +45,7 @@ class JointFlow : public Estimator {
  public:
   explicit JointFlow(const JointFlowOptions& options) : options_(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
-  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
+  bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
   Json options() const override { return write_options(options_); }
 
  private:

@@ -21,11 +21,11 @@ struct JointFlowDepthOptions {
   double sigma_flow_u_px = 0;
   double sigma_flow_v_px = 0;
   double delta_d_px = 0;
-  std::string depth_noise = "depth";
+  DepthErrors depth_noise = DepthErrors::depth;
   bool use_depth_curr = true;
   double plane_radius_px = 6;
   double projection_share = 0.04;
-  std::string robust = "geman_mcclure_gnc";
+  Robust robust = Robust::geman_mcclure_gnc;
   double huber = 1.345;
   double scale = 0;
   double gate = 0.9999;
@@ -37,15 +37,13 @@ struct JointFlowDepthOptions {
       "standard deviation of the flow along u; 0 = declared by the problem, else estimated");
     v("sigma_flow_v_px", sigma_flow_v_px, "px", "the same along v");
     v("delta_d_px", delta_d_px, "px", "standard deviation of the disparity behind the depths; 0 likewise");
-    v("depth_noise", depth_noise, "", "what is Gaussian: depth or disparity");
+    v("depth_noise", depth_noise, "", "what is Gaussian");
     v("use_depth_curr", use_depth_curr, "", "use the depth measured in the current frame as well");
     v("plane_radius_px", plane_radius_px, "px",
-      "the current depth counts where the points within this distance agree with a plane, "
-      "whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + "
-      "flow");
+      "the current depth counts where the points within this distance agree with a plane, whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + flow");
     v("projection_share", projection_share, "fraction of the variance",
       "of the flow that its reprojection term has; decides the refined flow only, not the motion");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("huber", huber, "sigmas", "threshold of robust = huber");
     v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
     v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");

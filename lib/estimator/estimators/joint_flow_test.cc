@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "sextant/estimator/reference/ceres_reference.h"
-#include "sextant/estimator/solvers/testing.h"
+#include "sextant/estimator/reference/testing.h"
 
 namespace sextant {
 namespace {
 
-using testing::flow_difference;
 using testing::make_random_problem;
 using testing::pose_difference;
 using testing::RandomProblem;
@@ -25,17 +24,7 @@ struct Case {
 class JointFlowAgainstCeres : public ::testing::TestWithParam<Case> {};
 
 TEST_P(JointFlowAgainstCeres, SamePoseAndFlows) {
-  const Case& c = GetParam();
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const RandomProblem random = make_random_problem(seed, c.problem);
-    const MotionEstimate ours = JointFlow(c.options).estimate(random.problem, random.start);
-    const MotionEstimate reference = JointFlowCeres(c.options).estimate(random.problem, random.start);
-    ASSERT_EQ(ours.status, Status::ok) << seed;
-    ASSERT_EQ(reference.status, Status::ok) << seed;
-    EXPECT_LT(pose_difference(ours.T_curr_prev, reference.T_curr_prev), 1e-8) << seed;
-    EXPECT_LT(flow_difference(ours, reference), 1e-6) << seed;
-    EXPECT_NEAR(ours.cost, reference.cost, 1e-9 * (1 + reference.cost)) << seed;
-  }
+  testing::expect_same_optimum<JointFlow, JointFlowCeres>(GetParam().problem, GetParam().options, 8, 1e-9);
 }
 
 TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {
@@ -127,8 +116,8 @@ TEST(ReprojectionSolver, GradientAndHessianAgainstFiniteDifferences) {
     const NormalEquations plus = accumulate(data, SE3::exp(xi) * random.start.T_curr_prev, kernel);
     const NormalEquations minus = accumulate(data, SE3::exp(-xi) * random.start.T_curr_prev, kernel);
     EXPECT_NEAR((plus.cost - minus.cost) / (2 * h), at.gradient[k], 1e-6 * at.gradient.norm()) << k;
-    // The Gauss-Newton Hessian leaves out the curvature of the projection: a few percent with these
-    // residuals.
+    // The Gauss-Newton Hessian leaves out the curvature of the projection:
+    // a few percent with these residuals.
     const Vector6d column = (plus.gradient - minus.gradient) / (2 * h);
     EXPECT_LT((column - at.hessian.col(k)).norm(), 0.1 * at.hessian.col(k).norm()) << k;
   }
@@ -168,8 +157,8 @@ TEST(MotionOnly, CovarianceMatchesCeres) {
   const RandomProblem random = make_random_problem(8, {.n_points = 400});
   const MotionEstimate ours = MotionOnly({}).estimate(random.problem, random.start);
   const MotionEstimate reference = MotionOnlyCeres({}).estimate(random.problem, random.start);
-  // Ceres weighs outer points by IRLS, ours by the exact Hessian: equal up to the few points beyond the
-  // threshold.
+  // Ceres weighs outer points by IRLS, ours by the exact Hessian:
+  // equal up to the few points beyond the threshold.
   EXPECT_LT((ours.covariance - reference.covariance).norm(), 0.1 * reference.covariance.norm());
 }
 

@@ -12,14 +12,14 @@ namespace sextant {
 struct MotionOnlyOptions {
   double sigma_px = 1.0;
   double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
-  std::string robust = "huber";
+  Robust robust = Robust::huber;
   SolverOptions solver;
 
   template <typename V>
   void visit(V& v) {
     v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
     v("huber", huber, "sigmas", "Huber threshold");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
@@ -29,7 +29,7 @@ class MotionOnly : public Estimator {
  public:
   explicit MotionOnly(const MotionOnlyOptions& options) : options_(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
-  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
+  bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
   Json options() const override { return write_options(options_); }
 
  private:
@@ -40,6 +40,6 @@ class MotionOnly : public Estimator {
 /// robust = none: no threshold; geman_mcclure_gnc: graduation.h on all points, scale estimated from their
 /// residuals, inliers = points within three times that scale.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
-                                    const std::string& robust, const SolverOptions& options);
+                                    Robust robust, const SolverOptions& options);
 
 }  // namespace sextant

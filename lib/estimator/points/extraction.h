@@ -1,6 +1,7 @@
 #pragma once
 
-// From images to points: static features and object samples of one frame pair. METHOD section 4.
+// From images to points: static features and object samples of one frame pair (docs/method.md, "One frame
+// pair").
 //
 // Features: FAST corners of the previous image off the instances, the best `features_per_cell` of every
 // cell, so that they cover the image. Object samples: every n-th pixel in x and y of the previous frame's
@@ -40,8 +41,8 @@ struct ExtractionOptions {
 std::vector<Feature> strongest_per_cell(const std::vector<Feature>& corners, int width, int height,
                                         const ExtractionOptions& options);
 
-/// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is
-/// one.
+/// The pair's measurements. `prev` needs gray, depth, flow, mask;
+/// `curr` needs mask, and depth if there is one.
 FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoCamera& camera, double dt_s,
                              const ExtractionOptions& options);
 

@@ -14,12 +14,12 @@ struct PointResidual {
   double u, v, flow_u, flow_v;
   double weight_projection_u, weight_projection_v, weight_flow_u, weight_flow_v;
   PointDepths depths;
-  DepthNoise noise;
+  DepthErrors noise;
 
   template <typename T>
   T depth_residual(const T& inverse_depth, double measured, double weight) const {
     const T r = (inverse_depth - measured) * weight;
-    if (noise == DepthNoise::disparity) return r;
+    if (noise == DepthErrors::disparity) return r;
     return r * sqrt((2.0 * inverse_depth + measured) / (3.0 * measured));
   }
 

@@ -56,12 +56,11 @@ ProjectionResidual make_projection(const Problem& problem, size_t i, double sigm
           sigma_px};
 }
 
-double huber_threshold(const std::string& robust, double huber) {
-  if (robust == "geman_mcclure_gnc")
+double huber_threshold(Robust robust, double huber) {
+  if (robust == Robust::geman_mcclure_gnc)
     fail(
-        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber "
-        "and none");
-  return robust == "huber" ? huber : 1e100;
+        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber and none");
+  return robust == Robust::huber ? huber : 1e100;
 }
 
 }  // namespace

@@ -40,8 +40,8 @@ struct SolverResult {
   bool converged = false;
 };
 
-/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative; changes below it count as
-/// none.
+/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative;
+/// changes below it count as none.
 template <typename Accumulate>
 SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options,
                              double rounding = 1e-12) {
