@@ -3,8 +3,8 @@
 // Point measurements between two frames, as structure of arrays; all arrays have the same length.
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
-//   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none.
-//   METHOD section 2.
+//   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none
+//   (docs/conventions.md, "Camera and measurements").
 
 #include <cmath>
 #include <cstddef>
