@@ -19,8 +19,6 @@ void DepthNoiseOptions::check() const {
   check_option(baseline_m >= 0 && std::isfinite(baseline_m), "depth.baseline_m", baseline_m, ">= 0");
 }
 
-DepthNoise::DepthNoise(const DepthNoiseOptions& options) : options_(options) { options_.check(); }
-
 std::string DepthNoise::name() const {
   if (!changes_depth()) return "";
   std::string text = fmt::format("depth {} px", options_.delta_d_px);

@@ -6,6 +6,7 @@
 //
 // f = fx of the camera (px), b = baseline. z' <= 0 is invalid: never clamped.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -24,18 +25,14 @@ struct DepthNoiseOptions {
   void check() const;
 };
 
-class DepthNoise : public NoiseModel {
+class DepthNoise : public WithOptions<NoiseModel, DepthNoiseOptions> {
  public:
-  explicit DepthNoise(const DepthNoiseOptions& options);
-  Json options() const override { return write_options(options_); }
+  using WithOptions::WithOptions;
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.delta_d_px > 0; }
-
- private:
-  DepthNoiseOptions options_;
 };
 
 }  // namespace sextant

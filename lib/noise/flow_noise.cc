@@ -51,8 +51,7 @@ void FlowNoiseOptions::check() const {
   }
 }
 
-FlowNoise::FlowNoise(const FlowNoiseOptions& options) : options_(options) {
-  options_.check();
+FlowNoise::FlowNoise(const FlowNoiseOptions& options) : WithOptions(options) {
   of_background_ = of_objects_ = sigma_of(options_.level);
   for (const auto& [key, level] : options_.bodies) {
     if (key == "background") of_background_ = sigma_of(level);

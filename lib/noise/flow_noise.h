@@ -16,6 +16,7 @@
 
 #include <map>
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -52,10 +53,9 @@ struct FlowNoiseOptions {
   void check() const;
 };
 
-class FlowNoise : public NoiseModel {
+class FlowNoise : public WithOptions<NoiseModel, FlowNoiseOptions> {
  public:
   explicit FlowNoise(const FlowNoiseOptions& options);
-  Json options() const override { return write_options(options_); }
   std::string name() const override;
   void corrupt_flow(const NoiseContext& context, const PixelBatch& pixels,
                     const FlowBatch& flow) const override;
@@ -66,7 +66,6 @@ class FlowNoise : public NoiseModel {
  private:
   FlowSigma sigma_of(const FlowLevel& level) const;
 
-  FlowNoiseOptions options_;
   std::map<int, FlowSigma> by_body_;  ///< "background" and "object:ID"
   FlowSigma of_objects_;              ///< all others with an id
   FlowSigma of_background_;

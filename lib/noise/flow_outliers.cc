@@ -11,8 +11,6 @@ void FlowOutlierOptions::check() const {
   check_option(radius_px > 0 && std::isfinite(radius_px), "outliers.radius_px", radius_px, "> 0");
 }
 
-FlowOutliers::FlowOutliers(const FlowOutlierOptions& options) : options_(options) { options_.check(); }
-
 std::string FlowOutliers::name() const {
   if (!changes_flow()) return "";
   return fmt::format("outliers {:.6g} % in {} {} px", options_.share * 100, to_string(options_.shape),

@@ -7,6 +7,7 @@
 // Each pixel is drawn by itself, also with correlation shared_per_frame, which concerns normals. An offset
 // may be small by chance: a share of (t / radius)^2 of a disc's outliers lies within t px.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -27,18 +28,14 @@ struct FlowOutlierOptions {
   void check() const;
 };
 
-class FlowOutliers : public NoiseModel {
+class FlowOutliers : public WithOptions<NoiseModel, FlowOutlierOptions> {
  public:
-  explicit FlowOutliers(const FlowOutlierOptions& options);
-  Json options() const override { return write_options(options_); }
+  using WithOptions::WithOptions;
   std::string name() const override;
   void corrupt_flow(const NoiseContext& context, const PixelBatch& pixels,
                     const FlowBatch& flow) const override;
   double outlier_share() const override { return options_.share; }
   bool changes_flow() const override { return options_.share > 0; }
-
- private:
-  FlowOutlierOptions options_;
 };
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 // form (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
 // point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/motion_only.h"
 
 namespace sextant {
@@ -41,15 +42,11 @@ struct JointFlowOptions {
   HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
 };
 
-class JointFlow : public Estimator {
+class JointFlow : public WithOptions<Estimator, JointFlowOptions> {
  public:
-  explicit JointFlow(const JointFlowOptions& options) : options_(options) {}
+  using WithOptions::WithOptions;
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  JointFlowOptions options_;
 };
 
 }  // namespace sextant

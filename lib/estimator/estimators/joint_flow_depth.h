@@ -11,6 +11,7 @@
 //
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/flow_depth_solver.h"
@@ -65,15 +66,11 @@ struct FlowDepthProblem {
 FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                         const JointFlowDepthOptions& options, FlowDepthData& data);
 
-class JointFlowDepth : public Estimator {
+class JointFlowDepth : public WithOptions<Estimator, JointFlowDepthOptions> {
  public:
-  explicit JointFlowDepth(const JointFlowDepthOptions& options) : options_(options) {}
+  using WithOptions::WithOptions;
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return true; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  JointFlowDepthOptions options_;
 };
 
 }  // namespace sextant

@@ -3,6 +3,7 @@
 // motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
 // covariance Sigma_1 = sigma^2 I. The flow is not refined.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
@@ -25,15 +26,11 @@ struct MotionOnlyOptions {
   void check() const;
 };
 
-class MotionOnly : public Estimator {
+class MotionOnly : public WithOptions<Estimator, MotionOnlyOptions> {
  public:
-  explicit MotionOnly(const MotionOnlyOptions& options) : options_(options) {}
+  using WithOptions::WithOptions;
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  MotionOnlyOptions options_;
 };
 
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
