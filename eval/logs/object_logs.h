@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"

@@ -27,7 +27,7 @@ struct DepthNoiseOptions {
 
 class DepthNoise : public WithOptions<NoiseModel, DepthNoiseOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit DepthNoise(const DepthNoiseOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;

@@ -30,7 +30,7 @@ struct FlowOutlierOptions {
 
 class FlowOutliers : public WithOptions<NoiseModel, FlowOutlierOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit FlowOutliers(const FlowOutlierOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_flow(const NoiseContext& context, const PixelBatch& pixels,
                     const FlowBatch& flow) const override;

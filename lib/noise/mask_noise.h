@@ -29,7 +29,7 @@ struct MaskNoiseOptions {
 
 class MaskNoise : public WithOptions<NoiseModel, MaskNoiseOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit MaskNoise(const MaskNoiseOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_mask(Image<uint16_t>& mask) const override;
   bool changes_masks() const override { return options_.erode_px > 0 || options_.dilate_px > 0; }

@@ -24,7 +24,7 @@ struct QuantisationOptions {
 
 class Quantisation : public WithOptions<NoiseModel, QuantisationOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit Quantisation(const QuantisationOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;

@@ -44,7 +44,7 @@ struct JointFlowOptions {
 
 class JointFlow : public WithOptions<Estimator, JointFlowOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit JointFlow(const JointFlowOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
 };

@@ -68,7 +68,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
 
 class JointFlowDepth : public WithOptions<Estimator, JointFlowDepthOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit JointFlowDepth(const JointFlowDepthOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return true; }
 };

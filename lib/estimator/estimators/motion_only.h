@@ -28,7 +28,7 @@ struct MotionOnlyOptions {
 
 class MotionOnly : public WithOptions<Estimator, MotionOnlyOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit MotionOnly(const MotionOnlyOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
 };

@@ -14,7 +14,7 @@ namespace sextant {
 
 class JointFlowDepthCeres : public WithOptions<Estimator, JointFlowDepthOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit JointFlowDepthCeres(const JointFlowDepthOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
 };
 

@@ -10,13 +10,13 @@ namespace sextant {
 
 class MotionOnlyCeres : public WithOptions<Estimator, MotionOnlyOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit MotionOnlyCeres(const MotionOnlyOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
 };
 
 class JointFlowCeres : public WithOptions<Estimator, JointFlowOptions> {
  public:
-  using WithOptions::WithOptions;
+  explicit JointFlowCeres(const JointFlowOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
 };
 
