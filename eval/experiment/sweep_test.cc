@@ -373,7 +373,7 @@ TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
   sweep_config.plan = parse_plan(text, "plan.json", "");
   ASSERT_EQ(sweep_config.plan.estimators.size(), 2U);
   EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.min_object_points, 40);
-  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.refine_on, "all");
+  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.refine_on, RefineOn::all);
   EXPECT_EQ(sweep_config.plan.estimators[0].pipeline.refine_on, PipelineOptions{}.refine_on);
   const Json written = sweep_config.plan.json();
   EXPECT_FALSE(written["estimators"][0].contains("extraction"));
@@ -398,8 +398,8 @@ TEST_F(SweepTest, AProcedureFillsInWhatThePlanDoesNotSay) {
   const Plan as_published = plan("");
   ASSERT_EQ(as_published.estimators.size(), 2U);
   EXPECT_EQ(as_published.estimators[0].label, "motion_only, release");
-  EXPECT_EQ(as_published.estimators[0].pipeline.refine_on, "inliers");
-  EXPECT_EQ(as_published.estimators[1].pipeline.refine_objects_on, "inliers");
+  EXPECT_EQ(as_published.estimators[0].pipeline.refine_on, RefineOn::inliers);
+  EXPECT_EQ(as_published.estimators[1].pipeline.refine_objects_on, RefineObjectsOn::inliers);
   EXPECT_EQ(as_published.pipeline.start.inlier_threshold_px, 0.3);
   EXPECT_EQ(as_published.levels.front().level, 0.15);
   const Plan wider = plan(R"(,"options":{"pipeline":{"start":{"inlier_threshold_px":2}}})");

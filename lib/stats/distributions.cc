@@ -1,7 +1,5 @@
 #include "sextant/stats/distributions.h"
 
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -10,11 +8,60 @@
 namespace sextant {
 namespace {
 
-void check_probability(double p) {
-  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
+/// The x with cdf(x) = p in [low, high], for an increasing cdf. Bisection down to the last bits.
+template <typename Cdf>
+double invert(Cdf cdf, double p, double low, double high) {
+  for (int i = 0; i < 200; ++i) {
+    const double middle = low + (high - low) / 2;
+    if (middle <= low || middle >= high) break;
+    (cdf(middle) < p ? low : high) = middle;
+  }
+  return low + (high - low) / 2;
 }
 
-/// Finite series of Abramowitz and Stegun 26.7.3-4.
+/// x^a e^-x / Gamma(a).
+double gamma_factor(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
+
+/// P(a, x) by its power series; converges fast for x < a + 1.
+double gamma_series(double a, double x) {
+  double term = 1 / a;
+  double sum = term;
+  for (double n = a + 1; term > sum * 1e-17; ++n) {
+    term *= x / n;
+    sum += term;
+  }
+  return sum * gamma_factor(a, x);
+}
+
+/// Q(a, x) = 1 - P(a, x) by Lentz's continued fraction; for x >= a + 1.
+double gamma_fraction(double a, double x) {
+  constexpr double tiny = 1e-300;
+  double b = x + 1 - a;
+  double c = 1 / tiny;
+  double d = 1 / b;
+  double h = d;
+  for (int i = 1; i < 100000; ++i) {
+    const double an = -i * (i - a);
+    b += 2;
+    d = an * d + b;
+    if (std::abs(d) < tiny) d = tiny;
+    c = b + an / c;
+    if (std::abs(c) < tiny) c = tiny;
+    d = 1 / d;
+    h *= d * c;
+    if (std::abs(d * c - 1) < 1e-16) break;
+  }
+  return h * gamma_factor(a, x);
+}
+
+/// P(q <= x) of chi-square: regularised lower incomplete gamma function; relative error below 1e-10.
+double chi_square_cdf(double x, double dof) {
+  if (x <= 0) return 0;
+  const double a = dof / 2;
+  return x / 2 < a + 1 ? gamma_series(a, x / 2) : 1 - gamma_fraction(a, x / 2);
+}
+
+/// P(T <= x) of Student's t: finite series, Abramowitz and Stegun 26.7.3-4.
 double student_t_cdf(double x, int dof) {
   const bool odd = dof % 2 == 1;
   const double angle = std::atan(x / std::sqrt(dof));
@@ -31,19 +78,18 @@ double student_t_cdf(double x, int dof) {
   return 0.5 + within / 2;
 }
 
+void check_probability(double p) {
+  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
+}
+
 }  // namespace
 
 double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
 double normal_quantile(double p) {
   check_probability(p);
-  return boost::math::quantile(boost::math::normal(), p);
-}
-
-double chi_square_quantile(double p, double dof) {
-  check_probability(p);
-  if (!(dof > 0) || !std::isfinite(dof)) fail("chi-square: degrees of freedom {}: must be > 0", dof);
-  return boost::math::quantile(boost::math::chi_squared(dof), p);
+  if (p > 0.5) return -normal_quantile(1 - p);  // the lower tail keeps its digits
+  return invert(normal_cdf, p, -40, 1e-9);
 }
 
 double student_t_quantile(double p, int dof) {
@@ -52,13 +98,15 @@ double student_t_quantile(double p, int dof) {
   if (p > 0.5) return -student_t_quantile(1 - p, dof);
   double low = -1;
   while (student_t_cdf(low, dof) > p && low > -1e12) low *= 2;
-  double high = 1e-9;
-  for (int i = 0; i < 200; ++i) {  // bisection, down to the last bits
-    const double middle = low + (high - low) / 2;
-    if (middle <= low || middle >= high) break;
-    (student_t_cdf(middle, dof) < p ? low : high) = middle;
-  }
-  return low + (high - low) / 2;
+  return invert([dof](double x) { return student_t_cdf(x, dof); }, p, low, 1e-9);
+}
+
+double chi_square_quantile(double p, double dof) {
+  check_probability(p);
+  if (!(dof > 0) || !std::isfinite(dof)) fail("chi-square: degrees of freedom {}: must be > 0", dof);
+  double high = dof + 1;
+  while (chi_square_cdf(high, dof) < p) high *= 2;
+  return invert([dof](double x) { return chi_square_cdf(x, dof); }, p, 0, high);
 }
 
 }  // namespace sextant

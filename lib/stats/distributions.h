@@ -1,8 +1,9 @@
 #pragma once
 
 // Distribution functions that the tests and intervals need. Arguments outside the stated ranges throw Error.
-// Boost.Math has the inverses of the normal's and of chi-square; of Student's t it takes longer than ours
-// at few degrees of freedom (bench/statistics_bench.cc).
+// Boost.Math has all of them and is faster but for Student's t at few degrees of freedom
+// (bench/statistics_bench.cc). Its numbers are others by some 1e-16 to 1e-13, and so would be the last digits of
+// every interval that a table holds; an interval asks for five of them.
 
 namespace sextant {
 
