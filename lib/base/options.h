@@ -7,7 +7,7 @@
 //   struct RansacOptions {
 //     int max_iterations = 500;
 //     double inlier_threshold_px = 0.4;
-//     template <typename V> void visit(V& v) {
+//     void visit(auto& v) {
 //       v("max_iterations", max_iterations, "count", "upper limit of samples drawn");
 //       v("inlier_threshold_px", inlier_threshold_px, "px", "largest reprojection error of an inlier");
 //     }

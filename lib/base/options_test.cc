@@ -14,8 +14,7 @@ using ::testing::HasSubstr;
 struct InnerOptions {
   int max_iterations = 500;
   double threshold_px = 0.4;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("max_iterations", max_iterations, "count", "upper limit");
     v("threshold_px", threshold_px, "px", "largest error of an inlier");
   }
@@ -30,8 +29,7 @@ struct OuterOptions {
   uint64_t seed = 7;
   Kernel kernel = Kernel::huber;
   InnerOptions ransac;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("robust", robust, "", "use a kernel");
     v("seed", seed, "", "base seed");
     v("kernel", kernel, "", "of residuals");
@@ -142,10 +140,7 @@ TEST(WriteOptions, RoundTripsThroughText) {
 
 struct MapOptions {
   std::map<std::string, InnerOptions> stages;
-  template <typename V>
-  void visit(V& v) {
-    v("stages", stages, "", "by name");
-  }
+  void visit(auto& v) { v("stages", stages, "", "by name"); }
 };
 
 TEST(OptionMaps, ReadWriteAndDescribeEveryEntryStrictly) {

@@ -35,8 +35,7 @@ struct PipelineOptions {
   int min_object_points = 30;
   bool estimate_static_objects = false;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("start", start, "", "RANSAC against the propagated motion");
     v("refine_on", refine_on, "",
       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of RANSAC, every one, or those within the noise that the residuals show");

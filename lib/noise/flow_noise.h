@@ -26,8 +26,7 @@ struct FlowLevel {
   double epe_px = 0;
   double epe_x_px = 0;
   double epe_y_px = 0;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("epe_px", epe_px, "px", "2-D end-point error, both axes alike");
     v("epe_x_px", epe_x_px, "px", "end-point error of the x axis");
     v("epe_y_px", epe_y_px, "px", "end-point error of the y axis");
@@ -43,8 +42,7 @@ struct FlowNoiseOptions {
   EpeReading reading = EpeReading::epe_is_sigma;
   double scale = 1;
   std::map<std::string, FlowLevel> bodies;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     level.visit(v);
     v("reading", reading, "", "of the end-point error; the paper's is the first");
     v("scale", scale, "1", "factor on every level, for sweeps");

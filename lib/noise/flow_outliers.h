@@ -19,8 +19,7 @@ struct FlowOutlierOptions {
   double share = 0;
   double radius_px = 50;
   OutlierShape shape = OutlierShape::disc;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("share", share, "0..1", "probability that the flow of a pixel is wrong");
     v("radius_px", radius_px, "px", "largest offset: radius of the disc, half the side of the box");
     v("shape", shape, "", "of the area that offsets are spread over");

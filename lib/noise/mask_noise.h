@@ -18,8 +18,7 @@ struct MaskNoiseOptions {
   int erode_px = 0;
   int dilate_px = 0;
   int neighbours = 4;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("erode_px", erode_px, "px", "steps of erosion");
     v("dilate_px", dilate_px, "px", "steps of dilation, after erosion");
     v("neighbours", neighbours, "4 or 8", "of a pixel");

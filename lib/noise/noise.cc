@@ -124,8 +124,6 @@ MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
   return noise;
 }
 
-std::string noise_name(const Json& options) { return Noise(options).name(); }
-
 std::vector<OptionHelp> describe_noise_options() {
   std::vector<OptionHelp> lines;
   for (const NoiseModelEntry& entry : noise_models()) {

@@ -294,8 +294,7 @@ TEST(Noise, DeclaresWhatIsNotGaussian) {
 }
 
 TEST(Noise, HasACanonicalNameAndOptions) {
-  EXPECT_EQ(noise_name(
-                Json::parse(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})")),
+  EXPECT_EQ(noise(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})").name(),
             "depth 0.2 px + flow 0.3/0.2 px");
   EXPECT_EQ(
       noise(everything).name(),

@@ -14,8 +14,7 @@ namespace sextant {
 struct QuantisationOptions {
   double step_px = 0;
   double baseline_m = 0;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("step_px", step_px, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)");
     v("baseline_m", baseline_m, "m", "of the assumed stereo camera; 0 = the source's own bf");
   }

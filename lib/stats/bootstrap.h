@@ -33,8 +33,7 @@ struct BootstrapOptions {
   double confidence = 0.95;
   BootstrapMethod method = BootstrapMethod::bca;
   uint64_t seed = 1;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("replicates", replicates, "count", "resamples");
     v("confidence", confidence, "0..1", "share of intervals that hold the true value");
     v("method", method, "", "of the interval");

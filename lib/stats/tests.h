@@ -53,10 +53,8 @@ MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const dou
 std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::span<const double> y,
                                                 double confidence = 0.95);
 
-/// Adjusted p-values in the order given: reject where <= alpha.
-/// Holm (1979) bounds the probability of any false rejection; Benjamini and Hochberg (1995) the expected
-/// share of false ones among the rejected. Throw Error for p outside 0..1.
+/// p-values adjusted after Holm (1979), in the order given: rejecting where <= alpha bounds the probability of
+/// any false rejection. Throws Error for p outside 0..1.
 std::vector<double> holm(std::span<const double> p);
-std::vector<double> benjamini_hochberg(std::span<const double> p);
 
 }  // namespace sextant

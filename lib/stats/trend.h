@@ -46,10 +46,6 @@ struct TrendTest {
 /// be independent within. Throws Error unless all blocks have the same k >= 2 values.
 TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
 
-/// Jonckheere (1954), Terpstra (1952): independent groups in order of level. J = sum over pairs of groups of
-/// #{x < y} + #{x = y} / 2; normal approximation, variance with ties. Throws Error for fewer than 2 groups.
-TrendTest jonckheere_test(const std::vector<std::vector<double>>& groups);
-
 /// Smallest mean of n paired differences of standard deviation `sigma` that a two-sided test at `alpha` finds
 /// with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n).
 /// Normal: somewhat optimistic below n = 20.

@@ -21,8 +21,7 @@ struct JointFlowOptions {
   Robust robust = Robust::huber;
   SolverOptions solver;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_projection_px", sigma_projection_px, "px",
       "Sigma_1: reprojection error of the refined flow, per axis");
     v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");

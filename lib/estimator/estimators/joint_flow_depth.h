@@ -32,8 +32,7 @@ struct JointFlowDepthOptions {
   double gate = 0.9999;
   SolverOptions solver{.step_tolerance = 1e-9};
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_flow_u_px", sigma_flow_u_px, "px",
       "standard deviation of the flow along u; 0 = declared by the problem, else estimated");
     v("sigma_flow_v_px", sigma_flow_v_px, "px", "the same along v");

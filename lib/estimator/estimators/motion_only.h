@@ -16,8 +16,7 @@ struct MotionOnlyOptions {
   Robust robust = Robust::huber;
   SolverOptions solver;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
     v("huber", huber, "sigmas", "Huber threshold");
     v("robust", robust, "", "kernel");

@@ -24,8 +24,7 @@ struct ExtractionOptions {
   double max_static_depth_m = 40.0;
   int object_step_px = 3;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("fast_threshold", fast_threshold, "gray levels", "FAST-9 contrast of a corner");
     v("cell_px", cell_px, "px", "side of the cells over which features are spread");
     v("features_per_cell", features_per_cell, "count", "strongest corners kept per cell");

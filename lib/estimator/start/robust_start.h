@@ -19,8 +19,7 @@ struct RobustStartOptions {
   int min_iterations = 20;
   int local_refinements = 2;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("inlier_threshold_px", inlier_threshold_px, "px",
       "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which points are refined on");
     v("confidence", confidence, "probability", "of one all-inlier sample; sets the number of samples");
