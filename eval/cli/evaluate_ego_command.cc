@@ -30,8 +30,8 @@ struct EgoFlags : CommonFlags {
 
 EgoOptions options_of(const EgoFlags& flags) {
   EgoOptions options = flags.options;
-  options.alignment = parse_name<Alignment>(flags.alignment, "alignment");
-  options.relation = parse_name<PoseRelation>(flags.relation, "relation");
+  options.alignment = from_name<Alignment>(flags.alignment, "alignment");
+  options.relation = from_name<PoseRelation>(flags.relation, "relation");
   options.association.start_s = flags.start_s;
   options.association.end_s = flags.end_s;
   if (!flags.up.empty()) options.up = parse_direction(flags.up);

@@ -53,7 +53,7 @@ void write_tum(ObjectLog& log, int run_of_system, const ObjectFlags& flags) {
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const EstimateArgument& argument, const ObjectFlags& flags) {
   std::vector<ObjectLog> logs =
-      read_object_logs(argument.path, {flags.format, parse_name<LogStage>(flags.stage, "stage")});
+      read_object_logs(argument.path, {flags.format, from_name<LogStage>(flags.stage, "stage")});
   for (ObjectLog& log : logs) {
     if (argument.system.empty()) continue;
     log.estimator = logs.size() == 1 ? argument.system : argument.system + "_" + log.estimator;

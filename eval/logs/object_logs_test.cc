@@ -142,7 +142,7 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
       error_of([&] { read_object_logs(folder.path(), {"vdo"}); }),
       HasSubstr("obj_mot_stereo_new.txt (initial) and obj_mot_stereo_rf_new.txt (refined): choose one"));
   const auto read = [&](const char* stage) {
-    return read_object_logs(folder.path(), {"vdo", parse_name<LogStage>(stage, "stage")}).front();
+    return read_object_logs(folder.path(), {"vdo", from_name<LogStage>(stage, "stage")}).front();
   };
   EXPECT_NEAR(object_records(read("initial"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_NEAR(object_records(read("refined"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0, 1e-9);

@@ -122,7 +122,7 @@ Record record_from_json(const Json& json, const std::string& where) {
   r.body = line.text("body");
   check_body(r.body, where);
   try {
-    r.status = parse_name<Status>(line.text("status"), "status");
+    r.status = from_name<Status>(line.text("status"), "status");
   } catch (const Error& error) {
     fail("{}: {}", where, error.what());
   }

@@ -93,7 +93,7 @@ class Scanner {
 
 void scan_status(Scanner& line, Record& r) {
   try {
-    r.status = parse_name<Status>(line.text(), "status");
+    r.status = from_name<Status>(line.text(), "status");
   } catch (const Error&) {
     line.fail_with(0);
     return;

@@ -62,14 +62,14 @@ TEST(Names, EveryNameRoundTrips) {
   for (const Status status :
        {Status::ok, Status::no_truth, Status::not_detected, Status::lost, Status::diverged,
         Status::too_few_points, Status::gated, Status::collinear, Status::at_infinity, Status::no_parallax}) {
-    EXPECT_EQ(parse_name<Status>(to_string(status), "status"), status);
+    EXPECT_EQ(from_name<Status>(to_string(status), "status"), status);
   }
   EXPECT_EQ(to_string(Status::no_parallax), "no_parallax");
   EXPECT_EQ(to_string(Gate::is_static), "static");
 }
 
 TEST(Names, AnUnknownOneListsTheNearestAndAll) {
-  EXPECT_EQ(error_of([] { parse_name<Gate>("distence", "gate"); }),
+  EXPECT_EQ(error_of([] { from_name<Gate>("distence", "gate"); }),
             "unknown gate 'distence': did you mean 'distance'? known: none, distance, area, static");
   EXPECT_EQ(find_name<Gate>("Area"), std::nullopt);
 }

@@ -46,7 +46,7 @@ std::string suggest_name(std::string_view word) {
 
 /// Throws Error "unknown KIND 'NAME': did you mean ..." where no value has that name.
 template <Named E>
-E parse_name(std::string_view name, std::string_view kind) {
+E from_name(std::string_view name, std::string_view kind) {
   const std::optional<E> value = find_name<E>(name);
   if (!value) fail("unknown {} '{}': {}", kind, name, suggest_name<E>(name));
   return *value;

@@ -13,7 +13,7 @@ constexpr const char* correlation_key = "correlation";
 Correlation read_correlation(const Json& value) {
   if (!value.is_string())
     fail("option noise.{}: expected a text, got {}", correlation_key, json_excerpt(value));
-  return parse_name<Correlation>(value.get<std::string>(), "noise correlation");
+  return from_name<Correlation>(value.get<std::string>(), "noise correlation");
 }
 
 void refuse_unknown_keys(const Json& options) {
