@@ -19,23 +19,23 @@ namespace {
 
 using namespace sextant;
 
-constexpr int kWidth = 1242;
-constexpr int kHeight = 375;
+constexpr int image_width = 1242;
+constexpr int image_height = 375;
 
 Image<uint16_t> synthetic_disparity() {
   std::mt19937 rng(1);
-  Image<uint16_t> image(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<uint16_t>(40 * y + x / 8 + rng() % 32);
+  Image<uint16_t> image(image_width, image_height);
+  for (int y = 0; y < image_height; ++y) {
+    for (int x = 0; x < image_width; ++x) image(x, y) = static_cast<uint16_t>(40 * y + x / 8 + rng() % 32);
   }
   return image;
 }
 
 Image<Rgb> synthetic_colour() {
   std::mt19937 rng(2);
-  Image<Rgb> image(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  Image<Rgb> image(image_width, image_height);
+  for (int y = 0; y < image_height; ++y) {
+    for (int x = 0; x < image_width; ++x) {
       const double wave = 110 + 90 * std::sin(0.02 * x) * std::cos(0.03 * y);
       const auto noisy = [&](double level) {
         return static_cast<uint8_t>(level + static_cast<double>(rng() % 16));
@@ -49,9 +49,9 @@ Image<Rgb> synthetic_colour() {
 Image<Flow> synthetic_flow() {
   std::mt19937 rng(3);
   const auto noise = [&] { return 0.01f * static_cast<float>(rng() % 100); };
-  Image<Flow> flow(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  Image<Flow> flow(image_width, image_height);
+  for (int y = 0; y < image_height; ++y) {
+    for (int x = 0; x < image_width; ++x) {
       flow(x, y) = {0.02f * static_cast<float>(x - 600) + noise(), 0.03f * static_cast<float>(y) + noise()};
     }
   }
@@ -59,7 +59,7 @@ Image<Flow> synthetic_flow() {
 }
 
 Image<uint16_t> synthetic_mask() {
-  Image<uint16_t> mask(kWidth, kHeight);
+  Image<uint16_t> mask(image_width, image_height);
   for (int y = 200; y < 300; ++y) {
     for (int x = 400; x < 600; ++x) mask(x, y) = x < 500 ? 3 : 12;
   }

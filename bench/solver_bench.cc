@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <ctime>
 
+#include "sextant/base/quantile.h"
 #include "sextant/estimator/estimators/joint_flow_depth.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
@@ -63,18 +64,13 @@ void against_ceres(benchmark::State& state, const char* name, const Json& option
       decide_ms.push_back(thread_ms() - start);
     }
   }
-  const auto median = [](std::vector<double>& ms) {
-    if (ms.empty()) return 0.0;
-    std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
-    return ms[ms.size() / 2];
-  };
-  const double ours_ms = median(fast_ms);
-  const double ceres_ms = median(slow_ms);
+  const double ours_ms = middle_of(fast_ms);
+  const double ceres_ms = middle_of(slow_ms);
   state.counters["ours_ms"] = ours_ms;
   state.counters["ceres_ms"] = ceres_ms;
   state.counters["ratio"] = ceres_ms / ours_ms;
   if (decides) {
-    const double both_ms = median(decide_ms);
+    const double both_ms = middle_of(decide_ms);
     state.counters["decide_ms"] = both_ms;
     state.counters["ratio_solve"] = (ceres_ms - both_ms) / (ours_ms - both_ms);
   }

@@ -196,7 +196,7 @@ class Writer {
     const int k = number(frame.index);
     if (!frame.rgb.empty()) write_png("image_02", k, encode_png(frame.rgb));
     if (!frame.rgb_right.empty()) write_png("image_03", k, encode_png(frame.rgb_right));
-    if (!frame.depth_m.empty()) write_png("depth_02", k, encode_png(metres256_from_depth(frame.depth_m)));
+    if (!frame.depth_m.empty()) write_png("depth_02", k, encode_png(depth256_from_depth(frame.depth_m)));
     if (!frame.flow.empty()) write_png("flow_02", k, encode_png(kitti_from_flow(frame.flow)));
     if (frame.mask.empty()) return {};
     write_png("instances", k, encode_png(mots_from_mask(frame.mask, class_of_)));

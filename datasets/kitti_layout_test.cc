@@ -279,10 +279,10 @@ TEST(KittiOxtsTrack, CorrectedStepsLoseTheJitter) {
   TempFolder temp;
   const PatternSequence written(300, 0, false);
   write(written, temp.path(), {{"oxts_jitter_ms", 10.0}});
-  const auto rms_m = [&](const char* velocity) {
+  const auto rms_m = [&](KittiVelocity velocity) {
     InputLog inputs;
     const KittiTruth read = read_kitti_truth(temp.path(), "0007", {.velocity = velocity}, inputs);
-    EXPECT_EQ(read.truth.camera_step_floor_m.has_value(), velocity == std::string("raw"));
+    EXPECT_EQ(read.truth.camera_step_floor_m.has_value(), velocity == KittiVelocity::raw);
     double sum = 0;
     for (int k = 0; k + 1 < 300; ++k) {
       const auto length_m = [k](const Trajectory& t) { return t.motion(k, k + 1)->translation().norm(); };
@@ -290,9 +290,9 @@ TEST(KittiOxtsTrack, CorrectedStepsLoseTheJitter) {
     }
     return std::sqrt(sum / 299);
   };
-  EXPECT_NEAR(rms_m("raw"), std::sqrt(2) * 0.010 * 10, 0.02);
-  EXPECT_LT(rms_m("velocity_corrected"), 0.01);
-  EXPECT_LT(rms_m("velocity_vector"), 0.01);
+  EXPECT_NEAR(rms_m(KittiVelocity::raw), std::sqrt(2) * 0.010 * 10, 0.02);
+  EXPECT_LT(rms_m(KittiVelocity::velocity_corrected), 0.01);
+  EXPECT_LT(rms_m(KittiVelocity::velocity_vector), 0.01);
 }
 
 TEST(KittiOxtsTrack, ADrawBelongsToItsFrame) {

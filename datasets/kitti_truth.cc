@@ -172,11 +172,11 @@ class Reader {
   }
 
  private:
-  bool rectified() const { return options_.ground_truth == "rectified"; }
+  bool rectified() const { return options_.ground_truth == KittiPoses::rectified; }
 
   void choose_camera(const fs::path& path) {
     out_.camera.left = calibration_.camera(2);
-    const bool grey = options_.bf_preset == "grey";
+    const bool grey = options_.bf_preset == KittiPair::grey;
     out_.camera.bf = options_.bf > 0 ? options_.bf : grey ? calibration_.grey_bf() : calibration_.colour_bf();
     if (!(out_.camera.bf > 0)) {
       fail(
@@ -185,8 +185,9 @@ class Reader {
           path.string(), out_.camera.bf, grey ? "P0(0,3) - P1(0,3)" : "P2(0,3) - P3(0,3)");
     }
     out_.camera.check();
-    out_.provenance.push_back(fmt::format("camera: P2, bf = {:.7g} ({})", out_.camera.bf,
-                                          options_.bf > 0 ? "given" : options_.bf_preset + " pair"));
+    out_.provenance.push_back(
+        fmt::format("camera: P2, bf = {:.7g} ({})", out_.camera.bf,
+                    options_.bf > 0 ? "given" : fmt::format("{} pair", to_string(options_.bf_preset))));
   }
 
   void read_poses() {
@@ -199,13 +200,13 @@ class Reader {
     out_.n_poses = static_cast<int>(samples.size());
     std::vector<SE3> imu = imu_poses(samples);
     const std::optional<StepFloor> floor = kitti_step_floor(samples);
-    const bool corrected = options_.velocity != "raw";
-    const bool direction = options_.velocity == "velocity_vector";
+    const bool corrected = options_.velocity != KittiVelocity::raw;
+    const bool direction = options_.velocity == KittiVelocity::velocity_vector;
     if (direction) check_velocities(samples, path);
     if (corrected && floor) correct_steps(samples, floor->mean_s, direction, imu);
     out_.truth.camera = camera_poses(imu, camera_from_imu(calibration_, rectified()));
-    out_.provenance.push_back(
-        fmt::format("camera truth: oxts, {}, {}", options_.ground_truth, options_.velocity));
+    out_.provenance.push_back(fmt::format("camera truth: oxts, {}, {}", to_string(options_.ground_truth),
+                                          to_string(options_.velocity)));
     if (!floor) {
       out_.provenance.emplace_back("camera truth floor: unknown, no step is faster than 1 m/s");
       return;
@@ -262,11 +263,6 @@ class Reader {
 }  // namespace
 
 void KittiTruthOptions::check() const {
-  check_option(ground_truth == "rectified" || ground_truth == "authors", "ground_truth", ground_truth,
-               "rectified or authors");
-  check_option(velocity == "raw" || velocity == "velocity_corrected" || velocity == "velocity_vector",
-               "velocity", velocity, "raw, velocity_corrected or velocity_vector");
-  check_option(bf_preset == "colour" || bf_preset == "grey", "bf_preset", bf_preset, "colour or grey");
   check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
 }
 

@@ -38,10 +38,17 @@
 
 namespace sextant {
 
+enum class KittiPoses { rectified, authors };
+constexpr Names<2> names_of(KittiPoses) { return {"rectified", "authors"}; }
+enum class KittiVelocity { raw, velocity_corrected, velocity_vector };
+constexpr Names<3> names_of(KittiVelocity) { return {"raw", "velocity_corrected", "velocity_vector"}; }
+enum class KittiPair { colour, grey };
+constexpr Names<2> names_of(KittiPair) { return {"colour", "grey"}; }
+
 struct KittiTruthOptions {
-  std::string ground_truth = "rectified";
-  std::string velocity = "raw";
-  std::string bf_preset = "colour";
+  KittiPoses ground_truth = KittiPoses::rectified;
+  KittiVelocity velocity = KittiVelocity::raw;
+  KittiPair bf_preset = KittiPair::colour;
   double bf = 0;
 
   template <typename V>

@@ -63,23 +63,24 @@ class KittiMadeTruth : public testing::Test {
 };
 
 TEST_F(KittiMadeTruth, PosesAreThoseOfTheCamera) {
-  const auto expect = [&](const char* convention, const SE3& T_camera_imu) {
+  const auto expect = [&](KittiPoses convention, const SE3& T_camera_imu) {
     const KittiTruth truth = read({.ground_truth = convention});
     ASSERT_EQ(truth.n_poses, 6);
     for (int k = 0; k < 6; ++k) {
       const SE3 expected = T_camera_imu * imu_[0].inverse() * imu_[k] * T_camera_imu.inverse();
-      EXPECT_THAT(truth.truth.camera.pose(k).value(), SE3Near(expected, 1e-8)) << convention << ' ' << k;
+      EXPECT_THAT(truth.truth.camera.pose(k).value(), SE3Near(expected, 1e-8))
+          << to_string(convention) << ' ' << k;
     }
   };
-  expect("authors", velo_to_cam_ * imu_to_velo_);
-  expect("rectified", offset_ * rectify_ * velo_to_cam_ * imu_to_velo_);
+  expect(KittiPoses::authors, velo_to_cam_ * imu_to_velo_);
+  expect(KittiPoses::rectified, offset_ * rectify_ * velo_to_cam_ * imu_to_velo_);
 }
 
 TEST_F(KittiMadeTruth, ObjectsAreInTheCameraOfTheImages) {
   const SE3 labelled(
       Eigen::Quaterniond(Eigen::AngleAxisd(0.3 + std::numbers::pi / 2, Eigen::Vector3d::UnitY())),
       {1, 1.5, 10});
-  const KittiTruth authors = read({.ground_truth = "authors"});
+  const KittiTruth authors = read({.ground_truth = KittiPoses::authors});
   const KittiTruth rectified = read();
   EXPECT_THAT(authors.truth.find(2, 7)->T_camera_object, SE3Near(labelled, 1e-12));
   EXPECT_THAT(rectified.truth.find(2, 7)->T_camera_object, SE3Near(offset_ * labelled, 1e-12));
@@ -90,14 +91,14 @@ TEST_F(KittiMadeTruth, ObjectsAreInTheCameraOfTheImages) {
 
 TEST_F(KittiMadeTruth, BaselineByPresetOrNumber) {
   EXPECT_NEAR(read().camera.bf, 350, 1e-12);
-  EXPECT_NEAR(read({.bf_preset = "grey"}).camera.bf, 390, 1e-12);
+  EXPECT_NEAR(read({.bf_preset = KittiPair::grey}).camera.bf, 390, 1e-12);
   EXPECT_EQ(read({.bf = 123}).camera.bf, 123);
   EXPECT_EQ(read().camera.left.fy, 710);
 }
 
 TEST_F(KittiMadeTruth, VelocitiesThatDisagree) {
-  EXPECT_NO_THROW(read({.velocity = "velocity_corrected"}));
-  expect_error([&] { read({.velocity = "velocity_vector"}); },
+  EXPECT_NO_THROW(read({.velocity = KittiVelocity::velocity_corrected}));
+  expect_error([&] { read({.velocity = KittiVelocity::velocity_vector}); },
                "0001.txt:1: vn, ve are 0 m/s and vf, vl 11 m/s");
 }
 
@@ -139,7 +140,7 @@ double largest_difference(const std::map<int, SE3>& a, const std::map<int, SE3>&
 
 TEST_F(KittiRealTruth, AuthorsAreTheDemosPosesAndRectifiedDiffers) {
   const std::map<int, SE3> demo = demo_poses();
-  const KittiTruth authors = read("0003", {.ground_truth = "authors"});
+  const KittiTruth authors = read("0003", {.ground_truth = KittiPoses::authors});
   const KittiTruth rectified = read("0003");
   EXPECT_EQ(demo.size(), 144u);
   EXPECT_EQ(authors.n_poses, 144);
@@ -159,7 +160,7 @@ TEST_F(KittiRealTruth, AuthorsAreTheDemosPosesAndRectifiedDiffers) {
 TEST_F(KittiRealTruth, ObjectsAreTheDemosObjects) {
   const fs::path path = data_ / "kitti_03_demo" / "object_pose.txt";
   const ObjectTruths demo = decode_vdo_objects(read_file(path), path.string());
-  const KittiTruth authors = read("0003", {.ground_truth = "authors"});
+  const KittiTruth authors = read("0003", {.ground_truth = KittiPoses::authors});
   const KittiTruth rectified = read("0003");
   int n = 0;
   for (const auto& [frame, objects] : demo) {
@@ -195,7 +196,7 @@ TEST_F(KittiRealTruth, CorrectedStepsHaveTheLengthOfTheSpeed) {
   const StepFloor floor = kitti_step_floor(samples).value();
   EXPECT_NEAR(floor.mean_s, 0.1035, 0.0005);
   const KittiTruth raw = read("0003");
-  const KittiTruth corrected = read("0003", {.velocity = "velocity_corrected"});
+  const KittiTruth corrected = read("0003", {.velocity = KittiVelocity::velocity_corrected});
   EXPECT_FALSE(corrected.truth.camera_step_floor_m.has_value());
   double raw_squares = 0, corrected_squares = 0;
   for (int k = 0; k + 1 < raw.n_poses; ++k) {
@@ -217,8 +218,8 @@ TEST_F(KittiRealTruth, VelocityVectorsGiveTheDirectionToo) {
   const std::vector<KittiOxts> samples = decode_kitti_oxts(read_file(path), path.string());
   const StepFloor floor = kitti_step_floor(samples).value();
   EXPECT_NEAR(floor.across_m, 0.0197, 0.0002);
-  const KittiTruth corrected = read("0003", {.velocity = "velocity_corrected"});
-  const KittiTruth vectors = read("0003", {.velocity = "velocity_vector"});
+  const KittiTruth corrected = read("0003", {.velocity = KittiVelocity::velocity_corrected});
+  const KittiTruth vectors = read("0003", {.velocity = KittiVelocity::velocity_vector});
   double squares = 0;
   for (int k = 0; k + 1 < corrected.n_poses; ++k) {
     const SE3 a = *corrected.truth.camera.motion(k, k + 1), b = *vectors.truth.camera.motion(k, k + 1);
@@ -241,7 +242,7 @@ TEST_F(KittiRealTruth, BothCalibrationDialectsAgree) {
   EXPECT_NEAR(a.colour_bf(), 384.3815, 1e-3);
   EXPECT_NEAR(a.grey_bf(), 387.5744, 1e-3);
   EXPECT_EQ(read("0005").camera.bf, a.colour_bf());
-  EXPECT_EQ(read("0005", {.bf_preset = "grey"}).camera.bf, a.grey_bf());
+  EXPECT_EQ(read("0005", {.bf_preset = KittiPair::grey}).camera.bf, a.grey_bf());
   EXPECT_EQ(read("0005", {.bf = 400}).camera.bf, 400);
 }
 

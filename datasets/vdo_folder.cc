@@ -151,7 +151,7 @@ class VdoFolder final : public Sequence {
           "bf = 387.5744",
           dir_.string()));
     }
-    if (options.bf_preset == "colour") {
+    if (options.bf_preset == VdoPair::colour) {
       need_demo_size("option bf_preset = colour is that of KITTI 0003: give the option bf instead");
       found.camera.bf = kColourBf;
     }
@@ -320,7 +320,6 @@ void VdoFolderOptions::check() const {
   not_negative("cx", cx);
   not_negative("cy", cy);
   not_negative("bf", bf);
-  check_option(bf_preset == "authors" || bf_preset == "colour", "bf_preset", bf_preset, "authors or colour");
 }
 
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {

@@ -24,6 +24,9 @@
 
 namespace sextant {
 
+enum class VdoPair { authors, colour };
+constexpr Names<2> names_of(VdoPair) { return {"authors", "colour"}; }
+
 struct VdoFolderOptions {
   double rate_hz = 0;
   double fx = 0;
@@ -31,7 +34,7 @@ struct VdoFolderOptions {
   double cx = 0;
   double cy = 0;
   double bf = 0;
-  std::string bf_preset = "authors";
+  VdoPair bf_preset = VdoPair::authors;
   std::string flow = "auto";
   std::string depth = "auto";
   std::string masks = "auto";

@@ -123,7 +123,7 @@ std::unique_ptr<DepthSource> make_disparity256_source(const std::string& path, c
 
 std::unique_ptr<DepthSource> make_depth256_source(const std::string& path, const ChannelInputs& inputs) {
   return folder<float>({"depth", "depth256", ".png"}, path, inputs, [](const auto& bytes, const auto& name) {
-    return depth_from_metres256(decode_png16(bytes, name));
+    return depth_from_depth256(decode_png16(bytes, name));
   });
 }
 

@@ -30,7 +30,7 @@ Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf
   });
 }
 
-Image<float> depth_from_metres256(const Image<uint16_t>& depth) {
+Image<float> depth_from_depth256(const Image<uint16_t>& depth) {
   return map_pixels<float>(depth, [](uint16_t n) { return n == 0 ? kNan : static_cast<float>(n) / 256.0f; });
 }
 
@@ -64,7 +64,7 @@ Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf) 
   });
 }
 
-Image<uint16_t> metres256_from_depth(const Image<float>& depth_m) {
+Image<uint16_t> depth256_from_depth(const Image<float>& depth_m) {
   return map_pixels<uint16_t>(depth_m, [](float z) -> uint16_t {
     const double n = 256.0 * z;
     return rounds_into(n, 1, 65535) ? rounded(n) : 0;

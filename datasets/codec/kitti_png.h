@@ -16,14 +16,14 @@ namespace sextant {
 
 /// `bf` = focal length times baseline, px m.
 Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf);
-Image<float> depth_from_metres256(const Image<uint16_t>& depth);
+Image<float> depth_from_depth256(const Image<uint16_t>& depth);
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm);
 Image<Flow> flow_from_kitti(const Image<Rgb16>& image);
 Image<Flow> flow_from_vkitti(const Image<Rgb16>& image);
 
 /// The inverses, rounded to nearest; what cannot be represented becomes invalid.
 Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf);
-Image<uint16_t> metres256_from_depth(const Image<float>& depth_m);
+Image<uint16_t> depth256_from_depth(const Image<float>& depth_m);
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m);
 Image<Rgb16> kitti_from_flow(const Image<Flow>& flow);
 Image<Rgb16> vkitti_from_flow(const Image<Flow>& flow);

@@ -20,8 +20,8 @@ TEST(KittiPng, DisparityGivesDepthAndBack) {
 TEST(KittiPng, DepthBenchmarkHasSteps256) {
   Image<uint16_t> n(2, 1);
   n(1, 0) = 3200;
-  EXPECT_TRUE(std::isnan(depth_from_metres256(n)(0, 0)));
-  EXPECT_EQ(depth_from_metres256(n)(1, 0), 12.5f);
+  EXPECT_TRUE(std::isnan(depth_from_depth256(n)(0, 0)));
+  EXPECT_EQ(depth_from_depth256(n)(1, 0), 12.5f);
 }
 
 TEST(KittiPng, CentimetresGiveDepthAndBack) {

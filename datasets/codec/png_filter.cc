@@ -4,8 +4,9 @@
 #include <cstring>
 
 #include "sextant/base/error.h"
+#include "sextant/base/simd.h"
 
-#if defined(__SSE2__)
+#if SEXTANT_X86
 #include <emmintrin.h>
 #endif
 
@@ -24,7 +25,7 @@ void add_row(uint8_t* row, const uint8_t* prior, size_t n) {
   for (size_t i = 0; i < n; ++i) row[i] = static_cast<uint8_t>(row[i] + prior[i]);
 }
 
-#if defined(__SSE2__)
+#if SEXTANT_X86
 // One pixel per step, its bytes in the lanes of a register: no branches, which no predictor gets right on
 // images, and the left pixel never leaves the register. Loads take 8 bytes, of which BPP count: narrower ones
 // are put together in memory and stall.

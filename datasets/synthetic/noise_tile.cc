@@ -76,7 +76,7 @@ SEXTANT_INLINED void place(Places& p, int which, int i, float x, float y, int32_
   p.b[which][i] = at_y - static_cast<float>(iy);
 }
 
-SEXTANT_WIDE void find(const float* __restrict x, const float* __restrict y, const float* __restrict width,
+SEXTANT_SIMD void find(const float* __restrict x, const float* __restrict y, const float* __restrict width,
                        int n, Places& p) {
   for (int i = 0; i < n; ++i) {
     // The logarithm to base 2, linear between powers of two: enough to choose a level smoothly.
@@ -98,7 +98,7 @@ SEXTANT_INLINED float blend(uint32_t word, float a, float b) {
   return wide::mix(upper, lower, b);
 }
 
-SEXTANT_WIDE void blend_all(const Places& p, const float* __restrict weight, int n, float* __restrict sum) {
+SEXTANT_SIMD void blend_all(const Places& p, const float* __restrict weight, int n, float* __restrict sum) {
   for (int i = 0; i < n; ++i) {
     const float fine = blend(p.word[0][i], p.a[0][i], p.b[0][i]);
     const float coarse = blend(p.word[1][i], p.a[1][i], p.b[1][i]);

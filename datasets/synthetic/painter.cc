@@ -18,7 +18,7 @@ constexpr std::array<std::array<double, 2>, kSamples> kPlaces = {
     {{0.066, -0.374}, {0.291, 0.244}, {-0.357, 0.130}}};
 
 /// Display curve: a little contrast, highlights roll off. Red is the lowest byte.
-SEXTANT_WIDE void tone(const Colours& c, int n, uint32_t* __restrict packed) {
+SEXTANT_SIMD void tone(const Colours& c, int n, uint32_t* __restrict packed) {
   const auto byte = [](float value) {
     const float x = wide::max(value, 0.0F);
     return static_cast<uint32_t>(
@@ -33,7 +33,7 @@ Rgb unpacked(uint32_t packed) {
 }
 
 /// Marks pixels of a row whose surface or light is not that of all around; not the first and the last.
-SEXTANT_WIDE void mark_row(const std::array<const uint32_t*, 3>& seen,
+SEXTANT_SIMD void mark_row(const std::array<const uint32_t*, 3>& seen,
                            const std::array<const uint8_t*, 3>& sun, int width, uint8_t* __restrict marked) {
   const uint32_t* up = seen[0];
   const uint32_t* own = seen[1];

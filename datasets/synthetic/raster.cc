@@ -70,7 +70,7 @@ SEXTANT_INLINED void each_row(const Surfaces::Scan& scan, int width, int height,
 }
 
 /// The nearer of what is there and the triangle.
-SEXTANT_WIDE void fill(const Surfaces::Scan& scan, int width, int height, float* nearest,
+SEXTANT_SIMD void fill(const Surfaces::Scan& scan, int width, int height, float* nearest,
                        uint32_t* surfaces) {
   const std::array<double, 3> inverse = scan.inverse_depth;
   const auto step = static_cast<float>(inverse[0]);
@@ -89,7 +89,7 @@ SEXTANT_WIDE void fill(const Surfaces::Scan& scan, int width, int height, float*
 }
 
 /// The same at some columns of the rows only.
-SEXTANT_WIDE void fill_at(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
+SEXTANT_SIMD void fill_at(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
                           const Spots& spots, float* nearest, uint32_t* surfaces) {
   const std::array<double, 3> inverse = scan.inverse_depth;
   const auto step = static_cast<float>(inverse[0]);

@@ -58,7 +58,7 @@ struct Rays {
 };
 
 /// Surfaces::depth_m for a row of rays.
-SEXTANT_WIDE void row_depths(const Surfaces::Plane& plane, const double* __restrict ray_x, double ray_y,
+SEXTANT_SIMD void row_depths(const Surfaces::Plane& plane, const double* __restrict ray_x, double ray_y,
                              int n, float* __restrict depth_m) {
   const double nx = plane.normal.x(), nz = plane.normal.z(), y = plane.normal.y() * ray_y;
   const double distance = plane.distance, nearest_m = plane.nearest_m, farthest_m = plane.farthest_m;
@@ -83,7 +83,7 @@ struct Motion {
   double fx, fy, cx, cy;
 };
 
-SEXTANT_WIDE void move_row(const Motion& motion, const double* __restrict ray_x, double ray_y,
+SEXTANT_SIMD void move_row(const Motion& motion, const double* __restrict ray_x, double ray_y,
                            const float* __restrict depth_m, int n, double* __restrict x, double* __restrict y,
                            double* __restrict z_m) {
   const Motion m = motion;
@@ -146,7 +146,7 @@ class Reprojection {
 };
 
 /// Flow of a row, none where the targets are behind or not there.
-SEXTANT_WIDE void row_flow(const double* __restrict x, const double* __restrict y,
+SEXTANT_SIMD void row_flow(const double* __restrict x, const double* __restrict y,
                            const double* __restrict z_m, int row, int n, Flow* __restrict flow) {
   for (int i = 0; i < n; ++i) {
     const bool ahead = z_m[i] >= kNearestFlow_m;

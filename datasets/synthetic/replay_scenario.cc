@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/synthetic/street_along.h"
 
 namespace sextant::synthetic {
@@ -88,9 +89,7 @@ double camera_height_m(const Scenario& scenario) {
     }
   }
   if (heights_m.size() < 5) return kCameraHeight_m;
-  const auto middle = heights_m.begin() + static_cast<ptrdiff_t>(heights_m.size() / 2);
-  std::ranges::nth_element(heights_m, middle);
-  return std::clamp(*middle, 1.0, 3.0);
+  return std::clamp(middle_of(heights_m), 1.0, 3.0);
 }
 
 /// The middle and the corners of the bottom face.

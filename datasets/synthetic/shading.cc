@@ -13,7 +13,7 @@ using Eigen::Vector3f;
 
 SEXTANT_INLINED float at(const Shader::Linear& f, float x, float y) { return f.c + (f.x * x + f.y * y); }
 
-SEXTANT_WIDE void project(const Shader::Facet& facet, const Shader::Rays& rays, const float* __restrict x,
+SEXTANT_SIMD void project(const Shader::Facet& facet, const Shader::Rays& rays, const float* __restrict x,
                           const float* __restrict y, const float* __restrict sun, int first, int n,
                           Footprints& f, Shader::Light& light) {
   const Shader::Facet s = facet;
@@ -46,7 +46,7 @@ SEXTANT_WIDE void project(const Shader::Facet& facet, const Shader::Rays& rays, 
   }
 }
 
-SEXTANT_WIDE void directions(const Shader::Rays& rays, const float* __restrict x, const float* __restrict y,
+SEXTANT_SIMD void directions(const Shader::Rays& rays, const float* __restrict x, const float* __restrict y,
                              int first, int n, Footprints& f) {
   const Shader::Rays r = rays;
   for (int k = 0; k < n; ++k) {
@@ -57,7 +57,7 @@ SEXTANT_WIDE void directions(const Shader::Rays& rays, const float* __restrict x
 }
 
 /// Light on the surface, a mirror image of the sky (glass, paint; stronger at grazing angles), and haze.
-SEXTANT_WIDE void illuminate(const Shader::Light& light, float mirroring, int n, Colours& c) {
+SEXTANT_SIMD void illuminate(const Shader::Light& light, float mirroring, int n, Colours& c) {
   for (int i = 0; i < n; ++i) {
     const float grazing = (1 - light.facing[i]) * (1 - light.facing[i]);
     const float up = wide::clamp(0.5F - 1.5F * light.mirror_y[i], 0.0F, 1.0F);

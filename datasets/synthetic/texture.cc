@@ -50,7 +50,7 @@ struct NoiseSamples {
   Lane x, y, width, weight;
 };
 
-SEXTANT_WIDE void fine_samples(const Footprints& f, int n, int which, float shift_u, float shift_v,
+SEXTANT_SIMD void fine_samples(const Footprints& f, int n, int which, float shift_u, float shift_v,
                                NoiseSamples& s) {
   constexpr float kPer_m = 1.0F / 0.012F;
   for (int i = 0; i < n; ++i) {
@@ -63,7 +63,7 @@ SEXTANT_WIDE void fine_samples(const Footprints& f, int n, int which, float shif
   }
 }
 
-SEXTANT_WIDE void coarse_samples(const Footprints& f, int n, float shift_u, float shift_v, NoiseSamples& s) {
+SEXTANT_SIMD void coarse_samples(const Footprints& f, int n, float shift_u, float shift_v, NoiseSamples& s) {
   constexpr float kPer_m = 1.0F / 0.26F;
   for (int i = 0; i < n; ++i) {
     // Turned, so that the tiles' edges do not line up.
@@ -90,7 +90,7 @@ void grain(const Footprints& f, int n, uint32_t seed, Lane& noise) {
   tile.add_means(s.x.at, s.y.at, s.width.at, s.weight.at, n, noise.at);
 }
 
-SEXTANT_WIDE void tint(const Eigen::Vector3f& colour, const Lane& shade, int n, Colours& c) {
+SEXTANT_SIMD void tint(const Eigen::Vector3f& colour, const Lane& shade, int n, Colours& c) {
   const float red = colour.x(), green = colour.y(), blue = colour.z();
   for (int i = 0; i < n; ++i) {
     c.red[i] = red * shade[i];
@@ -100,12 +100,12 @@ SEXTANT_WIDE void tint(const Eigen::Vector3f& colour, const Lane& shade, int n, 
 }
 
 /// The colour, lighter and darker by noise.
-SEXTANT_WIDE void plain(float mean, float contrast, float darkest, int n, Lane& noise_to_shade) {
+SEXTANT_SIMD void plain(float mean, float contrast, float darkest, int n, Lane& noise_to_shade) {
   for (int i = 0; i < n; ++i) noise_to_shade[i] = max(darkest, mean + contrast * noise_to_shade[i]);
 }
 
 /// Smooth noise in [-1, 1) with one random value per cell of 1.7 m: where it crosses zero there are cracks.
-SEXTANT_WIDE void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
+SEXTANT_SIMD void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
   constexpr float kPer_m = 1.0F / 1.7F;
   for (int i = 0; i < n; ++i) {
     const float x = f.u[i] * kPer_m, y = f.v[i] * kPer_m;
@@ -124,7 +124,7 @@ SEXTANT_WIDE void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise
 }
 
 /// White paint of the road: a dashed middle line and solid lines at its sides.
-SEXTANT_WIDE void road_lines(const Footprints& f, float side, int n, Lane& white) {
+SEXTANT_SIMD void road_lines(const Footprints& f, float side, int n, Lane& white) {
   for (int i = 0; i < n; ++i) {
     const float u = f.u[i], width = f.width_u[i];
     white[i] = cover(u, width, -0.07F, 0.07F) * cover_periodic(f.v[i], f.width_v[i], 6.0F, 0.0F, 3.0F) +
@@ -132,12 +132,12 @@ SEXTANT_WIDE void road_lines(const Footprints& f, float side, int n, Lane& white
   }
 }
 
-SEXTANT_WIDE void crossing_bars(const Footprints& f, int n, Lane& white) {
+SEXTANT_SIMD void crossing_bars(const Footprints& f, int n, Lane& white) {
   for (int i = 0; i < n; ++i) white[i] = cover_periodic(f.u[i], f.width_u[i], 1.0F, 0.25F, 0.75F);
 }
 
 /// White paint over the road's surface; it wears off in places.
-SEXTANT_WIDE void put_white(const Lane& white, const Lane& noise, int n, Colours& c) {
+SEXTANT_SIMD void put_white(const Lane& white, const Lane& noise, int n, Colours& c) {
   for (int i = 0; i < n; ++i) {
     const float share = clamp(white[i] * (0.8F + 0.15F * noise[i]), 0.0F, 1.0F);
     c.red[i] = mix(c.red[i], 0.85F, share);
@@ -147,7 +147,7 @@ SEXTANT_WIDE void put_white(const Lane& white, const Lane& noise, int n, Colours
 }
 
 /// Slabs, lighter and darker ones, and the joints between them.
-SEXTANT_WIDE void paving(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
+SEXTANT_SIMD void paving(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
   for (int i = 0; i < n; ++i) {
     const float joint = max(cover_periodic(f.u[i], f.width_u[i], 0.6F, 0.0F, 0.025F),
                             cover_periodic(f.v[i], f.width_v[i], 0.6F, 0.0F, 0.025F));
@@ -159,7 +159,7 @@ SEXTANT_WIDE void paving(const Footprints& f, uint32_t seed, int n, Lane& noise_
 }
 
 /// Courses of stone.
-SEXTANT_WIDE void masonry(const Footprints& f, const Lane& noise, int n, Lane& shade) {
+SEXTANT_SIMD void masonry(const Footprints& f, const Lane& noise, int n, Lane& shade) {
   for (int i = 0; i < n; ++i) {
     const float joint = max(cover_periodic(f.v[i], f.width_v[i], 0.31F, 0.0F, 0.03F),
                             0.6F * cover_periodic(f.u[i], f.width_u[i], 0.9F, 0.0F, 0.03F));
@@ -172,7 +172,7 @@ struct Windows {
   Lane sill, frame, pane, red, green, blue;
 };
 
-SEXTANT_WIDE void window_shares(const Footprints& f, int n, Windows& w) {
+SEXTANT_SIMD void window_shares(const Footprints& f, int n, Windows& w) {
   constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
   for (int i = 0; i < n; ++i) {
     const float u = f.u[i], v = f.v[i], width_u = f.width_u[i], width_v = f.width_v[i];
@@ -187,7 +187,7 @@ SEXTANT_WIDE void window_shares(const Footprints& f, int n, Windows& w) {
 }
 
 /// Every window has its own darkness and curtain.
-SEXTANT_WIDE void window_light(const Footprints& f, const Lane& noise, uint32_t seed, int n, Windows& w) {
+SEXTANT_SIMD void window_light(const Footprints& f, const Lane& noise, uint32_t seed, int n, Windows& w) {
   constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
   for (int i = 0; i < n; ++i) {
     const int32_t bay = floor_int(f.u[i] * (1 / kBay_m)), storey = floor_int(f.v[i] * (1 / kStorey_m));
@@ -203,7 +203,7 @@ SEXTANT_WIDE void window_light(const Footprints& f, const Lane& noise, uint32_t 
   }
 }
 
-SEXTANT_WIDE void put_windows(const Footprints& f, const Windows& w, const Lane& shade,
+SEXTANT_SIMD void put_windows(const Footprints& f, const Windows& w, const Lane& shade,
                               const Eigen::Vector3f& colour, int n, Colours& c) {
   const float red = colour.x(), green = colour.y(), blue = colour.z();
   for (int i = 0; i < n; ++i) {
@@ -227,7 +227,7 @@ void facade(const Look& look, const Footprints& f, int n, const Lane& noise, Col
   put_windows(f, w, shade, look.colour, n, c);
 }
 
-SEXTANT_WIDE void seams(const Footprints& f, int n, Lane& noise_to_shade) {
+SEXTANT_SIMD void seams(const Footprints& f, int n, Lane& noise_to_shade) {
   for (int i = 0; i < n; ++i) {
     const float seam = cover_periodic(f.u[i] + 0.35F, f.width_u[i], 1.05F, 0.0F, 0.02F) +
                        cover(f.v[i], f.width_v[i], 0.66F, 0.68F);
@@ -235,7 +235,7 @@ SEXTANT_WIDE void seams(const Footprints& f, int n, Lane& noise_to_shade) {
   }
 }
 
-SEXTANT_WIDE void measure_all(Footprints& f, int n) {
+SEXTANT_SIMD void measure_all(Footprints& f, int n) {
   for (int i = 0; i < n; ++i) {
     const float along_x = std::sqrt(f.u_x[i] * f.u_x[i] + f.v_x[i] * f.v_x[i]);
     const float along_y = std::sqrt(f.u_y[i] * f.u_y[i] + f.v_y[i] * f.v_y[i]);
@@ -254,7 +254,7 @@ SEXTANT_WIDE void measure_all(Footprints& f, int n) {
 }
 
 /// Clouds on a plane high above.
-SEXTANT_WIDE void cloud_places(Footprints& f, int n, Lane& up) {
+SEXTANT_SIMD void cloud_places(Footprints& f, int n, Lane& up) {
   for (int i = 0; i < n; ++i) {
     const float x = f.u[i], y = f.v[i], z = f.u_x[i];
     const float per_length = 1.0F / std::sqrt(x * x + y * y + z * z);
@@ -270,7 +270,7 @@ SEXTANT_WIDE void cloud_places(Footprints& f, int n, Lane& up) {
   }
 }
 
-SEXTANT_WIDE void clouds(const Lane& up, const Lane& noise, int n, Colours& c) {
+SEXTANT_SIMD void clouds(const Lane& up, const Lane& noise, int n, Colours& c) {
   for (int i = 0; i < n; ++i) {
     const float blue = std::sqrt(up[i]);
     const float cloud = clamp(0.25F + 0.45F * noise[i], 0.0F, 0.8F);

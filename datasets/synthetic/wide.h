@@ -1,19 +1,11 @@
 #pragma once
 
-// Loops that take eight values at a time where the processor can. The numbers are the same either way: only
-// operations that IEEE 754 defines exactly are used, and none are fused.
+// What loops over eight values at a time (base/simd.h) call.
 
 #include <bit>
 #include <cstdint>
 
-#if defined(__x86_64__) && !defined(SEXTANT_NARROW) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define SEXTANT_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define SEXTANT_WIDE
-#endif
-/// For what such loops call: a call would keep them from being vectorised.
-#define SEXTANT_INLINED [[gnu::always_inline]] inline
+#include "sextant/base/simd.h"
 
 namespace sextant::synthetic::wide {
 

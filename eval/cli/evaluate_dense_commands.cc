@@ -50,9 +50,9 @@ void add_evaluate_flow_command(CLI::App& evaluate) {
 
 void add_evaluate_depth_command(CLI::App& evaluate) {
   const auto flags = std::make_shared<DenseFlags>();
-  flags->options.estimate_format = flags->options.truth_format = "metres256";
+  flags->options.estimate_format = flags->options.truth_format = "depth256";
   CLI::App* command =
-      add_dense_command(evaluate, "depth", "Depth of whole images", "disparity256, metres256 or cm", flags);
+      add_dense_command(evaluate, "depth", "Depth of whole images", "disparity256, depth256 or cm", flags);
   command->add_option("--bf", flags->options.bf, "Focal length times baseline, px m: for disparities and D1");
   command->footer(
       "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "

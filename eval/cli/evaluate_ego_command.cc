@@ -29,8 +29,8 @@ struct EgoFlags : CommonFlags {
 
 EgoOptions options_of(const EgoFlags& flags) {
   EgoOptions options = flags.options;
-  options.alignment = alignment_from_string(flags.alignment);
-  options.relation = relation_from_string(flags.relation);
+  options.alignment = from_name<Alignment>(flags.alignment, "alignment");
+  options.relation = from_name<PoseRelation>(flags.relation, "relation");
   options.association.start_s = flags.start_s;
   options.association.end_s = flags.end_s;
   if (!flags.up.empty()) options.up = parse_direction(flags.up);

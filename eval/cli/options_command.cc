@@ -32,7 +32,7 @@ Table options_table(const std::string& estimator) {
   add_rows(describe_noise_options(), table);
   table.title = "Options of a run with " + estimator;
   table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
-                 "'noise.*' is what --noise and plans take: {\"depth\": {\"delta_d_px\": 0.2}}."};
+                 "'noise.*' is also what --noise and plans take as JSON: {\"depth\": {\"delta_d_px\": 0.2}}."};
   return table;
 }
 

@@ -39,6 +39,18 @@ class ProgramOnFixture : public testing::Test {
   VdoFixture fixture_;
 };
 
+TEST_F(ProgramOnFixture, WhatOptionsListsCanBeSetNoiseToo) {
+  const auto configuration = [&](const std::string& flags) {
+    EXPECT_EQ(run("--force " + flags).code, 0) << flags;
+    return read_json(out() / "run.json").at("configuration");
+  };
+  const Json as_json = configuration(R"(--noise '{"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1}}')");
+  EXPECT_EQ(configuration(R"(--noise '{"flow": {"epe_px": 1}}' --set noise.depth.delta_d_px=0.2)"), as_json);
+  EXPECT_EQ(configuration("--set noise.depth.delta_d_px=0.2 --set noise.flow.epe_px=1"), as_json);
+  expect_bad_input(run("--set noise.depth.delta=1"), "unknown option key 'noise.depth.delta'");
+  expect_bad_input(run("--set pipeline.refine_on=reselect"), "did you mean 'reselected'?");
+}
+
 TEST_F(ProgramOnFixture, RunWritesACompleteFolder) {
   const Outcome outcome = run();
   EXPECT_EQ(outcome.code, 0) << outcome.err;

@@ -26,6 +26,16 @@ struct RunFlags : CommonFlags {
 
 constexpr const char* of_procedure = "procedure";
 
+/// What --options and --set say below `noise` goes on top of the noise.
+void set_noise(RunConfig& config) {
+  const auto said = config.options.find("noise");
+  if (said == config.options.end()) return;
+  Json noise = config.noise.options();
+  noise.merge_patch(*said);
+  config.noise = Noise(noise);
+  config.options.erase("noise");
+}
+
 void run_as_told(RunFlags& flags) {
   flags.output.quiet = flags.quiet;
   flags.output.json = flags.json;
@@ -42,6 +52,7 @@ void run_as_told(RunFlags& flags) {
   } else if (noise_of_procedure) {
     fail("--noise procedure: expected --procedure NAME with it");
   }
+  set_noise(config);
   config.n_seeds = flags.n_seeds;
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;

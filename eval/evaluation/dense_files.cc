@@ -32,10 +32,10 @@ Image<Flow> read_flow(const std::string& path, const std::string& format) {
 
 Image<float> read_depth(const std::string& path, const std::string& format, double bf) {
   const Image<uint16_t> image = decode_png16(read_file(path), path);
-  if (format == "metres256") return depth_from_metres256(image);
+  if (format == "depth256") return depth_from_depth256(image);
   if (format == "cm") return depth_from_cm(image);
   if (format != "disparity256")
-    fail("{}: depth format '{}': give disparity256, metres256 or cm", path, format);
+    fail("{}: depth format '{}': give disparity256, depth256 or cm", path, format);
   if (!(bf > 0)) fail("{}: disparities need --bf, focal length times baseline in px m", path);
   return depth_from_disparity256(image, bf);
 }

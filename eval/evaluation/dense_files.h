@@ -4,7 +4,7 @@
 //
 //   flow   flo | kitti | vkitti         .flo is found by its name; the two kinds of PNG must be told apart
 //          in a folder an image may stand once: as .png and .flo only where the format decides
-//   depth  disparity256 | metres256 | cm   16-bit PNG; disparity needs bf (px m)
+//   depth  disparity256 | depth256 | cm   16-bit PNG; disparity needs bf (px m)
 //
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 background), and, with KITTI's flow_noc or
 // disp_noc as second truth, the pixels that are visible in both images (noc) and those that are not (occ).

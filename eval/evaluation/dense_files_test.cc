@@ -99,9 +99,9 @@ TEST(DenseFiles, Depth) {
   Image<float> truth(2, 1, 10.0F), estimate(2, 1, 10.0F);
   estimate(1, 0) = 8;
   DenseOptions o;
-  o.estimate = folder.write("est.png", encode_png(metres256_from_depth(estimate)));
+  o.estimate = folder.write("est.png", encode_png(depth256_from_depth(estimate)));
   o.truth = folder.write("gt.png", encode_png(cm_from_depth(truth)));
-  o.estimate_format = "metres256";
+  o.estimate_format = "depth256";
   o.truth_format = "cm";
   o.bf = 400;
   const Json all = row(evaluate_depth(o), "all");

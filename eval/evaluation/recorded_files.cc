@@ -91,7 +91,7 @@ void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files) 
 
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
-  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, files.stage});
+  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, from_name<LogStage>(files.stage, "stage")});
   for (ObjectLog& log : logs) {
     if (estimate.system.empty()) continue;
     log.estimator = logs.size() == 1 ? estimate.system : estimate.system + "_" + log.estimator;

@@ -7,15 +7,14 @@
 #include <span>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 
 double median_step(const std::vector<double>& times) {
   std::vector<double> steps;
   for (size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-  const auto half = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), half, steps.end());
-  return *half;
+  return middle_of(steps);
 }
 
 namespace {

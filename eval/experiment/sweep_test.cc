@@ -334,7 +334,7 @@ TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
   sweep_config.plan = parse_plan(text, "plan.json", "");
   ASSERT_EQ(sweep_config.plan.estimators.size(), 2U);
   EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.min_object_points, 40);
-  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.refine_on, "all");
+  EXPECT_EQ(sweep_config.plan.estimators[1].pipeline.refine_on, RefineOn::all);
   EXPECT_EQ(sweep_config.plan.estimators[0].pipeline.refine_on, PipelineOptions{}.refine_on);
   const Json written = sweep_config.plan.json();
   EXPECT_FALSE(written["estimators"][0].contains("extraction"));

@@ -33,8 +33,8 @@ struct FinishedCase {
 
 }  // namespace
 
-CaseFolder::CaseFolder(const fs::path& folder, std::string keep)
-    : keep_(folder.empty() ? "nothing" : std::move(keep)) {
+CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
+    : keep_(folder.empty() ? std::nullopt : std::optional(keep)) {
   if (folder.empty()) {
     std::string name = (fs::temp_directory_path() / "sextant_case_XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make this folder", name);
@@ -48,9 +48,9 @@ CaseFolder::CaseFolder(const fs::path& folder, std::string keep)
 
 CaseFolder::~CaseFolder() {
   std::error_code ignored;
-  if (keep_ != "all") fs::remove_all(input(), ignored);
-  if (keep_ != "all" && keep_ != "output") fs::remove_all(output(), ignored);
-  if (keep_ == "nothing") fs::remove_all(path_, ignored);
+  if (keep_ != Keep::all) fs::remove_all(input(), ignored);
+  if (keep_ != Keep::all && keep_ != Keep::output) fs::remove_all(output(), ignored);
+  if (!keep_) fs::remove_all(path_, ignored);
 }
 
 void write_case(const ProcessOutcome& outcome, const fs::path& folder) {

@@ -4,8 +4,10 @@
 // settings.*, case.json and log.txt.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "sextant/eval/external/external_config.h"
 #include "sextant/eval/external/process.h"
 
 namespace sextant {
@@ -13,8 +15,8 @@ namespace sextant {
 /// Made anew. What is not to be kept goes in the end, also with an exception.
 class CaseFolder {
  public:
-  /// `keep`: logs, output or all. An empty `folder`: a temporary one, of which nothing stays.
-  CaseFolder(const std::filesystem::path& folder, std::string keep);
+  /// An empty `folder`: a temporary one, of which nothing stays.
+  CaseFolder(const std::filesystem::path& folder, Keep keep);
   ~CaseFolder();
   CaseFolder(const CaseFolder&) = delete;
   CaseFolder& operator=(const CaseFolder&) = delete;
@@ -26,7 +28,7 @@ class CaseFolder {
 
  private:
   std::filesystem::path path_;
-  std::string keep_;
+  std::optional<Keep> keep_;  ///< none: nothing
 };
 
 /// case.json of a folder: how the program ended, for those who score its output again.

@@ -6,17 +6,12 @@
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
 #include "sextant/base/text.h"
+#include "sextant/datasets/layout.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
-
-void check_choice(const char* name, const std::string& value, const std::vector<std::string>& known) {
-  if (std::ranges::find(known, value) == known.end()) {
-    fail("option {} = '{}': {}", name, value, suggest(value, known));
-  }
-}
 
 Json read_object(const std::string& path) {
   Json json = read_json(path);
@@ -38,22 +33,14 @@ const Placeholders& any_placeholders() {
 }
 
 void ExternalObjects::check() const {
-  check_choice("objects.format", format, {"none", "motions", "poses", "dynosam", "vdo"});
-  check_choice("objects.frame", frame, {"world", "camera", "body"});
-  check_choice("objects.ids", ids, {"masks", "overlap"});
-  check_choice("objects.stage", stage, {"any", "initial", "refined"});
   check_option(std::ranges::count(files, '*') == 1, "objects.files", files, "a name with one * for the id");
 }
-
-void ExternalTimes::check() const { check_choice("times.unit", unit, {"ms", "s"}); }
 
 void ExternalConfig::check() const {
   check_option(!command.empty(), "command", "''", "given: the program and its arguments");
   check_option(time_limit_s > 0, "time_limit_s", time_limit_s, "> 0");
   check_option(first_frame >= -1, "first_frame", first_frame, "-1 or a frame number");
-  check_choice("last_flow", last_flow, {"none", "zero"});
-  check_choice("keep", keep, {"logs", "output", "all"});
-  check_choice("layout", layout, {"vdo", "kitti", "vkitti1", "vkitti2"});
+  find_layout(layout);
   Placeholders known = any_placeholders();
   if (settings.empty()) known.erase("settings");
   check_option(!words_of(command, known).empty(), "command", command, "a program");

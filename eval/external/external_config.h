@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sextant/base/options.h"
+#include "sextant/eval/logs/object_logs.h"
 
 namespace sextant {
 
@@ -40,14 +41,24 @@ struct ExternalCamera {
   }
 };
 
+/// A file of motions or of poses per object, or the logs of a system.
+enum class ObjectsFormat { none, motions, poses, dynosam, vdo };
+constexpr Names<5> names_of(ObjectsFormat) { return {"none", "motions", "poses", "dynosam", "vdo"}; }
+/// Of motions: H, T_curr_prev, inverse(L) H L (geometry/object_motion.h).
+enum class ObjectsFrame { world, camera, body };
+constexpr Names<3> names_of(ObjectsFrame) { return {"world", "camera", "body"}; }
+/// The program's are those of the masks, or found by agreement with true motions.
+enum class ObjectsIds { masks, overlap };
+constexpr Names<2> names_of(ObjectsIds) { return {"masks", "overlap"}; }
+
 /// Where it writes what it says of objects.
 struct ExternalObjects {
-  std::string format = "none";
+  ObjectsFormat format = ObjectsFormat::none;
   std::string files = "obj_*.txt";
-  std::string frame = "world";
+  ObjectsFrame frame = ObjectsFrame::world;
   int id_offset = 0;
-  std::string ids = "masks";
-  std::string stage = "any";
+  ObjectsIds ids = ObjectsIds::masks;
+  LogStage stage = LogStage::any;
 
   template <typename V>
   void visit(V& v) {
@@ -75,18 +86,26 @@ struct ExternalResultSet {
   }
 };
 
+enum class TimeUnit { ms, s };
+constexpr Names<2> names_of(TimeUnit) { return {"ms", "s"}; }
+
 /// Where it writes how long its frames took.
 struct ExternalTimes {
   std::string file;
-  std::string unit = "ms";
+  TimeUnit unit = TimeUnit::ms;
 
   template <typename V>
   void visit(V& v) {
     v("file", file, "", "in {output}: a line per frame, its time, or frame number and time; empty: none");
-    v("unit", unit, "", "of these times: ms or s");
+    v("unit", unit, "", "of these times");
   }
-  void check() const;
 };
+
+enum class LastFlow { none, zero };
+constexpr Names<2> names_of(LastFlow) { return {"none", "zero"}; }
+/// What stays of a case: its logs, its output too, its input too.
+enum class Keep { logs, output, all };
+constexpr Names<3> names_of(Keep) { return {"logs", "output", "all"}; }
 
 struct ExternalConfig {
   std::string name;
@@ -98,9 +117,9 @@ struct ExternalConfig {
   std::string layout = "vdo";
   bool write_truth = false;
   bool renumber = false;
-  std::string last_flow = "none";
+  LastFlow last_flow = LastFlow::none;
   int first_frame = -1;
-  std::string keep = "output";
+  Keep keep = Keep::output;
   ExternalResultSet set;  ///< used without `results`
   std::map<std::string, ExternalResultSet> results;
   ExternalTimes times;
@@ -117,10 +136,10 @@ struct ExternalConfig {
     v("layout", layout, "", "of the input: vdo, kitti, vkitti1 or vkitti2");
     v("write_truth", write_truth, "", "true: the input holds the ground truth too, for programs that insist");
     v("renumber", renumber, "", "true: the first frame of the input is 0, whatever the source calls it");
-    v("last_flow", last_flow, "", "flow file of the last frame, which has no next one: none or zero");
+    v("last_flow", last_flow, "", "flow file of the last frame, which has no next one");
     v("first_frame", first_frame, "",
       "the program's number of the first frame in its results; -1 = as in the files");
-    v("keep", keep, "", "of each case: logs; output = and results; all = and input");
+    v("keep", keep, "", "of each case; output = and logs, all = and input");
     set.visit(v);
     v("results", results, "",
       "several results of one run, by name, instead of camera and objects; records call them NAME.RESULT");

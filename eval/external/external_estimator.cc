@@ -9,6 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/external/external_case.h"
@@ -29,7 +30,7 @@ std::string write_input(const CaseContext& context, const ExternalConfig& config
   const NoisySequence noisy(context.sequence, context.noise, context.seed,
                             {.truth = config.write_truth,
                              .from_zero = config.renumber,
-                             .zero_last_flow = config.last_flow == "zero"});
+                             .zero_last_flow = config.last_flow == LastFlow::zero});
   LayoutRequest request;
   request.out = folder.input();
   request.quiet = true;
@@ -183,8 +184,7 @@ class ExternalSolver final : public PairSolver {
       body.centroid_m.setConstant(nan);
     } else {
       std::vector<double> depths = body.points.depth;
-      std::ranges::nth_element(depths, depths.begin() + static_cast<ptrdiff_t>(depths.size() / 2));
-      body.distance_m = depths[depths.size() / 2];
+      body.distance_m = middle_of(depths);
       body.centroid_m = centroid(pair.camera.left, body.points);
     }
     if (body.status != Status::ok) return body;

@@ -128,18 +128,18 @@ class Reader {
 
   void read_objects() {
     const ExternalObjects& objects = set_.objects;
-    if (objects.format == "motions" || objects.format == "poses") {
+    if (objects.format == ObjectsFormat::motions || objects.format == ObjectsFormat::poses) {
       for (const Match& file : files_.matches(objects.files)) read_object(file);
-    } else if (objects.format != "none") {
+    } else if (objects.format != ObjectsFormat::none) {
       read_logs();
     }
-    if (objects.ids == "overlap") match_ids();
+    if (objects.ids == ObjectsIds::overlap) match_ids();
   }
 
  private:
   /// The id of the masks, or, with ids matched by overlap, one of the log. A problem when there is no such.
   std::optional<int> mask_id(int64_t id, const std::string& where) {
-    const int64_t least = set_.objects.ids == "overlap" ? 0 : 1;
+    const int64_t least = set_.objects.ids == ObjectsIds::overlap ? 0 : 1;
     const int64_t own = id + set_.objects.id_offset;
     if (own >= least && own <= largest_id) return static_cast<int>(own);
     if (refused_.insert(id).second) {
@@ -171,7 +171,7 @@ class Reader {
   void read_object(const std::string& path, int id) {
     const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(most_pose_file_bytes));
     const std::map<int, SE3> poses = by_frame(read, folder_.numbers, path, out_);
-    if (set_.objects.format == "motions") {
+    if (set_.objects.format == ObjectsFormat::motions) {
       if (read.poses.frames.empty() && read.poses.stamps_s.empty())
         fail("{}: expected a frame number or time stamp in each line of a file of motions", path);
       for (const auto& [frame, motion] : poses) add(id, frame, motion, set_.objects.frame);
@@ -179,14 +179,14 @@ class Reader {
     }
     for (const auto& [frame, pose] : poses) {
       const auto before = poses.find(frame - 1);
-      if (before != poses.end()) add(id, frame, pose * before->second.inverse(), "world");
+      if (before != poses.end()) add(id, frame, pose * before->second.inverse(), ObjectsFrame::world);
     }
   }
 
   void read_logs() {
     const std::string folder = folder_.path.string();
     const std::vector<ObjectLog> logs =
-        read_object_logs(folder, {.format = set_.objects.format,
+        read_object_logs(folder, {.format = std::string(to_string(set_.objects.format)),
                                   .stage = set_.objects.stage,
                                   .rules = files_.rules(most_log_file_bytes),
                                   .accept = [&](const fs::path& path) { return files_.accepts(path); }});
@@ -196,21 +196,22 @@ class Reader {
       const std::optional<int> id = mask_id(key.first, folder);
       if (!id) continue;
       add(*id, folder_.numbers.of_number(key.second), motion.estimate,
-          logs.front().frame == MotionFrame::world ? "world" : "body");
+          logs.front().frame == MotionFrame::world ? ObjectsFrame::world : ObjectsFrame::body);
     }
   }
 
   /// A motion to current camera coordinates; one that needs a pose which is not known is left out.
-  void add(int id, int frame, const SE3& motion, const std::string& coordinates) {
-    if (coordinates == "body" && set_.objects.ids == "overlap") {  // whose body it is, is not known yet
+  void add(int id, int frame, const SE3& motion, ObjectsFrame coordinates) {
+    if (coordinates == ObjectsFrame::body &&
+        set_.objects.ids == ObjectsIds::overlap) {  // whose body it is, is not known yet
       in_body_.motions[{id, frame}].estimate = motion;
       return;
     }
     std::optional<SE3> X;
-    if (coordinates == "camera") X = motion;
+    if (coordinates == ObjectsFrame::camera) X = motion;
     const std::optional<SE3> before = out_.camera.pose(frame - 1), after = out_.camera.pose(frame);
-    if (coordinates == "world" && before && after) X = after->inverse() * motion * *before;
-    if (coordinates == "body") X = from_body(id, frame, motion);
+    if (coordinates == ObjectsFrame::world && before && after) X = after->inverse() * motion * *before;
+    if (coordinates == ObjectsFrame::body) X = from_body(id, frame, motion);
     if (X) out_.motions.emplace(ObjectFrame(id, frame), *X);
   }
 
@@ -315,14 +316,14 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
         found.empty() ? "the program has not written this file" : "several files match: expected one"));
     return out;
   }
-  const double ms_per_unit = times.unit == "s" ? 1000 : 1;
+  const double ms_per_unit = times.unit == TimeUnit::s ? 1000 : 1;
   try {
     NumberFile file(found.front().path.string(), ' ', files.rules(most_pose_file_bytes));
     for (size_t row = 0; file.next(); ++row) {
       const auto values = file.values();
       const bool numbered = values.size() == 2;
       if ((values.size() != 1 && !numbered) || values.back() < 0)
-        file.fail_here("expected the time of a frame, or its number and time, in {}", times.unit);
+        file.fail_here("expected the time of a frame, or its number and time, in {}", to_string(times.unit));
       if (numbered && (values[0] != std::trunc(values[0]) || std::abs(values[0]) > 1e9))
         file.fail_here("expected a frame number, got {}", values[0]);
       try {

@@ -387,7 +387,7 @@ void dense(Bytes bytes, const std::string& extension, bool is_flow) {
   options.estimate = folder.path() / ("estimate" + extension);
   options.truth = folder.path() / ("truth" + extension);
   if (fs::exists(folder.path() / "mask.png")) options.mask = folder.path() / "mask.png";
-  if (extension == ".png") options.estimate_format = options.truth_format = is_flow ? "kitti" : "metres256";
+  if (extension == ".png") options.estimate_format = options.truth_format = is_flow ? "kitti" : "depth256";
   is_flow ? evaluate_flow(options) : evaluate_depth(options);
 }
 

@@ -25,7 +25,7 @@ std::string full_case(const Record& r) {
 /// Findings of one kind, of which the first few are told one by one.
 class Tally {
  public:
-  Tally(std::string what, std::string rule) : what_(std::move(what)), rule_(std::move(rule)) {}
+  Tally(std::string what, Strictness rule) : what_(std::move(what)), rule_(rule) {}
 
   void add(const std::string& subject, const std::string& base, const std::string& fresh) {
     if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
@@ -38,7 +38,8 @@ class Tally {
 
  private:
   static constexpr size_t shown = 5;
-  std::string what_, rule_;
+  std::string what_;
+  Strictness rule_;
   std::vector<Mismatch> findings_;
   size_t n_ = 0;
 };
@@ -146,7 +147,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     const bool changed =
         std::abs(after - before) > std::max(rules.absolute, rules.relative * std::abs(before));
     const double difference = changed ? after - before : 0;
-    if (changed) ((difference > 0) == (rules.direction == "lower") ? row.n_worse : row.n_better)++;
+    if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
     differences.push_back(difference);
     sum += before;
   }
@@ -159,7 +160,7 @@ AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, c
     comparison.interval = Interval{0, 0};
   } else {
     comparison = compare_pairs(differences, clusters_of(pairs),
-                               {.replicates = policy.replicates, .method = "percentile"});
+                               {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
   }
   return row;
 }
@@ -177,7 +178,8 @@ void correct(std::vector<AccuracyRow>& rows, double alpha) {
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(row.metric);
-  const double change = rules.direction == "higher" ? -row.difference : row.difference;  // above 0: worse
+  const double change =
+      rules.direction == Direction::higher ? -row.difference : row.difference;  // above 0: worse
   if (row.n_worse + row.n_better == 0 || std::abs(change) <= rules.minimum_effect * std::abs(row.base))
     return GateVerdict::ok;
   const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
@@ -210,7 +212,7 @@ AccuracyComparison compare_accuracy(const std::vector<Record>& base, const std::
     const StatusRow statuses = compare_statuses(pairs, policy.accuracy);
     if (!statuses.example.empty()) out.statuses.push_back(statuses);
     for (auto& [metric, both] : pairs_by_metric(pairs, missing, added)) {
-      if (policy.accuracy.of(metric).direction != "ignore") tasks.push_back({metric, std::move(both)});
+      if (policy.accuracy.of(metric).direction != Direction::ignore) tasks.push_back({metric, std::move(both)});
     }
   }
   truth.move_to(out.findings);

@@ -39,7 +39,7 @@ void check_repetitions(const Side& side, const Policy& policy, std::vector<Misma
 void compare_records(const Side& base, const Side& fresh, const Policy& policy, int jobs, Comparison& out) {
   if (base.runs.empty() != fresh.runs.empty()) {
     const auto said = [](const Side& side) { return side.runs.empty() ? "missing" : "there"; };
-    out.findings.push_back(mismatch("must", "cases", "records.jsonl", said(base), said(fresh)));
+    out.findings.push_back(mismatch(Strictness::must, "cases", "records.jsonl", said(base), said(fresh)));
   }
   if (base.runs.empty() || fresh.runs.empty()) return;
   out.n_runs = static_cast<int>(std::min(base.runs.size(), fresh.runs.size()));
@@ -81,11 +81,11 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
     }
     if (out.accuracy.empty() && out.speed.empty()) {
       out.findings.push_back(
-          mismatch("must", "cases", "everything", "nothing to compare", "nothing to compare"));
+          mismatch(Strictness::must, "cases", "everything", "nothing to compare", "nothing to compare"));
     }
     release(first, second, jobs);
   } catch (const Error& error) {
-    out.findings.insert(out.findings.begin(), mismatch("must", "input", error.what(), "", ""));
+    out.findings.insert(out.findings.begin(), mismatch(Strictness::must, "input", error.what(), "", ""));
   }
   out.verdict = verdict_of(out);
   return out;

@@ -110,12 +110,12 @@ TEST_F(Gate, AGainDoesNotHideARegression) {
 
 TEST_F(Gate, DirectionAndMinimumEffectFollowThePolicy) {
   Policy policy;
-  policy.accuracy.metrics["Et_m"].direction = "higher";
+  policy.accuracy.metrics["Et_m"].direction = Direction::higher;
   const auto worse = [](Record& r) { r.errors["Et_m"] *= 1.05; };
   EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::improved);
   policy.accuracy.metrics["Et_m"] = {.minimum_effect = 0.1};
   EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::ok);
-  policy.accuracy.metrics["Et_m"].direction = "ignore";
+  policy.accuracy.metrics["Et_m"].direction = Direction::ignore;
   EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= 2; }, policy).verdict, GateVerdict::ok);
 }
 
@@ -155,7 +155,7 @@ TEST_F(Gate, AMissingOrNewCaseIsInvalidUnlessAllowed) {
   EXPECT_THAT(c.findings.at(0).subject, HasSubstr("object:2 seed 0 frame 6"));
   EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::invalid);
   Policy policy;
-  policy.same.cases = "note";
+  policy.same.cases = Strictness::note;
   EXPECT_EQ(compare(policy).verdict, GateVerdict::ok);
   EXPECT_EQ(compare(policy).findings.size(), 1U);  // still said
 }
@@ -191,7 +191,7 @@ TEST_F(Gate, WhatMustBeTheSameIsNeverSilentlyAccepted) {
   struct Case {
     const char* what;
     std::function<void(Json&)> change;
-    std::string SamenessPolicy::*rule;
+    Strictness SamenessPolicy::*rule;
   };
   const std::vector<Case> cases = {
       {"definitions", [](Json& run) { run["metric_definitions"]["Et_m"] = "2: another"; },
@@ -210,7 +210,7 @@ TEST_F(Gate, WhatMustBeTheSameIsNeverSilentlyAccepted) {
     EXPECT_EQ(strict.verdict, GateVerdict::invalid) << c.what;
     EXPECT_EQ(strict.findings.at(0).what, c.what);
     Policy lenient;
-    lenient.same.*c.rule = "note";
+    lenient.same.*c.rule = Strictness::note;
     const Comparison noted = compare_provenance(c.change, lenient);
     EXPECT_EQ(noted.verdict, GateVerdict::ok) << c.what;
     EXPECT_FALSE(noted.findings.empty()) << c.what;
@@ -374,8 +374,8 @@ TEST_F(Gate, PolicyIsReadStrictly) {
   EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "");
   EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
   EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),
-              HasSubstr("lower, higher or ignore"));
-  EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("must or note"));
+              HasSubstr("known: lower, higher, ignore"));
+  EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("known: must, note"));
   EXPECT_THAT(message(R"({"speed":{"alpha":2}})"), HasSubstr("alpha"));
   EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
 }

@@ -104,7 +104,7 @@ Json comparison_bmf(const Comparison& c) {
 Json comparison_github(const Comparison& c, const Policy& policy) {
   Json json = Json::array();
   for (const AccuracyRow& row : c.accuracy) {
-    if (policy.accuracy.of(row.metric).direction != "lower") continue;
+    if (policy.accuracy.of(row.metric).direction != Direction::lower) continue;
     json.push_back(github_entry(fmt::format("{} {}", to_string(row.subject), row.metric), unit_of(row.metric),
                                 row.base + row.difference, around_base(row), row.verdict));
   }

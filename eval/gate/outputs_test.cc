@@ -150,7 +150,7 @@ TEST(Outputs, GithubActionBenchmarkFollowsItsDocumentation) {
                            {"range", "345000 .. 375000"},
                            {"extra", "regressed"}}));
   Policy higher;
-  higher.accuracy.metrics["Et_m"].direction = "higher";
+  higher.accuracy.metrics["Et_m"].direction = Direction::higher;
   EXPECT_EQ(comparison_github(every_verdict(), higher).size(), 3U);
   EXPECT_NE(github_problem(Json::parse(R"([{"name":"a","unit":"m","value":null}])")), "");
 }

@@ -13,6 +13,10 @@
 
 namespace sextant {
 
+/// Which errors are better.
+enum class Direction { lower, higher, ignore };
+constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
+
 /// A case is one body in one frame pair of one seed. Its change is rounding where
 /// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
 /// from minimum_effect |mean of base| on.
@@ -20,13 +24,13 @@ struct MetricPolicy {
   double absolute = 1e-9;
   double relative = 1e-6;
   double minimum_effect = 0.01;
-  std::string direction = "lower";
+  Direction direction = Direction::lower;
   template <typename V>
   void visit(V& v) {
     v("absolute", absolute, "of metric", "a case that changes by less has not changed");
     v("relative", relative, "share", "the same, as a share of its value in BASE");
     v("minimum_effect", minimum_effect, "share", "smallest change of a body's mean that counts; 0: any");
-    v("direction", direction, "", "lower or higher is better; ignore: not judged");
+    v("direction", direction, "", "which is better; ignore is not judged");
   }
   void check() const;
 };
@@ -53,12 +57,15 @@ struct AccuracyPolicy {
   MetricPolicy of(const std::string& metric) const;
 };
 
+enum class BenchmarkTime { cpu, real };
+constexpr Names<2> names_of(BenchmarkTime) { return {"cpu", "real"}; }
+
 struct SpeedPolicy {
   bool judge = true;
   double alpha = 0.05;
   double minimum_effect = 0.05;
   double unrepeated_effect = 0.5;
-  std::string time = "cpu";
+  BenchmarkTime time = BenchmarkTime::cpu;
   template <typename V>
   void visit(V& v) {
     v("judge", judge, "", "false: times are left out");
@@ -66,19 +73,23 @@ struct SpeedPolicy {
     v("minimum_effect", minimum_effect, "share", "smallest change of a time that counts");
     v("unrepeated_effect", unrepeated_effect, "share",
       "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged");
-    v("time", time, "", "of Google Benchmark: cpu or real (always real where a benchmark asks for it)");
+    v("time", time, "", "of Google Benchmark, always real where a benchmark asks for it");
   }
   void check() const;
 };
 
-/// What must be the same on both sides: "must" (else the comparison is invalid) or "note" (said, accepted).
+/// Must: else the comparison is invalid; note: said, accepted.
+enum class Strictness { must, note };
+constexpr Names<2> names_of(Strictness) { return {"must", "note"}; }
+
+/// What must be the same on both sides.
 struct SamenessPolicy {
-  std::string cases = "must", new_cases = "must", data = "must", configuration = "must", definitions = "must",
-              machine = "must";
+  Strictness cases = Strictness::must, new_cases = Strictness::must, data = Strictness::must,
+             configuration = Strictness::must, definitions = Strictness::must, machine = Strictness::must;
 
   struct Rule {
     const char* name;
-    std::string SamenessPolicy::*value;
+    Strictness SamenessPolicy::*value;
     const char* compared;
   };
   static std::span<const Rule> rules();
@@ -87,7 +98,6 @@ struct SamenessPolicy {
   void visit(V& v) {
     for (const Rule& rule : rules()) v(rule.name, this->*rule.value, "", rule.compared);
   }
-  void check() const;
 };
 
 struct Policy {

@@ -132,12 +132,12 @@ class Comparer {
   explicit Comparer(std::vector<Mismatch>& findings) : findings_(findings) {}
 
   /// At most `shown` of the differences are told one by one.
-  void compare(const std::string& what, const std::string& rule, const Leaves& base, const Leaves& fresh,
+  void compare(const std::string& what, Strictness rule, const Leaves& base, const Leaves& fresh,
                const IsNoted& is_noted = never) {
     size_t n_differ = 0, n_noted = 0;
     const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool noted) {
       size_t& n = noted ? n_noted : n_differ;
-      if (n++ < shown) findings_.push_back(mismatch(noted ? "note" : rule, what, path, a, b));
+      if (n++ < shown) findings_.push_back(mismatch(noted ? Strictness::note : rule, what, path, a, b));
     };
     for (const auto& [path, value] : base) {
       const auto other = fresh.find(path);
@@ -151,11 +151,11 @@ class Comparer {
       if (!base.contains(path)) add(path, absent, value, is_noted(path, base));
     }
     add_more(rule, what, n_differ);
-    add_more("note", what, n_noted);
+    add_more(Strictness::note, what, n_noted);
   }
 
  private:
-  void add_more(const std::string& rule, const std::string& what, size_t n) {
+  void add_more(Strictness rule, const std::string& what, size_t n) {
     if (n > shown) findings_.push_back(mismatch(rule, what, fmt::format("{} more", n - shown), "", ""));
   }
 
@@ -170,7 +170,7 @@ bool has_times(const RunFolder& run) {
 void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& policy,
                   std::vector<Mismatch>& findings) {
   if (base.provenance.is_null() && fresh.provenance.is_null()) {
-    findings.push_back(mismatch("note", "definitions", "run.json", absent, absent));
+    findings.push_back(mismatch(Strictness::note, "definitions", "run.json", absent, absent));
     return;
   }
   Comparer comparer(findings);
@@ -182,17 +182,16 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   comparer.compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
                    leaves_of(configuration_of(b), ""), is_new_option);
   const bool times = policy.speed.judge && has_times(base) && has_times(fresh);
-  const std::string machine_rule = times ? same.machine : "note";
+  const Strictness machine_rule = times ? same.machine : Strictness::note;
   comparer.compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
                    leaves_of(b.value("machine", Json()), ""));
-  comparer.compare("build", "note", build_of(a), build_of(b));
+  comparer.compare("build", Strictness::note, build_of(a), build_of(b));
 }
 
 }  // namespace
 
-Mismatch mismatch(const std::string& rule, std::string what, std::string subject, std::string base,
-                  std::string fresh) {
-  return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == "must"};
+Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base, std::string fresh) {
+  return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == Strictness::must};
 }
 
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy) {
@@ -208,7 +207,7 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
     for (const BenchmarkFile& file : side->benchmarks) {
       if (base.benchmarks.empty() || &file == &base.benchmarks.front()) continue;
       const BenchmarkFile& first = base.benchmarks.front();
-      comparer.compare("machine", policy.speed.judge ? policy.same.machine : "note", machine_of(first),
+      comparer.compare("machine", policy.speed.judge ? policy.same.machine : Strictness::note, machine_of(first),
                        machine_of(file));
       comparer.compare("definitions", policy.same.definitions, benchmark_build_of(first),
                        benchmark_build_of(file));

@@ -23,8 +23,7 @@ struct Mismatch {
 /// From provenance alone; cases are compared where they are paired (accuracy.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
-/// "must" in the policy.
-Mismatch mismatch(const std::string& rule, std::string what, std::string subject, std::string base,
-                  std::string fresh);
+/// Strictness::must in the policy.
+Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base, std::string fresh);
 
 }  // namespace sextant

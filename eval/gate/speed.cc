@@ -42,7 +42,7 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
   Samples samples;
   for (const BenchmarkFile& file : files) {
     for (const auto& [name, cpu] : file.cpu_ns) {
-      const bool real = policy.time == "real" || asks_for_real_time(name);
+      const bool real = policy.time == BenchmarkTime::real || asks_for_real_time(name);
       const std::vector<double>& times = real ? file.real_ns.at(name) : cpu;
       for (const double ns : times) {
         if (ns <= 0)
@@ -103,7 +103,7 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
           compare_times(name, sample.ns, other->second.ns, policy.speed, other->second.ratios));
       const SpeedRow& row = out.rows.back();
       if (row.n_base != row.n_new) {
-        out.findings.push_back(sextant::mismatch("note", "repetitions", name, std::to_string(row.n_base),
+        out.findings.push_back(sextant::mismatch(Strictness::note, "repetitions", name, std::to_string(row.n_base),
                                                  std::to_string(row.n_new)));
       }
     }

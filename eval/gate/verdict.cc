@@ -5,12 +5,6 @@
 
 namespace sextant {
 
-std::string_view to_string(GateVerdict verdict) {
-  constexpr std::array<std::string_view, 5> names = {"invalid", "regressed", "inconclusive", "improved",
-                                                     "ok"};
-  return names.at(static_cast<size_t>(verdict));
-}
-
 int exit_code(GateVerdict verdict) {
   constexpr std::array<int, 5> codes = {2, 1, 3, 0, 0};
   return codes.at(static_cast<size_t>(verdict));

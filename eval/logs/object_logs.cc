@@ -162,7 +162,7 @@ void claim(const LogFolder& folder, const char* kind, const std::string& name, s
   file = name;
 }
 
-std::vector<ObjectLog> read_vdo(const LogFolder& folder, const std::string& wanted) {
+std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   VdoFiles initial, refined, truth;
   for (const std::string& name : folder.names()) {
     const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
@@ -183,21 +183,22 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, const std::string& want
     else if (holds("initial_"))
       claim(folder, "initial_", name, initial.cameras);
   }
-  if (wanted == "any" && !initial.motions.empty() && !refined.motions.empty()) {
+  if (wanted == LogStage::any && !initial.motions.empty() && !refined.motions.empty()) {
     fail(
         "{}: holds motions of two stages, {} (initial) and {} (refined): choose one: --stage, or "
         "objects.stage in "
         "a configuration",
         folder.path(), initial.motions, refined.motions);
   }
-  const bool take_refined = wanted == "refined" || (wanted == "any" && initial.motions.empty());
+  const bool take_refined =
+      wanted == LogStage::refined || (wanted == LogStage::any && initial.motions.empty());
   VdoFiles files = take_refined ? refined : initial;
   if (files.motions.empty()) {
     fail("{}: holds no {}: expected a folder of VDO-SLAM's results", folder.path(),
-         wanted == "refined" ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
+         wanted == LogStage::refined ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
   }
   // Of one stage's motions alone: the best cameras that are there.
-  if (wanted == "any") files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
+  if (wanted == LogStage::any) files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
   ObjectLog log;
   log.estimator = "vdo";
   log.frame = MotionFrame::body;
@@ -306,11 +307,8 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
 }  // namespace
 
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
-  const std::vector<std::string> stages = {"any", "initial", "refined"};
-  if (std::ranges::find(stages, request.stage) == stages.end())
-    fail("unknown stage '{}': {}", request.stage, suggest(request.stage, stages));
-  if (request.format != "vdo" && request.stage != "any")
-    fail("stage '{}': only results of format vdo have stages", request.stage);
+  if (request.format != "vdo" && request.stage != LogStage::any)
+    fail("stage '{}': only results of format vdo have stages", to_string(request.stage));
   if (request.format == "dynosam") return read_dynosam({folder, request});
   if (request.format == "vdo") return read_vdo({folder, request}, request.stage);
   fail("unknown format '{}' of object logs: expected dynosam or vdo", request.format);

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"
@@ -47,11 +48,15 @@ struct ObjectLog {
   std::vector<std::string> warnings;
 };
 
+/// Of VDO-SLAM; any: the one whose motions are there.
+enum class LogStage { any, initial, refined };
+constexpr Names<3> names_of(LogStage) { return {"any", "initial", "refined"}; }
+
 /// How logs are read.
 struct ObjectLogRequest {
-  std::string format;         ///< dynosam or vdo
-  std::string stage = "any";  ///< vdo: initial, refined, or any: the one whose motions are there
-  ReadRules rules;            ///< of every file
+  std::string format;              ///< dynosam or vdo
+  LogStage stage = LogStage::any;  ///< of vdo
+  ReadRules rules;                 ///< of every file
   /// Which files of the folder count; empty: all.
   std::function<bool(const std::filesystem::path&)> accept;
 };

@@ -142,7 +142,7 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
       error_of([&] { read_object_logs(folder.path(), {"vdo"}); }),
       HasSubstr("obj_mot_stereo_new.txt (initial) and obj_mot_stereo_rf_new.txt (refined): choose one"));
   const auto read = [&](const char* stage) {
-    return read_object_logs(folder.path(), {"vdo", stage}).front();
+    return read_object_logs(folder.path(), {"vdo", from_name<LogStage>(stage, "stage")}).front();
   };
   EXPECT_NEAR(object_records(read("initial"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_NEAR(object_records(read("refined"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0, 1e-9);
@@ -150,7 +150,7 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
   EXPECT_THAT(error_of([&] { read("final"); }), HasSubstr("unknown stage 'final'"));
   EXPECT_THAT(error_of([&] {
-                read_object_logs(folder.path(), {"dynosam", "refined"});
+                read_object_logs(folder.path(), {"dynosam", LogStage::refined});
               }),
               HasSubstr("only results of format vdo have stages"));
   folder.write("b_refined_stereo_new.txt", late);

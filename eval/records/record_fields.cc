@@ -1,8 +1,9 @@
 #include "sextant/eval/records/record_fields.h"
 
 #include <algorithm>
+#include <optional>
 
-#include "sextant/base/error.h"
+#include "sextant/base/names.h"
 
 namespace sextant::internal {
 
@@ -18,21 +19,16 @@ bool is_flow_truth(std::string_view text) { return text == "given" || text == "i
 bool is_count(int n) { return n >= 0; }
 
 const char* from_text(std::string_view text, Status& status) {
-  try {
-    status = status_from_string(text);
-    return nullptr;
-  } catch (const Error&) {
-    return "a status of docs/metrics.md";
-  }
+  const std::optional<Status> known = find_name<Status>(text);
+  if (known) status = *known;
+  return known ? nullptr : "a status of docs/metrics.md";
 }
 
 const char* from_text(std::string_view text, Gate& gate) {
-  for (const Gate known : {Gate::distance, Gate::area, Gate::is_static}) {
-    if (to_string(known) != text) continue;
-    gate = known;
-    return nullptr;
-  }
-  return "distance, area or static";
+  const std::optional<Gate> known = find_name<Gate>(text);
+  if (!known || *known == Gate::none) return "distance, area or static";
+  gate = *known;
+  return nullptr;
 }
 
 }  // namespace sextant::internal

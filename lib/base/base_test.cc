@@ -10,6 +10,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/registry.h"
 #include "sextant/base/status.h"
+#include "sextant/base/testing.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -57,15 +58,20 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
   }
 }
 
-TEST(Status, EveryNameRoundTrips) {
+TEST(Names, EveryNameRoundTrips) {
   for (const Status status :
        {Status::ok, Status::no_truth, Status::not_detected, Status::lost, Status::diverged,
         Status::too_few_points, Status::gated, Status::collinear, Status::at_infinity, Status::no_parallax}) {
-    EXPECT_EQ(status_from_string(to_string(status)), status);
+    EXPECT_EQ(from_name<Status>(to_string(status), "status"), status);
   }
-  EXPECT_EQ(to_string(Status::too_few_points), "too_few_points");
+  EXPECT_EQ(to_string(Status::no_parallax), "no_parallax");
   EXPECT_EQ(to_string(Gate::is_static), "static");
-  EXPECT_THROW(status_from_string("fine"), Error);
+}
+
+TEST(Names, AnUnknownOneListsTheNearestAndAll) {
+  EXPECT_EQ(error_of([] { from_name<Gate>("distence", "gate"); }),
+            "unknown gate 'distence': did you mean 'distance'? known: none, distance, area, static");
+  EXPECT_EQ(find_name<Gate>("Area"), std::nullopt);
 }
 
 TEST(EditDistance, KnownValues) {

@@ -11,8 +11,8 @@
 
 namespace sextant {
 
-/// What a file is read as, and how large it may be then: a larger one is refused before anything of it is
-/// read.
+/// What a file is read as, and how large it may be then:
+/// a larger one is refused before anything of it is read.
 struct FileKind {
   const char* name;
   uint64_t max_bytes;

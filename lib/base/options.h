@@ -7,7 +7,7 @@
 //   struct RansacOptions {
 //     int max_iterations = 500;
 //     double inlier_threshold_px = 0.4;
-//     template <typename V> void visit(V& v) {
+//     void visit(auto& v) {
 //       v("max_iterations", max_iterations, "count", "upper limit of samples drawn");
 //       v("inlier_threshold_px", inlier_threshold_px, "px", "largest reprojection error of an inlier");
 //     }
@@ -16,21 +16,23 @@
 //     }
 //   };
 //
-// A field may itself be such a struct: v("ransac", ransac, "", "robust start").
-// Supported leaf types: bool, int, uint64_t, double, std::string. A std::map<std::string, T> of option
-// structs is an object whose keys the user chooses; the owner's check() judges them. Reading replaces the
-// whole map.
+// A field may itself be such a struct: v("ransac", ransac, "", "robust start"). Supported leaf types: bool,
+// int, uint64_t, double, std::string, and enumerations with names (base/names.h), whose names the help lists.
+// A std::map<std::string, T> of option structs is an object whose keys the user chooses; the owner's check()
+// judges them. Reading replaces the whole map.
 
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
+#include "sextant/base/names.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -48,6 +50,9 @@ concept OptionStruct = requires(T t, NoVisitor v) {
 };
 
 [[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
+
+/// "huber, geman_mcclure_gnc or none".
+std::string either_of(std::span<const std::string_view> names);
 
 }  // namespace internal
 
@@ -71,7 +76,7 @@ struct OptionHelp {
   std::string key;  ///< dotted path
   std::string default_value;
   std::string unit;
-  std::string meaning;
+  std::string meaning;  ///< with the names that it takes
 };
 
 /// Every leaf option below `T`, with the value it has in `options`.
@@ -116,6 +121,12 @@ struct Reader {
       read_options(*it, field, path);
     } else if constexpr (OptionMap<T>) {
       read_map(*it, field, path);
+    } else if constexpr (Named<T>) {
+      std::string text;
+      if (const char* expected = read_value(*it, text)) wrong_type(path, expected, *it);
+      const std::optional<T> value = find_name<T>(text);
+      if (!value) fail("option {} = {}: {}", path, text, suggest_name<T>(text));
+      field = *value;
     } else {
       if (const char* expected = read_value(*it, field)) wrong_type(path, expected, *it);
     }
@@ -131,6 +142,8 @@ struct Writer {
     } else if constexpr (OptionMap<T>) {
       json[name] = Json::object();
       for (const auto& [key, value] : field) json[name][key] = write_options(value);
+    } else if constexpr (Named<T>) {
+      json[name] = to_string(field);
     } else {
       json[name] = field;
     }
@@ -148,6 +161,9 @@ struct Describer {
     } else if constexpr (OptionMap<T>) {
       using Value = typename MapValue<T>::type;
       for (OptionHelp& line : describe_options(Value{}, key + ".NAME")) lines.push_back(std::move(line));
+    } else if constexpr (Named<T>) {
+      lines.push_back({key, json_line(to_string(field)), unit,
+                       fmt::format("{}: {}", meaning, either_of(names_of(field)))});
     } else {
       lines.push_back({key, json_line(field), unit, meaning});
     }

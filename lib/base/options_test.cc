@@ -14,24 +14,25 @@ using ::testing::HasSubstr;
 struct InnerOptions {
   int max_iterations = 500;
   double threshold_px = 0.4;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("max_iterations", max_iterations, "count", "upper limit");
     v("threshold_px", threshold_px, "px", "largest error of an inlier");
   }
   void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
 };
 
+enum class Kernel { huber, tukey, none };
+constexpr Names<3> names_of(Kernel) { return {"huber", "tukey", "none"}; }
+
 struct OuterOptions {
   bool robust = true;
   uint64_t seed = 7;
-  std::string kernel = "huber";
+  Kernel kernel = Kernel::huber;
   InnerOptions ransac;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("robust", robust, "", "use a kernel");
     v("seed", seed, "", "base seed");
-    v("kernel", kernel, "", "which");
+    v("kernel", kernel, "", "of residuals");
     v("ransac", ransac, "", "robust start");
   }
 };
@@ -53,7 +54,7 @@ TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
   EXPECT_EQ(options.ransac.max_iterations, 10);
   EXPECT_EQ(options.ransac.threshold_px, 0.4);
   EXPECT_EQ(options.seed, 7U);
-  EXPECT_EQ(options.kernel, "huber");
+  EXPECT_EQ(options.kernel, Kernel::huber);
 }
 
 TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
@@ -113,13 +114,22 @@ TEST(ReadOptions, AcceptsAnIntegerForADouble) {
   EXPECT_EQ(options.ransac.threshold_px, 2.0);
 }
 
+TEST(ReadOptions, EnumerationsAreReadByName) {
+  OuterOptions options;
+  read_options(Json{{"kernel", "tukey"}}, options);
+  EXPECT_EQ(options.kernel, Kernel::tukey);
+  EXPECT_EQ(write_options(options)["kernel"], "tukey");
+  EXPECT_EQ(error_of({{"kernel", "hubr"}}, "solver"),
+            "option solver.kernel = hubr: did you mean 'huber'? known: huber, tukey, none");
+}
+
 TEST(ReadOptions, RunsTheStructsOwnCheck) {
   EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
 }
 
 TEST(WriteOptions, RoundTripsThroughText) {
   OuterOptions options;
-  options.kernel = "none";
+  options.kernel = Kernel::none;
   options.seed = std::numeric_limits<uint64_t>::max();
   options.ransac.threshold_px = 0.1 + 0.2;
   OuterOptions read;
@@ -130,10 +140,7 @@ TEST(WriteOptions, RoundTripsThroughText) {
 
 struct MapOptions {
   std::map<std::string, InnerOptions> stages;
-  template <typename V>
-  void visit(V& v) {
-    v("stages", stages, "", "by name");
-  }
+  void visit(auto& v) { v("stages", stages, "", "by name"); }
 };
 
 TEST(OptionMaps, ReadWriteAndDescribeEveryEntryStrictly) {
@@ -171,6 +178,8 @@ TEST(DescribeOptions, ListsEveryLeafWithItsPathDefaultAndUnit) {
   ASSERT_EQ(lines.size(), 5U);
   EXPECT_EQ(lines[0].key, "robust");
   EXPECT_EQ(lines[0].default_value, "true");
+  EXPECT_EQ(lines[2].default_value, "\"huber\"");
+  EXPECT_EQ(lines[2].meaning, "of residuals: huber, tukey or none");
   EXPECT_EQ(lines[4].key, "ransac.threshold_px");
   EXPECT_EQ(lines[4].default_value, "0.4");
   EXPECT_EQ(lines[4].unit, "px");

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "sextant/base/error.h"
+#include "sextant/base/simd.h"
 
 namespace sextant {
 
@@ -20,9 +21,9 @@ struct PhiloxKey {
 
 using PhiloxWords = std::array<uint32_t, 4>;
 
-/// Four random 32-bit words for a counter. Always inlined: callers run it over arrays in loops that
-/// vectorise.
-[[gnu::always_inline]] inline PhiloxWords philox4x32(PhiloxKey key, PhiloxWords c) {
+/// Four random 32-bit words for a counter. Always inlined:
+/// callers run it over arrays in loops that vectorise.
+SEXTANT_INLINED PhiloxWords philox4x32(PhiloxKey key, PhiloxWords c) {
   for (int round = 0; round < 10; ++round) {
     const uint64_t a = uint64_t{0xD2511F53U} * c[0];
     const uint64_t b = uint64_t{0xCD9E8D57U} * c[2];
@@ -34,9 +35,9 @@ using PhiloxWords = std::array<uint32_t, 4>;
   return c;
 }
 
-/// 64 random bits as a number in (0, 1]: (its 53 upper bits + 1) / 2^53. Exact, and the same on every
-/// machine.
-[[gnu::always_inline]] inline double unit_interval(uint32_t high, uint32_t low) {
+/// 64 random bits as a number in (0, 1]: (its 53 upper bits + 1) / 2^53.
+/// Exact, and the same on every machine.
+SEXTANT_INLINED double unit_interval(uint32_t high, uint32_t low) {
   // 32-bit integers become doubles by way of the bits of 2^52 + integer: unlike a 64-bit conversion, this
   // vectorises everywhere. Every step is exact.
   const auto exact = [](uint64_t word) { return std::bit_cast<double>(word | 0x4330000000000000U) - 0x1p52; };

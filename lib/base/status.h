@@ -3,7 +3,7 @@
 // What became of one body in one frame pair. Every object that truth or a detection knows gets a status;
 // none is silently skipped.
 
-#include <string_view>
+#include "sextant/base/names.h"
 
 namespace sextant {
 
@@ -20,13 +20,14 @@ enum class Status {
   no_parallax,     ///< the points leave another direction of motion open
 };
 
-std::string_view to_string(Status status);
-/// Throws Error on an unknown name.
-Status status_from_string(std::string_view name);
+constexpr Names<10> names_of(Status) {
+  return {"ok",    "no_truth",  "not_detected", "lost",       "diverged", "too_few_points",
+          "gated", "collinear", "at_infinity",  "no_parallax"};
+}
 
 /// Why an object is `gated`.
 enum class Gate { none, distance, area, is_static };
 
-std::string_view to_string(Gate gate);
+constexpr Names<4> names_of(Gate) { return {"none", "distance", "area", "static"}; }
 
 }  // namespace sextant

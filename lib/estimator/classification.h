@@ -18,8 +18,7 @@ struct ClassificationOptions {
   double min_moving_share = 0.7;
   bool use_vertical = false;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("min_speed_mps", min_speed_mps, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)");
     v("min_moving_share", min_moving_share, "fraction", "a dynamic object has more moving points than this");
     v("use_vertical", use_vertical, "", "use the vertical scene flow too");

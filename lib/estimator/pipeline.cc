@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sextant/estimator/start/point_choice.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 namespace {
@@ -25,13 +25,6 @@ class Stopwatch {
 };
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-double median(std::vector<double> values) {
-  if (values.empty()) return nan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Correspondences nearer_than(const Correspondences& points, double max_depth_m) {
   std::vector<unsigned char> keep(points.size());
@@ -53,8 +46,8 @@ Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsign
 
 /// Robust start and refinement of one body: fills points, estimate, status, counts and times.
 void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_points,
-                   const RobustStartOptions& options, const std::string& refine_on,
-                   const Estimator& estimator, BodyResult& body) {
+                   const RobustStartOptions& options, RefineOn refine_on, const Estimator& estimator,
+                   BodyResult& body) {
   Stopwatch watch;
   body.points = problem.points;
   body.noise = problem.noise;
@@ -103,8 +96,6 @@ std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) 
 void PipelineOptions::check() const {
   start.check();
   classification.check();
-  check_refine_on("refine_on", refine_on);
-  if (refine_objects_on != "same") check_refine_on("refine_objects_on", refine_objects_on);
   check_option(max_object_distance_m > 0, "max_object_distance_m", max_object_distance_m, "> 0");
   check_option(min_object_area >= 0 && min_object_area < 1, "min_object_area", min_object_area, "in [0, 1)");
   check_option(min_object_points >= 4, "min_object_points", min_object_points, ">= 4");
@@ -177,7 +168,8 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   BodyResult body;
   body.instance = object.instance;
   body.area_fraction = object.area_fraction;
-  body.distance_m = median(object.points.depth);
+  std::vector<double> depths = object.points.depth;
+  body.distance_m = depths.empty() ? nan : middle_of(depths);
   body.moving_share = body.speed_mps = nan;
   body.is_dynamic = true;
   const int instance_prev = main_instance(object);
@@ -258,8 +250,9 @@ void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& eg
     propagated = ego.estimate.T_curr_prev * known->second;
   }
   const Problem problem{pair.camera, std::move(body.points), body.noise};
-  const std::string& refine_on =
-      options_.refine_objects_on == "same" ? options_.refine_on : options_.refine_objects_on;
+  const RefineOn refine_on = options_.refine_objects_on == RefineObjectsOn::same
+                                 ? options_.refine_on
+                                 : static_cast<RefineOn>(options_.refine_objects_on);
   estimate_body(problem, propagated, options_.min_object_points, options_.start, refine_on, *estimator_,
                 body);
   if (body.status != Status::ok) return;

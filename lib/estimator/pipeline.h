@@ -14,29 +14,32 @@
 
 #include "sextant/estimator/classification.h"
 #include "sextant/estimator/estimators/estimator.h"
+#include "sextant/estimator/start/point_choice.h"
 #include "sextant/estimator/start/robust_start.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/measurement/frame_pair.h"
 
 namespace sextant {
 
+/// RefineOn, or the same as the background.
+enum class RefineObjectsOn { inliers, all, reselected, same };
+constexpr Names<4> names_of(RefineObjectsOn) { return {"inliers", "all", "reselected", "same"}; }
+
 struct PipelineOptions {
   RobustStartOptions start;
-  std::string refine_on = "reselected";
-  std::string refine_objects_on = "same";
+  RefineOn refine_on = RefineOn::reselected;
+  RefineObjectsOn refine_objects_on = RefineObjectsOn::same;
   ClassificationOptions classification;
   double max_object_distance_m = 25.0;
   double min_object_area = 0.005;
   int min_object_points = 30;
   bool estimate_static_objects = false;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("start", start, "", "RANSAC against the propagated motion");
     v("refine_on", refine_on, "",
-      "points that motion_only and joint_flow refine on: inliers (of RANSAC), all, or reselected (within the "
-      "noise that the residuals show); joint_flow_depth chooses by itself");
-    v("refine_objects_on", refine_objects_on, "", "the same for objects: inliers, all, reselected or same");
+      "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of RANSAC, every one, or those within the noise that the residuals show");
+    v("refine_objects_on", refine_objects_on, "", "the same for objects");
     v("classification", classification, "", "dynamic or static");
     v("max_object_distance_m", max_object_distance_m, "m",
       "gate on the median depth of an object, and farthest object point (paper: 25)");

@@ -165,8 +165,8 @@ class Listener : public Estimator {
   mutable std::vector<size_t> n_inliers;
 };
 
-/// Inliers that an estimator is given of the background and of an object, a third of whose flows are off by 2
-/// px.
+/// Inliers that an estimator is given of the background and of an object,
+/// a third of whose flows are off by 2 px.
 std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses = false) {
   ObjectObservation object = observe(4, moving);
   FramePair pair = make_pair(0, {object});
@@ -180,14 +180,14 @@ std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses =
 }
 
 TEST(Pipeline, RefinesOnThePointsThatTheOptionsName) {
-  const std::vector<size_t> inliers = inliers_given({.refine_on = "inliers"});
+  const std::vector<size_t> inliers = inliers_given({.refine_on = RefineOn::inliers});
   ASSERT_EQ(inliers.size(), 2U);
-  const std::vector<size_t> all = inliers_given({.refine_on = "all"});
+  const std::vector<size_t> all = inliers_given({.refine_on = RefineOn::all});
   EXPECT_GT(all[0], inliers[0]);
   EXPECT_GT(all[1], inliers[1]);
-  EXPECT_EQ(inliers_given({.refine_on = "all", .refine_objects_on = "inliers"}),
+  EXPECT_EQ(inliers_given({.refine_on = RefineOn::all, .refine_objects_on = RefineObjectsOn::inliers}),
             (std::vector<size_t>{all[0], inliers[1]}));
-  EXPECT_EQ(inliers_given({.refine_on = "all"}, /*chooses=*/true), inliers);
+  EXPECT_EQ(inliers_given({.refine_on = RefineOn::all}, /*chooses=*/true), inliers);
 }
 
 TEST(Pipeline, DeclaredNoiseReachesTheEstimatorByPreviousBody) {
@@ -262,8 +262,9 @@ TEST(Pipeline, NoEgoMotionStillEstimatesObjectsInTheCameraFrame) {
 TEST(Pipeline, OptionsAreChecked) {
   EXPECT_THROW(make({.max_object_distance_m = -1}), Error);
   EXPECT_THROW(make({.min_object_points = 2}), Error);
-  EXPECT_THROW(make({.refine_on = "same"}), Error);
-  EXPECT_THROW(make({.refine_objects_on = "some"}), Error);
+  PipelineOptions options;
+  EXPECT_THROW(read_options(Json{{"refine_on", "same"}}, options), Error);
+  EXPECT_THROW(read_options(Json{{"refine_objects_on", "some"}}, options), Error);
 }
 
 }  // namespace

@@ -27,8 +27,6 @@ struct PinholeCamera {
     j << fx * iz, 0, -fx * p.x() * iz * iz, 0, fy * iz, -fy * p.y() * iz * iz;
     return j;
   }
-  /// d project(exp(xi) * p) / d xi at xi = 0, xi = [rho; omega] (px per m, px per rad).
-  Eigen::Matrix<double, 2, 6> motion_jacobian(const Eigen::Vector3d& p) const;
 
   Eigen::Vector3d ray(double u, double v) const { return {(u - cx) / fx, (v - cy) / fy, 1.0}; }
   Eigen::Vector3d backproject(double u, double v, double z) const { return z * ray(u, v); }
@@ -43,13 +41,7 @@ struct StereoCamera {
 
   double depth_m(double disparity_px) const { return bf / disparity_px; }
   double disparity_px(double z_m) const { return bf / z_m; }
-  /// d depth / d disparity (m per px).
-  double depth_jacobian(double disparity_px) const { return -bf / (disparity_px * disparity_px); }
   double depth_sigma_m(double z_m, double delta_d_px) const { return z_m * z_m / bf * delta_d_px; }
-
-  /// [u, v, u_right] of a point, and its Jacobian (px per m).
-  Eigen::Vector3d project(const Eigen::Vector3d& p) const;
-  Eigen::Matrix3d project_jacobian(const Eigen::Vector3d& p) const;
 
   void check() const;
 };

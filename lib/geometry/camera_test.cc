@@ -42,14 +42,6 @@ TEST(PinholeCamera, ProjectJacobian) {
   }
 }
 
-TEST(PinholeCamera, MotionJacobian) {
-  for (const Eigen::Vector3d& p : points) {
-    const auto f = [&](const Vector6d& xi) { return camera.project(SE3::exp(xi) * p); };
-    EXPECT_THAT(camera.motion_jacobian(p), EigenNear(numeric_jacobian(f, Vector6d::Zero().eval()), 1e-5))
-        << p.transpose();
-  }
-}
-
 TEST(PinholeCamera, CheckRefusesImpossibleNumbers) {
   EXPECT_NO_THROW(camera.check());
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -66,38 +58,15 @@ TEST(StereoCamera, DisparityAndDepthAreInverse) {
   EXPECT_DOUBLE_EQ(stereo.disparity_px(387.57), 1.0);
 }
 
-TEST(StereoCamera, DepthJacobian) {
-  for (const double disparity : {1.5, 10.0, 80.0}) {
-    const double h = 1e-5 * disparity;
-    const double numeric = (stereo.depth_m(disparity + h) - stereo.depth_m(disparity - h)) / (2 * h);
-    EXPECT_NEAR(stereo.depth_jacobian(disparity) / numeric, 1.0, 1e-8);
-  }
-}
-
 TEST(StereoCamera, DepthSigmaOfThePaper) {
   // z = 20 m, f = 725 px, b = 0.5 m, delta_d = 0.2 px: 400 / 362.5 * 0.2 m.
   const StereoCamera vkitti{{725, 725, 620.5, 187}, 725 * 0.5};
   EXPECT_NEAR(vkitti.depth_sigma_m(20, 0.2), 0.2207, 5e-5);
   EXPECT_DOUBLE_EQ(vkitti.depth_sigma_m(20, 0.2), 80.0 / 362.5);
   // First-order propagation: sigma = |d depth / d disparity| * delta_d.
-  EXPECT_NEAR(vkitti.depth_sigma_m(33, 0.15), std::abs(vkitti.depth_jacobian(vkitti.disparity_px(33))) * 0.15,
-              1e-12);
-}
-
-TEST(StereoCamera, ProjectGivesTheRightImageToo) {
-  // The right camera stands bf / fx to the right: its image of a point is shifted left by the disparity.
-  const Eigen::Vector3d p(1, -2, 8);
-  const Eigen::Vector3d in_right_camera = p - Eigen::Vector3d(stereo.bf / camera.fx, 0, 0);
-  const Eigen::Vector3d expected(camera.project(p).x(), camera.project(p).y(),
-                                 camera.project(in_right_camera).x());
-  EXPECT_THAT(stereo.project(p), EigenNear(expected, 1e-10));
-}
-
-TEST(StereoCamera, ProjectJacobian) {
-  for (const Eigen::Vector3d& p : points) {
-    const auto f = [](const Eigen::Vector3d& x) { return stereo.project(x); };
-    EXPECT_THAT(stereo.project_jacobian(p), EigenNear(numeric_jacobian(f, p), 1e-5)) << p.transpose();
-  }
+  const double disparity = vkitti.disparity_px(33);
+  const double slope = (vkitti.depth_m(disparity + 1e-4) - vkitti.depth_m(disparity - 1e-4)) / 2e-4;
+  EXPECT_NEAR(vkitti.depth_sigma_m(33, 0.15), std::abs(slope) * 0.15, 1e-8);
 }
 
 TEST(StereoCamera, CheckRefusesImpossibleNumbers) {

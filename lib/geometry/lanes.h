@@ -1,17 +1,15 @@
 #pragma once
 
-// 32 bytes at a time, four doubles or eight floats, for the loops over points. With -ffp-contract=off
-// (cmake/SextantOptions.cmake) the clones of a SEXTANT_SIMD function for different processors give the same
-// bits.
+// 32 bytes at a time, four doubles or eight floats, for the loops over points (base/simd.h).
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
+#include "sextant/base/simd.h"
 #include "sextant/geometry/se3.h"
 
-#define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
 // Macros, not functions: a vector return would change the calling convention between the clones.
 #define SEXTANT_LOAD(pointer) \
   (*reinterpret_cast<const ::sextant::UnalignedLanesOf<std::remove_cvref_t<decltype(*(pointer))>>*>(pointer))

@@ -1,10 +1,9 @@
 #pragma once
 
-// Poses between recorded ones. Between stamps t_i <= t <= t_j that follow each other, w = (t - t_i) / (t_j -
-// t_i):
+// Poses between recorded ones. Between stamps t_i <= t <= t_j that follow each other,
+// w = (t - t_i) / (t_j - t_i):
 //
-//   p = (1 - w) p_i + w p_j          R = R_i exp(w log(R_i' R_j))        (straight line; slerp, the shorter
-//   way)
+//   p = (1 - w) p_i + w p_j          R = R_i exp(w log(R_i' R_j))      (straight line; slerp, the shorter way)
 //
 // At a recorded stamp it is the recorded pose, bit for bit. Nothing is extrapolated, and no gap longer than
 // max_gap_s is bridged.

@@ -5,8 +5,8 @@
 //   Sigma = 1/n sum (y_i - y_mean)(x_i - x_mean)' = U D V',  S = diag(1, 1, det(U) det(V))
 //   R = U S V',  s = trace(D S) / var(x),  t = y_mean - s R x_mean
 //
-// and the same with s = 1 and a rotation about one known axis u alone, for two paths that both know where up
-// is:
+// and the same with s = 1 and a rotation about one known axis u alone,
+// for two paths that both know where up is:
 //
 //   R = rotation about u by atan2(u . sum dx x dy, sum dx . dy - (u . dx)(u . dy))
 //

@@ -4,8 +4,8 @@
 // (before_noise: or none).
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
-//   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none.
-//   METHOD section 2.
+//   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none
+//   (docs/conventions.md, "Camera and measurements").
 
 #include <cmath>
 #include <cstddef>

@@ -1,6 +1,7 @@
 #pragma once
 
-// The limit: the Cramer-Rao bound of one body's motion over a frame pair (METHOD sections 3 and 7).
+// The limit: the Cramer-Rao bound of one body's motion over a frame pair (docs/method.md and
+// docs/metrics.md, "The limit").
 //
 // Unknown are X = T_curr_prev and, per point i, its depth z_i; measured are flow and depth(s), with
 // independent Gaussian errors of the declared deviations (measurement_noise.h). Eliminating z_i from the

@@ -8,8 +8,8 @@
 //   Fl, D1      share of outliers, flow and disparity
 //   coverage    share of the pixels with truth that have an estimate
 //
-// Means and outliers are over the pixels with both; KITTI's own numbers also fill in the pixels without an
-// estimate.
+// Means and outliers are over the pixels with both;
+// KITTI's own numbers also fill in the pixels without an estimate.
 
 #include <span>
 

@@ -52,6 +52,13 @@ struct Motion {
   Matrix6d covariance;
 };
 
+/// d project(exp(xi) p) / d xi at xi = 0.
+Eigen::Matrix<double, 2, 6> motion_jacobian(const Eigen::Vector3d& p) {
+  Eigen::Matrix<double, 2, 6> J;
+  J << camera.left.project_jacobian(p), -camera.left.project_jacobian(p) * skew(p);
+  return J;
+}
+
 /// The structured estimate: every depth an unknown, residual and Jacobian at the refined depth. Gauss-Newton.
 class Structured {
  public:
@@ -92,8 +99,8 @@ class Structured {
       information = depth_information + flow_information * j.squaredNorm();
       z += (depth_information * (points.depth[i] - z) + flow_information * j.dot(r)) / information;
     }
-    const auto J = camera.left.motion_jacobian(p);
-    const auto above = camera.left.motion_jacobian(p + 1e-4 * ray);
+    const auto J = motion_jacobian(p);
+    const auto above = motion_jacobian(p + 1e-4 * ray);
     const Eigen::Matrix<double, 2, 6> slope = (above - J) / 1e-4;
     const Eigen::Matrix2d W =
         (Eigen::Matrix2d::Identity() / flow_information + j * j.transpose() / depth_information).inverse();

@@ -1,7 +1,6 @@
 #include "sextant/metrics/pose_pairs.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -11,18 +10,8 @@
 namespace sextant {
 namespace {
 
-constexpr double kRad = std::numbers::pi / 180;
-constexpr size_t kMostPosesOfAllAngles = 100'000;
-
-struct UnitName {
-  std::string_view name;
-  DeltaUnit unit;
-};
-constexpr auto kUnits = std::to_array<UnitName>({{"f", DeltaUnit::frames},
-                                                 {"m", DeltaUnit::metres},
-                                                 {"deg", DeltaUnit::degrees},
-                                                 {"rad", DeltaUnit::radians},
-                                                 {"s", DeltaUnit::seconds}});
+constexpr double rad_per_deg = std::numbers::pi / 180;
+constexpr size_t max_poses_of_all_angles = 100'000;
 
 std::vector<PosePair> pairs_by_frames(size_t n, int delta, bool all) {
   std::vector<PosePair> pairs;
@@ -91,11 +80,10 @@ std::vector<PosePair> consecutive_by_angle(const PoseSeries& series, double delt
 }
 
 std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, double tolerance_rad) {
-  if (series.size() > kMostPosesOfAllAngles) {
+  if (series.size() > max_poses_of_all_angles) {
     fail(
-        "all pairs by angle: {} poses are too many (limit {}); use consecutive pairs, or --t-start and "
-        "--t-end",
-        series.size(), kMostPosesOfAllAngles);
+        "all pairs by angle: {} poses are too many (limit {}); use consecutive pairs, or --t-start and --t-end",
+        series.size(), max_poses_of_all_angles);
   }
   std::vector<Eigen::Quaterniond> q;
   q.reserve(series.size());
@@ -118,7 +106,7 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
 }
 
 std::vector<PosePair> pairs_by_angle(const PoseSeries& series, const PairSelection& selection) {
-  const double delta_rad = selection.delta * (selection.unit == DeltaUnit::degrees ? kRad : 1);
+  const double delta_rad = selection.delta * (selection.unit == DeltaUnit::degrees ? rad_per_deg : 1);
   if (!selection.all_pairs) return consecutive_by_angle(series, delta_rad);
   return all_by_angle(series, delta_rad, delta_rad * selection.relative_tolerance);
 }
@@ -130,9 +118,9 @@ std::vector<PosePair> pairs_by_time(const PoseSeries& series, const PairSelectio
   if (selection.all_pairs)
     return nearest_pairs(t, selection.delta, selection.delta * selection.relative_tolerance);
   std::vector<PosePair> pairs;
-  constexpr double kRounding = 1e-6;  // stamps in microseconds: 10 steps of 0.1 s are 1 s
+  constexpr double rounding_s = 1e-6;  // stamps in microseconds: 10 steps of 0.1 s are 1 s
   for (size_t i = 1, begin = 0; i < t.size(); ++i) {
-    if (t[i] - t[begin] < selection.delta - kRounding) continue;
+    if (t[i] - t[begin] < selection.delta - rounding_s) continue;
     pairs.emplace_back(static_cast<int>(begin), static_cast<int>(i));
     begin = i;
   }
@@ -157,19 +145,14 @@ std::vector<PosePair> pairs_of(const PoseSeries& series, const PairSelection& s)
 
 }  // namespace
 
-std::string_view to_string(DeltaUnit unit) {
-  return std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitName& u) { return u.unit == unit; })->name;
-}
-
 PairSelection PairSelection::parse(const std::string& text) {
-  constexpr const char* kForm = "expected a number and a unit: 1f (frames), 10m, 5deg, 0.5rad or 2s";
+  constexpr const char* form = "expected a number and a unit: 1f (frames), 10m, 5deg, 0.5rad or 2s";
   PairSelection s;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), s.delta);
   const std::string_view unit(end, static_cast<size_t>(text.data() + text.size() - end));
-  const auto* known =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitName& u) { return u.name == unit; });
-  if (error != std::errc() || known == kUnits.end()) fail("--rpe {}: {}", text, kForm);
-  s.unit = known->unit;
+  const std::optional<DeltaUnit> known = find_name<DeltaUnit>(unit);
+  if (error != std::errc() || !known) fail("--rpe {}: {}", text, form);
+  s.unit = *known;
   if (!(s.delta > 0) || !std::isfinite(s.delta)) fail("--rpe {}: must be above 0", text);
   if (s.unit == DeltaUnit::frames && (s.delta != std::trunc(s.delta) || s.delta > 1e9))
     fail("--rpe {}: a whole number of frames is needed", text);

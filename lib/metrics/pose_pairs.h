@@ -16,16 +16,16 @@
 // The tolerance is relative_tolerance * delta. All but seconds as evo selects them (evo.core.filters 1.3x).
 
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/geometry/pose_series.h"
 
 namespace sextant {
 
 enum class DeltaUnit { frames, metres, degrees, radians, seconds };
-std::string_view to_string(DeltaUnit unit);
+constexpr Names<5> names_of(DeltaUnit) { return {"f", "m", "deg", "rad", "s"}; }
 
 struct PairSelection {
   double delta = 1;

@@ -1,7 +1,6 @@
 #include "sextant/metrics/presets.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -42,32 +41,13 @@ bool MetricPreset::aggregates(const std::string& metric) const {
   return metric == "Et_m" || metric == "ER_deg" || metric == "Ev_kmh";
 }
 
-std::string_view to_string(Aggregate aggregate) {
-  constexpr std::array<std::string_view, 4> names = {"mean", "RMSE", "median", "max"};
-  return names.at(static_cast<size_t>(aggregate));
-}
-
 double aggregate(Aggregate how, std::span<const double> values) {
   SEXTANT_CHECK(!values.empty());
-  const auto n = static_cast<double>(values.size());
+  const bool squares = how == Aggregate::rmse;
   double sum = 0;
-  switch (how) {
-    case Aggregate::mean:
-      for (const double v : values) sum += v;
-      return sum / n;
-    case Aggregate::rmse:
-      for (const double v : values) sum += v * v;
-      return std::sqrt(sum / n);
-    case Aggregate::median: {
-      std::vector<double> sorted(values.begin(), values.end());
-      std::sort(sorted.begin(), sorted.end());
-      const size_t half = sorted.size() / 2;
-      return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
-    }
-    case Aggregate::max:
-      return *std::max_element(values.begin(), values.end());
-  }
-  SEXTANT_CHECK(false);
+  for (const double v : values) sum += squares ? v * v : v;
+  const double mean = sum / static_cast<double>(values.size());
+  return squares ? std::sqrt(mean) : mean;
 }
 
 std::span<const MetricPreset> metric_presets() { return table(); }

@@ -7,10 +7,12 @@
 #include <string>
 #include <string_view>
 
+#include "sextant/base/names.h"
+
 namespace sextant {
 
-enum class Aggregate { mean, rmse, median, max };
-std::string_view to_string(Aggregate aggregate);
+enum class Aggregate { mean, rmse };
+constexpr Names<2> names_of(Aggregate) { return {"mean", "RMSE"}; }
 /// Aggregate of finite values; throws InternalError on an empty span.
 double aggregate(Aggregate how, std::span<const double> values);
 

@@ -1,16 +1,12 @@
 #include "sextant/metrics/trajectory_alignment.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "sextant/base/error.h"
-#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
-
-constexpr std::array<std::string_view, 6> kNames = {"none", "origin", "se3", "sim3", "scale", "yaw"};
 
 Similarity origin_alignment(const PoseSeries& estimate, const PoseSeries& reference) {
   Similarity s;
@@ -30,8 +26,7 @@ UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& re
                               std::span(reference.positions_m).first(n), with_scale);
   if (!result) {
     fail(
-        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which "
-        "leaves the rotation open; use --align origin or --align none",
+        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which leaves the rotation open; use --align origin or --align none",
         n);
   }
   return *result;
@@ -44,9 +39,7 @@ Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference
       rotation_about(up, std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
   if (!result) {
     fail(
-        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
-        "angle "
-        "open; use --align origin or --align none",
+        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the angle open; use --align origin or --align none",
         n);
   }
   return *result;
@@ -58,16 +51,6 @@ void apply(PoseSeries& series, const Similarity& s) {
 }
 
 }  // namespace
-
-std::string_view to_string(Alignment alignment) { return kNames.at(static_cast<size_t>(alignment)); }
-
-Alignment alignment_from_string(std::string_view name) {
-  for (size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == name) return static_cast<Alignment>(i);
-  }
-  fail("unknown alignment '{}': {}", name,
-       suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
-}
 
 AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n,
                       const Eigen::Vector3d& up) {

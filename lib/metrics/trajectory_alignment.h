@@ -7,24 +7,20 @@
 //   se3      p <- R p + t of Umeyama's similarity with s = 1
 //   sim3     positions <- s positions, then R, t, of the similarity with scale
 //   scale    positions <- s positions alone, s as in sim3
-//   yaw      p <- R p + t nearest in the sense of least squares with R a rotation about `up` alone: for
-//   systems
-//            that know gravity, whose roll and pitch are part of what they claim
+//   yaw      p <- R p + t nearest in the sense of least squares with R a rotation about `up` alone:
+//            for systems that know gravity, whose roll and pitch are part of what they claim
 //
-// se3, sim3, scale and yaw look at the positions of the first `first_n` poses (0: all). As evo defines them
-// (yaw: ours).
+// se3, sim3, scale and yaw look at the positions of the first `first_n` poses (0: all).
+// As evo defines them (yaw: ours).
 
-#include <string_view>
-
+#include "sextant/base/names.h"
 #include "sextant/geometry/pose_series.h"
 #include "sextant/geometry/umeyama.h"
 
 namespace sextant {
 
 enum class Alignment { none, origin, se3, sim3, scale, yaw };
-std::string_view to_string(Alignment alignment);
-/// Throws Error on an unknown name.
-Alignment alignment_from_string(std::string_view name);
+constexpr Names<6> names_of(Alignment) { return {"none", "origin", "se3", "sim3", "scale", "yaw"}; }
 
 struct AlignmentResult {
   Similarity ref_from_est;  ///< what was applied: scale first, then rotation and translation

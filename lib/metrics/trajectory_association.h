@@ -3,10 +3,9 @@
 // Which poses of two recordings belong together.
 //
 //   by time    each stamp of the shorter recording (of two as long, the estimate's) takes the nearest stamp
-//   of
-//              the other, the earlier of two as near, when they differ by at most max_difference_s. The
-//              offset is added to the stamps of the estimate. A pose of the longer recording may be taken
-//              twice.
+//              of the other, the earlier of two as near, when they differ by at most max_difference_s.
+//              The offset is added to the stamps of the estimate.
+//              A pose of the longer recording may be taken twice.
 //   by frame   frame numbers that both have
 //   by row     row i with row i; as many rows in both
 //

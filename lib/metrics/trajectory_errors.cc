@@ -1,24 +1,14 @@
 #include "sextant/metrics/trajectory_errors.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "sextant/base/error.h"
-#include "sextant/base/text.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 namespace {
-
-constexpr std::array<std::string_view, 7> kNames = {"trans_part",
-                                                    "rot_part",
-                                                    "angle_deg",
-                                                    "angle_rad",
-                                                    "full",
-                                                    "point_distance",
-                                                    "point_distance_error_ratio"};
-constexpr std::array<std::string_view, 7> kUnits = {"m", "1", "deg", "rad", "1", "m", "%"};
 
 double value_of(const RelativePose& E, PoseRelation relation) {
   switch (relation) {
@@ -47,15 +37,9 @@ RelativePose difference(const RelativePose& a, const RelativePose& b) {
 
 }  // namespace
 
-std::string_view to_string(PoseRelation relation) { return kNames.at(static_cast<size_t>(relation)); }
-std::string_view unit_of(PoseRelation relation) { return kUnits.at(static_cast<size_t>(relation)); }
-
-PoseRelation relation_from_string(std::string_view name) {
-  for (size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == name) return static_cast<PoseRelation>(i);
-  }
-  fail("unknown relation '{}': {}", name,
-       suggest(name, std::vector<std::string>(kNames.begin(), kNames.end())));
+std::string_view unit_of(PoseRelation relation) {
+  constexpr Names<7> units = {"m", "1", "deg", "rad", "1", "m", "%"};
+  return units.at(static_cast<size_t>(relation));
 }
 
 double pair_distance_m(const PoseSeries& series, const PosePair& pair) {
@@ -121,9 +105,7 @@ ErrorStatistics error_statistics(std::span<const double> errors) {
   for (const double e : errors) spread += (e - s.mean) * (e - s.mean);
   s.std = std::sqrt(spread / n);
   std::vector<double> values(errors.begin(), errors.end());
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  s.median = values.size() % 2 == 1 ? *half : 0.5 * (*half + *std::max_element(values.begin(), half));
+  s.median = quantile_of(values, 0.5);
   const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
   s.min = *low;
   s.max = *high;

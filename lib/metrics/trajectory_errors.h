@@ -35,10 +35,16 @@ enum class PoseRelation {
   point_distance,
   point_distance_error_ratio,  ///< of relative errors only
 };
-std::string_view to_string(PoseRelation relation);
+constexpr Names<7> names_of(PoseRelation) {
+  return {"trans_part",
+          "rot_part",
+          "angle_deg",
+          "angle_rad",
+          "full",
+          "point_distance",
+          "point_distance_error_ratio"};
+}
 std::string_view unit_of(PoseRelation relation);
-/// Throws Error on an unknown name.
-PoseRelation relation_from_string(std::string_view name);
 
 /// Distance of the positions of a pair.
 double pair_distance_m(const PoseSeries& series, const PosePair& pair);

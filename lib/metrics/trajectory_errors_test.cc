@@ -95,9 +95,9 @@ TEST(TrajectoryAlignment, YawTurnsAboutUpAlone) {
 TEST(TrajectoryAlignment, NamesRoundTrip) {
   for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3,
                               Alignment::scale, Alignment::yaw})
-    EXPECT_EQ(alignment_from_string(to_string(how)), how);
-  EXPECT_THROW(alignment_from_string("sim2"), Error);
-  EXPECT_THROW(relation_from_string("trans"), Error);
+    EXPECT_EQ(from_name<Alignment>(to_string(how), "alignment"), how);
+  EXPECT_THROW(from_name<Alignment>("sim2", "alignment"), Error);
+  EXPECT_THROW(from_name<PoseRelation>("trans", "relation"), Error);
 }
 
 }  // namespace

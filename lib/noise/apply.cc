@@ -265,8 +265,7 @@ void NoiseApplication::frame(Frame& frame) {
 NoisyPair Noise::apply(const FramePair& pair, const Draws& draws) const {
   if (changes_masks()) {
     fail(
-        "noise: masks decide which points there are: corrupt the masks of the frames before points are "
-        "extracted");
+        "noise: masks decide which points there are: corrupt the masks of the frames before points are extracted");
   }
   NoiseApplication application(*this, pair.camera, draws);
   NoisyPair noisy{pair, {}};

@@ -12,10 +12,12 @@
 #include <cstdint>
 #include <numbers>
 
+#include "sextant/base/simd.h"
+
 namespace sextant::internal {
 
 /// ln x of a positive normal number: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2 artanh((m-1)/(m+1)).
-[[gnu::always_inline]] inline double natural_log(double x) {
+SEXTANT_INLINED double natural_log(double x) {
   constexpr uint64_t one = 0x3ff0000000000000U;
   constexpr uint64_t sqrt_half = 0x3fe6a09e667f3bcdU;
   const uint64_t shifted = std::bit_cast<uint64_t>(x) + (one - sqrt_half);
@@ -46,7 +48,7 @@ struct SineCosine {
 };
 
 /// sin and cos of 2 pi u, u in [0, 1]: reduced exactly to an eighth of a turn, then power series.
-[[gnu::always_inline]] inline SineCosine sine_cosine_turns(double u) {
+SEXTANT_INLINED SineCosine sine_cosine_turns(double u) {
   constexpr double round = 0x1.8p52;  // adding it rounds to an integer that stands in the lowest bits
   const double rounded = 4 * u + round;
   const auto quarter = std::bit_cast<uint64_t>(rounded);
@@ -86,7 +88,7 @@ struct NormalPair {
   double second = 0;
 };
 
-[[gnu::always_inline]] inline NormalPair box_muller(double u1, double u2) {
+SEXTANT_INLINED NormalPair box_muller(double u1, double u2) {
   const double radius = __builtin_sqrt(-2 * natural_log(u1));
   const SineCosine angle = sine_cosine_turns(u2);
   return {radius * angle.cosine, radius * angle.sine};

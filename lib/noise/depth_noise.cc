@@ -8,8 +8,7 @@ double focal_baseline(const StereoCamera& camera, double baseline_m) {
   const double bf = baseline_m > 0 ? camera.left.fx * baseline_m : camera.bf;
   if (!(bf > 0)) {
     fail(
-        "noise: the source has no stereo baseline (bf = {}): set depth.baseline_m and "
-        "quantisation.baseline_m",
+        "noise: the source has no stereo baseline (bf = {}): set depth.baseline_m and quantisation.baseline_m",
         bf);
   }
   return bf;
@@ -19,8 +18,6 @@ void DepthNoiseOptions::check() const {
   check_option(delta_d_px >= 0 && std::isfinite(delta_d_px), "depth.delta_d_px", delta_d_px, ">= 0");
   check_option(baseline_m >= 0 && std::isfinite(baseline_m), "depth.baseline_m", baseline_m, ">= 0");
 }
-
-DepthNoise::DepthNoise(const DepthNoiseOptions& options) : options_(options) { options_.check(); }
 
 std::string DepthNoise::name() const {
   if (!changes_depth()) return "";

@@ -1,11 +1,12 @@
 #pragma once
 
-// Depth of a stereo camera whose disparity has the accuracy delta_d (paper sec. V; METHOD section 5):
+// Depth of a stereo camera whose disparity has the accuracy delta_d (paper sec. V; docs/noise.md):
 //
 //   z' = z + sigma(z) n,   sigma(z) = z^2 / (f b) delta_d,   n ~ N(0, 1)
 //
 // f = fx of the camera (px), b = baseline. z' <= 0 is invalid: never clamped.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -16,26 +17,21 @@ double focal_baseline(const StereoCamera& camera, double baseline_m);
 struct DepthNoiseOptions {
   double delta_d_px = 0;
   double baseline_m = 0.5;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("delta_d_px", delta_d_px, "px", "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera");
     v("baseline_m", baseline_m, "m", "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf");
   }
   void check() const;
 };
 
-class DepthNoise : public NoiseModel {
+class DepthNoise : public WithOptions<NoiseModel, DepthNoiseOptions> {
  public:
-  explicit DepthNoise(const DepthNoiseOptions& options);
-  Json options() const override { return write_options(options_); }
+  explicit DepthNoise(const DepthNoiseOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.delta_d_px > 0; }
-
- private:
-  DepthNoiseOptions options_;
 };
 
 }  // namespace sextant

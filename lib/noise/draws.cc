@@ -5,18 +5,11 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/registry.h"
+#include "sextant/base/simd.h"
 #include "sextant/noise/box_muller.h"
 
 namespace sextant {
 namespace {
-
-// The thread sanitizer cannot run the function that chooses among clones.
-#if defined(__SANITIZE_THREAD__)
-#define SEXTANT_SIMD
-#else
-#define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
-#endif
 
 /// A pixel that no image has: it stands for the whole frame.
 constexpr int whole_frame = -1;
@@ -55,18 +48,6 @@ PhiloxKey key_of(uint64_t seed, std::string_view dataset, std::string_view seque
 }
 
 }  // namespace
-
-std::string_view to_string(Correlation correlation) {
-  return correlation == Correlation::independent ? "independent" : "shared_per_frame";
-}
-
-Correlation correlation_from_string(std::string_view name) {
-  for (const Correlation correlation : {Correlation::independent, Correlation::shared_per_frame}) {
-    if (name == to_string(correlation)) return correlation;
-  }
-  const std::vector<std::string> names = {"independent", "shared_per_frame"};
-  fail("unknown noise correlation '{}': {}", name, suggest(name, names));
-}
 
 Draws::Draws(uint64_t seed, std::string_view dataset, std::string_view sequence)
     : key_(key_of(seed, dataset, sequence)) {}

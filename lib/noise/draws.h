@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/base/philox.h"
 
 namespace sextant {
@@ -38,9 +39,7 @@ enum class Correlation {
   shared_per_frame,  ///< one draw for all pixels: what the published code of the paper does
 };
 
-std::string_view to_string(Correlation correlation);
-/// Throws Error on an unknown name.
-Correlation correlation_from_string(std::string_view name);
+constexpr Names<2> names_of(Correlation) { return {"independent", "shared_per_frame"}; }
 
 /// Pixels of one frame: column x and row y, arrays of one length.
 struct PixelBatch {

@@ -198,8 +198,8 @@ TEST(Draws, NamesCannotRunIntoEachOther) {
   EXPECT_EQ(key(Draws(1, "a", "b")), key(Draws(1, "a", "b")));
 }
 
-// Property: whichever pixels are asked for, in whatever order, singly or in batches, on any number of
-// threads.
+// Property: whichever pixels are asked for, in whatever order, singly or in batches,
+// on any number of threads.
 TEST(Draws, DoNotDependOnOrderBatchOrThreads) {
   const Draws draws(9, "synthetic", "s18");
   std::mt19937_64 random(5);
@@ -246,11 +246,6 @@ TEST(Draws, AreTheSameBitsForEver) {
   // A second implementation (Python, its own Philox, libm) gives -0x1.dd6743eb5c8bap+0 0x1.ea9e24d584800p-4.
   EXPECT_EQ(draws.normals(NoiseChannel::flow, 3, 100, 50)[0], -0x1.dd6743eb5c8bap+0);
   EXPECT_EQ(draws.normals(NoiseChannel::flow, 3, 100, 50)[1], 0x1.ea9e24d5847e7p-4);
-}
-
-TEST(Correlation, NamesRoundTripAndUnknownOnesAreRefused) {
-  for (const Correlation c : {independent, shared}) EXPECT_EQ(correlation_from_string(to_string(c)), c);
-  EXPECT_THROW(correlation_from_string("shared"), Error);
 }
 
 }  // namespace

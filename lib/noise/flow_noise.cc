@@ -43,8 +43,6 @@ void FlowLevel::check() const {
 
 void FlowNoiseOptions::check() const {
   level.check();
-  check_option(reading == "epe_is_sigma" || reading == "epe_is_mean_error", "flow.reading", reading,
-               "epe_is_sigma or epe_is_mean_error");
   check_option(scale >= 0 && std::isfinite(scale), "flow.scale", scale, ">= 0");
   for (const auto& [key, body] : bodies) {
     body.check();
@@ -53,8 +51,7 @@ void FlowNoiseOptions::check() const {
   }
 }
 
-FlowNoise::FlowNoise(const FlowNoiseOptions& options) : options_(options) {
-  options_.check();
+FlowNoise::FlowNoise(const FlowNoiseOptions& options) : WithOptions(options) {
   of_background_ = of_objects_ = sigma_of(options_.level);
   for (const auto& [key, level] : options_.bodies) {
     if (key == "background") of_background_ = sigma_of(level);
@@ -64,7 +61,7 @@ FlowNoise::FlowNoise(const FlowNoiseOptions& options) : options_(options) {
 }
 
 FlowSigma FlowNoise::sigma_of(const FlowLevel& level) const {
-  const bool mean_error = options_.reading == "epe_is_mean_error";
+  const bool mean_error = options_.reading == EpeReading::epe_is_mean_error;
   const double factor = mean_error ? std::sqrt(std::numbers::pi / 2) : 1;
   if (level.epe_px > 0) {
     const double sigma_px = options_.scale * level.epe_px / factor;
@@ -91,7 +88,7 @@ std::string FlowNoise::name() const {
   std::string text = "flow " + text_of(options_.level);
   for (const auto& [key, level] : options_.bodies) text += fmt::format(", {} {}", key, text_of(level));
   if (options_.scale != 1) text += fmt::format(", x {}", options_.scale);
-  if (options_.reading == "epe_is_mean_error") text += ", mean error";
+  if (options_.reading == EpeReading::epe_is_mean_error) text += ", mean error";
   return text;
 }
 

@@ -1,21 +1,22 @@
 #pragma once
 
-// Gaussian flow noise, asked for by end-point error (EPE): phi' = phi + (sigma_x n1, sigma_y n2), n ~ N(0,
-// 1).
+// Gaussian flow noise, asked for by end-point error (EPE):
+// phi' = phi + (sigma_x n1, sigma_y n2), n ~ N(0, 1).
 //
 //   reading           epe_x_px, epe_y_px (one axis)       epe_px (both axes alike)
 //   epe_is_sigma      sigma_axis = EPE_axis                sigma = EPE                     the paper
 //   epe_is_mean_error sigma_axis = EPE_axis sqrt(pi/2)     sigma = EPE / sqrt(pi/2)
 //
 // On one axis EPE is the mean absolute error, E|n| = sqrt(2/pi); in two dimensions it is the mean length of
-// an isotropic Gaussian vector (Rayleigh), sqrt(pi/2) sigma. The factor is the same; it stands on opposite
-// sides.
+// an isotropic Gaussian vector (Rayleigh), sqrt(pi/2) sigma. The factor is the same;
+// it stands on opposite sides.
 //
 // `bodies` overrides the level of single bodies: "background", "objects" (all of them), "object:ID" (instance
 // id). The paper's Table II gives each body its own.
 
 #include <map>
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -25,8 +26,7 @@ struct FlowLevel {
   double epe_px = 0;
   double epe_x_px = 0;
   double epe_y_px = 0;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("epe_px", epe_px, "px", "2-D end-point error, both axes alike");
     v("epe_x_px", epe_x_px, "px", "end-point error of the x axis");
     v("epe_y_px", epe_y_px, "px", "end-point error of the y axis");
@@ -34,25 +34,26 @@ struct FlowLevel {
   void check() const;
 };
 
+enum class EpeReading { epe_is_sigma, epe_is_mean_error };
+constexpr Names<2> names_of(EpeReading) { return {"epe_is_sigma", "epe_is_mean_error"}; }
+
 struct FlowNoiseOptions {
   FlowLevel level;
-  std::string reading = "epe_is_sigma";
+  EpeReading reading = EpeReading::epe_is_sigma;
   double scale = 1;
   std::map<std::string, FlowLevel> bodies;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     level.visit(v);
-    v("reading", reading, "", "epe_is_sigma (paper) or epe_is_mean_error");
+    v("reading", reading, "", "of the end-point error; the paper's is the first");
     v("scale", scale, "1", "factor on every level, for sweeps");
     v("bodies", bodies, "", "levels of single bodies: background, objects, object:ID");
   }
   void check() const;
 };
 
-class FlowNoise : public NoiseModel {
+class FlowNoise : public WithOptions<NoiseModel, FlowNoiseOptions> {
  public:
   explicit FlowNoise(const FlowNoiseOptions& options);
-  Json options() const override { return write_options(options_); }
   std::string name() const override;
   void corrupt_flow(const NoiseContext& context, const PixelBatch& pixels,
                     const FlowBatch& flow) const override;
@@ -63,7 +64,6 @@ class FlowNoise : public NoiseModel {
  private:
   FlowSigma sigma_of(const FlowLevel& level) const;
 
-  FlowNoiseOptions options_;
   std::map<int, FlowSigma> by_body_;  ///< "background" and "object:ID"
   FlowSigma of_objects_;              ///< all others with an id
   FlowSigma of_background_;

@@ -9,14 +9,11 @@ namespace sextant {
 void FlowOutlierOptions::check() const {
   check_option(share >= 0 && share <= 1, "outliers.share", share, "in 0..1");
   check_option(radius_px > 0 && std::isfinite(radius_px), "outliers.radius_px", radius_px, "> 0");
-  check_option(shape == "disc" || shape == "box", "outliers.shape", shape, "disc or box");
 }
-
-FlowOutliers::FlowOutliers(const FlowOutlierOptions& options) : options_(options) { options_.check(); }
 
 std::string FlowOutliers::name() const {
   if (!changes_flow()) return "";
-  return fmt::format("outliers {:.6g} % in {} {} px", options_.share * 100, options_.shape,
+  return fmt::format("outliers {:.6g} % in {} {} px", options_.share * 100, to_string(options_.shape),
                      options_.radius_px);
 }
 
@@ -31,7 +28,7 @@ void FlowOutliers::corrupt_flow(const NoiseContext& context, const PixelBatch& p
     if (chance[i] > options_.share) continue;
     const auto [a, b] = context.draws.uniforms(offset, pixels.frame, pixels.x[i], pixels.y[i]);
     flow.is_outlier[i] = 1;
-    if (options_.shape == "box") {
+    if (options_.shape == OutlierShape::box) {
       flow.u[i] += options_.radius_px * (2 * a - 1);
       flow.v[i] += options_.radius_px * (2 * b - 1);
     } else {

@@ -7,35 +7,34 @@
 // Each pixel is drawn by itself, also with correlation shared_per_frame, which concerns normals. An offset
 // may be small by chance: a share of (t / radius)^2 of a disc's outliers lies within t px.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
 
+enum class OutlierShape { disc, box };
+constexpr Names<2> names_of(OutlierShape) { return {"disc", "box"}; }
+
 struct FlowOutlierOptions {
   double share = 0;
   double radius_px = 50;
-  std::string shape = "disc";
-  template <typename V>
-  void visit(V& v) {
+  OutlierShape shape = OutlierShape::disc;
+  void visit(auto& v) {
     v("share", share, "0..1", "probability that the flow of a pixel is wrong");
     v("radius_px", radius_px, "px", "largest offset: radius of the disc, half the side of the box");
-    v("shape", shape, "", "disc or box");
+    v("shape", shape, "", "of the area that offsets are spread over");
   }
   void check() const;
 };
 
-class FlowOutliers : public NoiseModel {
+class FlowOutliers : public WithOptions<NoiseModel, FlowOutlierOptions> {
  public:
-  explicit FlowOutliers(const FlowOutlierOptions& options);
-  Json options() const override { return write_options(options_); }
+  explicit FlowOutliers(const FlowOutlierOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_flow(const NoiseContext& context, const PixelBatch& pixels,
                     const FlowBatch& flow) const override;
   double outlier_share() const override { return options_.share; }
   bool changes_flow() const override { return options_.share > 0; }
-
- private:
-  FlowOutlierOptions options_;
 };
 
 }  // namespace sextant

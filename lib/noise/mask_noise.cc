@@ -55,8 +55,6 @@ void MaskNoiseOptions::check() const {
   check_option(neighbours == 4 || neighbours == 8, "mask.neighbours", neighbours, "4 or 8");
 }
 
-MaskNoise::MaskNoise(const MaskNoiseOptions& options) : options_(options) { options_.check(); }
-
 std::string MaskNoise::name() const {
   if (!changes_masks()) return "";
   std::string text = "mask";

@@ -9,6 +9,7 @@
 // Outside the image there are no neighbours: an instance cut by the border does not shrink there.
 // With both, erosion comes first (an opening). Nothing is drawn: the outcome does not depend on the seed.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -17,8 +18,7 @@ struct MaskNoiseOptions {
   int erode_px = 0;
   int dilate_px = 0;
   int neighbours = 4;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("erode_px", erode_px, "px", "steps of erosion");
     v("dilate_px", dilate_px, "px", "steps of dilation, after erosion");
     v("neighbours", neighbours, "4 or 8", "of a pixel");
@@ -26,16 +26,12 @@ struct MaskNoiseOptions {
   void check() const;
 };
 
-class MaskNoise : public NoiseModel {
+class MaskNoise : public WithOptions<NoiseModel, MaskNoiseOptions> {
  public:
-  explicit MaskNoise(const MaskNoiseOptions& options);
-  Json options() const override { return write_options(options_); }
+  explicit MaskNoise(const MaskNoiseOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_mask(Image<uint16_t>& mask) const override;
   bool changes_masks() const override { return options_.erode_px > 0 || options_.dilate_px > 0; }
-
- private:
-  MaskNoiseOptions options_;
 };
 
 }  // namespace sextant

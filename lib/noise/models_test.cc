@@ -55,7 +55,7 @@ MomentSums depth_deviations(const NoiseModel& model, double z_m, Correlation cor
   return sums;
 }
 
-// METHOD section 5: f = 725, b = 0.5, delta_d = 0.2.
+// As in docs/noise.md: f = 725, b = 0.5, delta_d = 0.2.
 TEST(DepthNoise, HasTheStereoModelsSigmaOverAMillionDraws) {
   const auto model = make("depth", R"({"delta_d_px": 0.2})");
   for (const auto& [z_m, sigma_m] :
@@ -284,7 +284,7 @@ TEST(NoiseOptions, RefuseNonsenseNamingTheOption) {
               HasSubstr("noise.flow.bodies.object:1.epe"));
   EXPECT_THAT(error_of("outliers", R"({"share": 1.5})"), HasSubstr("in 0..1"));
   EXPECT_THAT(error_of("outliers", R"({"radius_px": 0})"), HasSubstr("radius_px"));
-  EXPECT_THAT(error_of("outliers", R"({"shape": "ball"})"), HasSubstr("disc or box"));
+  EXPECT_THAT(error_of("outliers", R"({"shape": "ball"})"), HasSubstr("known: disc, box"));
   EXPECT_THAT(error_of("mask", R"({"erode_px": -1})"), HasSubstr("erode_px"));
   EXPECT_THAT(error_of("mask", R"({"neighbours": 6})"), HasSubstr("4 or 8"));
 }

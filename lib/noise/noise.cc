@@ -13,7 +13,7 @@ constexpr const char* correlation_key = "correlation";
 Correlation read_correlation(const Json& value) {
   if (!value.is_string())
     fail("option noise.{}: expected a text, got {}", correlation_key, json_excerpt(value));
-  return correlation_from_string(value.get<std::string>());
+  return from_name<Correlation>(value.get<std::string>(), "noise correlation");
 }
 
 void refuse_unknown_keys(const Json& options) {
@@ -124,14 +124,13 @@ MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
   return noise;
 }
 
-std::string noise_name(const Json& options) { return Noise(options).name(); }
-
 std::vector<OptionHelp> describe_noise_options() {
   std::vector<OptionHelp> lines;
   for (const NoiseModelEntry& entry : noise_models()) {
     for (OptionHelp& line : entry.options()) lines.push_back(std::move(line));
   }
-  lines.push_back({"noise.correlation", "\"independent\"", "", "independent or shared_per_frame"});
+  lines.push_back({"noise.correlation", json_line(to_string(Correlation{})), "",
+                   internal::either_of(names_of(Correlation{}))});
   return lines;
 }
 

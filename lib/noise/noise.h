@@ -84,9 +84,6 @@ class Noise {
   Correlation correlation_ = Correlation::independent;
 };
 
-/// Noise::parse(options.dump()).name() without the detour.
-std::string noise_name(const Json& options);
-
 /// Every option of every model, below "noise".
 std::vector<OptionHelp> describe_noise_options();
 

@@ -307,12 +307,11 @@ TEST(Noise, DeclaresWhatIsNotGaussian) {
 }
 
 TEST(Noise, HasACanonicalNameAndOptions) {
-  EXPECT_EQ(noise_name(
-                Json::parse(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})")),
+  EXPECT_EQ(noise(R"({"flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "depth": {"delta_d_px": 0.2}})").name(),
             "depth 0.2 px + flow 0.3/0.2 px");
-  EXPECT_EQ(noise(everything).name(),
-            "depth 0.8 px + disparity step 0.0625 px + flow 0.3/0.2 px, object:1 1 px + outliers 10 % in "
-            "disc 20 px");
+  EXPECT_EQ(
+      noise(everything).name(),
+      "depth 0.8 px + disparity step 0.0625 px + flow 0.3/0.2 px, object:1 1 px + outliers 10 % in disc 20 px");
   EXPECT_EQ(
       noise(R"({"mask": {"erode_px": 2}, "flow": {"epe_px": 1, "scale": 0.5, "reading": "epe_is_mean_error"},
       "correlation": "shared_per_frame"})")

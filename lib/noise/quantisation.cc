@@ -11,8 +11,6 @@ void QuantisationOptions::check() const {
   check_option(baseline_m >= 0 && std::isfinite(baseline_m), "quantisation.baseline_m", baseline_m, ">= 0");
 }
 
-Quantisation::Quantisation(const QuantisationOptions& options) : options_(options) { options_.check(); }
-
 std::string Quantisation::name() const {
   if (!changes_depth()) return "";
   std::string text = fmt::format("disparity step {} px", options_.step_px);

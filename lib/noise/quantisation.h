@@ -6,6 +6,7 @@
 //
 // A disparity that rounds to 0 has no depth: invalid.
 
+#include "sextant/base/with_options.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {
@@ -13,27 +14,22 @@ namespace sextant {
 struct QuantisationOptions {
   double step_px = 0;
   double baseline_m = 0;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("step_px", step_px, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)");
     v("baseline_m", baseline_m, "m", "of the assumed stereo camera; 0 = the source's own bf");
   }
   void check() const;
 };
 
-class Quantisation : public NoiseModel {
+class Quantisation : public WithOptions<NoiseModel, QuantisationOptions> {
  public:
-  explicit Quantisation(const QuantisationOptions& options);
-  Json options() const override { return write_options(options_); }
+  explicit Quantisation(const QuantisationOptions& options) : WithOptions(options) {}
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
   /// Of a uniform error of one step: step / sqrt(12) in disparity.
   double depth_rounding_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.step_px > 0; }
-
- private:
-  QuantisationOptions options_;
 };
 
 }  // namespace sextant

@@ -4,13 +4,13 @@
 // what was asked for. Accumulators are merged in a fixed order (frame pairs in order), which gives the same
 // bits for any number of threads.
 //
-//   depth   (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of invalidated
-//           depths cuts the lower tail and biases both; quantisation adds its own error.
-//   flow    phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.| (EPE of
-//           one axis), and the 2-D EPE
-//   neighbours   correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its
-//           right-hand neighbour (their mean is 0 by construction): about 0 for independent, exactly 1 for
-//           shared_per_frame
+//   depth       (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of
+//               invalidated depths cuts the lower tail and biases both; quantisation adds its own error.
+//   flow        phi' - phi per body and axis over the pixels that are not outliers: mean, sigma,
+//               mean |.| (EPE of one axis), and the 2-D EPE
+//   neighbours  correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its
+//               right-hand neighbour (their mean is 0 by construction): about 0 for independent, exactly 1
+//               for shared_per_frame
 
 #include <cstdint>
 #include <map>
@@ -95,8 +95,8 @@ struct FlowVerification {
   std::optional<double> outlier_share() const;
 };
 
-/// Mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 - (sigma_min/sigma_max)^2), E
-/// = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal sigmas.
+/// Mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 - (sigma_min/sigma_max)^2),
+/// E = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal sigmas.
 double expected_epe_px(const FlowSigma& sigma);
 
 class NoiseVerification {

@@ -58,7 +58,6 @@ double expanded_tail(double tail, size_t n_clusters) {
 void BootstrapOptions::check() const {
   check_option(replicates >= 100, "bootstrap.replicates", replicates, ">= 100");
   check_option(confidence > 0 && confidence < 1, "bootstrap.confidence", confidence, "between 0 and 1");
-  check_option(method == "bca" || method == "percentile", "bootstrap.method", method, "bca or percentile");
 }
 
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
@@ -74,7 +73,7 @@ std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatis
   }
   std::sort(replicates.begin(), replicates.end());
   const double tail = expanded_tail((1 - options.confidence) / 2, n_clusters);
-  if (options.method == "percentile") {
+  if (options.method == BootstrapMethod::percentile) {
     return Interval{quantile_of_sorted(replicates, tail), quantile_of_sorted(replicates, 1 - tail)};
   }
   std::iota(chosen.begin(), chosen.end(), size_t{0});

@@ -6,8 +6,8 @@
 //
 //   replicate r   as many clusters as there are, drawn with replacement; its statistic is theta*_r
 //   tail          alpha' = Phi(sqrt(n / (n - 1)) t_{n-1}(alpha/2)), alpha = 1 - confidence, n clusters:
-//   resampling
-//                 is too narrow by the factor sqrt((n - 1) / n) and knows no t distribution (Hesterberg 2015)
+//                 resampling is too narrow by the factor sqrt((n - 1) / n) and knows no t distribution
+//                 (Hesterberg 2015)
 //   percentile    type 7 quantiles of theta* at alpha' and 1 - alpha'
 //   bca           the same at levels corrected for bias z0 (share of theta* below theta, ties half) and for
 //                 acceleration a (jackknife over clusters): Phi(z0 + (z0 + z) / (1 - a (z0 + z)))
@@ -25,16 +25,18 @@
 
 namespace sextant {
 
+enum class BootstrapMethod { bca, percentile };
+constexpr Names<2> names_of(BootstrapMethod) { return {"bca", "percentile"}; }
+
 struct BootstrapOptions {
   int replicates = 2000;
   double confidence = 0.95;
-  std::string method = "bca";
+  BootstrapMethod method = BootstrapMethod::bca;
   uint64_t seed = 1;
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("replicates", replicates, "count", "resamples");
     v("confidence", confidence, "0..1", "share of intervals that hold the true value");
-    v("method", method, "", "bca or percentile");
+    v("method", method, "", "of the interval");
     v("seed", seed, "", "of the resampling");
   }
   void check() const;

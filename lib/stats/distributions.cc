@@ -54,6 +54,30 @@ double gamma_fraction(double a, double x) {
   return h * gamma_factor(a, x);
 }
 
+/// P(q <= x) of chi-square: regularised lower incomplete gamma function; relative error below 1e-10.
+double chi_square_cdf(double x, double dof) {
+  if (x <= 0) return 0;
+  const double a = dof / 2;
+  return x / 2 < a + 1 ? gamma_series(a, x / 2) : 1 - gamma_fraction(a, x / 2);
+}
+
+/// P(T <= x) of Student's t: finite series, Abramowitz and Stegun 26.7.3-4.
+double student_t_cdf(double x, int dof) {
+  const bool odd = dof % 2 == 1;
+  const double angle = std::atan(x / std::sqrt(dof));
+  const double c = std::cos(angle);
+  // Odd: cos + 2/3 cos^3 + (2 4)/(3 5) cos^5 ..; even: 1 + 1/2 cos^2 + (1 3)/(2 4) cos^4 ..;
+  // up to cos^(dof - 2).
+  double term = odd ? c : 1;
+  double sum = dof == 1 ? 0 : term;
+  for (int k = odd ? 3 : 2; k <= dof - 2; k += 2) {
+    term *= c * c * (k - 1) / k;
+    sum += term;
+  }
+  const double within = odd ? 2 / std::numbers::pi * (angle + std::sin(angle) * sum) : std::sin(angle) * sum;
+  return 0.5 + within / 2;
+}
+
 void check_probability(double p) {
   if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
 }
@@ -68,34 +92,9 @@ double normal_quantile(double p) {
   return invert(normal_cdf, p, -40, 1e-9);
 }
 
-double chi_square_cdf(double x, double dof) {
-  if (!(dof > 0) || !std::isfinite(dof)) fail("chi-square: degrees of freedom {}: must be > 0", dof);
-  if (!std::isfinite(x)) fail("chi-square: argument {}: must be finite", x);
-  if (x <= 0) return 0;
-  const double a = dof / 2;
-  return x / 2 < a + 1 ? gamma_series(a, x / 2) : 1 - gamma_fraction(a, x / 2);
-}
-
-double student_t_cdf(double x, int dof) {
-  if (dof < 1) fail("Student's t: degrees of freedom {}: must be >= 1", dof);
-  if (!std::isfinite(x)) fail("Student's t: argument {}: must be finite", x);
-  const bool odd = dof % 2 == 1;
-  const double angle = std::atan(x / std::sqrt(dof));
-  const double c = std::cos(angle);
-  // Odd: cos + 2/3 cos^3 + (2 4)/(3 5) cos^5 ..; even: 1 + 1/2 cos^2 + (1 3)/(2 4) cos^4 ..; up to cos^(dof -
-  // 2).
-  double term = odd ? c : 1;
-  double sum = dof == 1 ? 0 : term;
-  for (int k = odd ? 3 : 2; k <= dof - 2; k += 2) {
-    term *= c * c * (k - 1) / k;
-    sum += term;
-  }
-  const double within = odd ? 2 / std::numbers::pi * (angle + std::sin(angle) * sum) : std::sin(angle) * sum;
-  return 0.5 + within / 2;
-}
-
 double student_t_quantile(double p, int dof) {
   check_probability(p);
+  if (dof < 1) fail("Student's t: degrees of freedom {}: must be >= 1", dof);
   if (p > 0.5) return -student_t_quantile(1 - p, dof);
   double low = -1;
   while (student_t_cdf(low, dof) > p && low > -1e12) low *= 2;
@@ -104,6 +103,7 @@ double student_t_quantile(double p, int dof) {
 
 double chi_square_quantile(double p, double dof) {
   check_probability(p);
+  if (!(dof > 0) || !std::isfinite(dof)) fail("chi-square: degrees of freedom {}: must be > 0", dof);
   double high = dof + 1;
   while (chi_square_cdf(high, dof) < p) high *= 2;
   return invert([dof](double x) { return chi_square_cdf(x, dof); }, p, 0, high);

@@ -1,6 +1,8 @@
 #pragma once
 
 // Distribution functions that the tests and intervals need. Arguments outside the stated ranges throw Error.
+// Boost.Math has all of them, mostly faster (bench/statistics_bench.cc), but its numbers are others by 1e-16 to
+// 1e-13, and so would be the last digits of every interval in a table; an interval asks for a handful of them.
 
 namespace sextant {
 
@@ -8,14 +10,10 @@ namespace sextant {
 double normal_cdf(double x);
 double normal_quantile(double p);
 
-/// P(q <= x) of chi-square with `dof` > 0 degrees of freedom (regularised lower incomplete gamma function:
-/// series or continued fraction, relative error below 1e-10), and its inverse (0 < p < 1).
-double chi_square_cdf(double x, double dof);
+/// The q with P(chi-square with `dof` > 0 degrees of freedom <= q) = p, 0 < p < 1.
 double chi_square_quantile(double p, double dof);
 
-/// P(T <= x) of Student's t with `dof` >= 1 degrees of freedom (finite series, Abramowitz and
-/// Stegun 26.7.3-4), and its inverse (0 < p < 1).
-double student_t_cdf(double x, int dof);
+/// The t with P(T <= t) = p of Student's t with `dof` >= 1 degrees of freedom, 0 < p < 1.
 double student_t_quantile(double p, int dof);
 
 }  // namespace sextant

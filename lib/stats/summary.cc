@@ -7,23 +7,6 @@
 #include "sextant/base/error.h"
 
 namespace sextant {
-namespace {
-
-// Position of the quantile p among n sorted values: `below` and the share of the step to the next one.
-struct Position {
-  size_t below;
-  double share;
-};
-
-Position position_of(double p, size_t n) {
-  if (!(p >= 0 && p <= 1)) fail("quantile {}: must be in 0..1", p);
-  const double position = static_cast<double>(n - 1) * p;
-  const size_t below = std::min(static_cast<size_t>(position), n - 1);
-  return {below, position - static_cast<double>(below)};
-}
-
-}  // namespace
-
 void check_sample(std::span<const double> values, const char* what, size_t n_min) {
   if (values.size() < n_min) {
     fail("{}: needs at least {} value{}, got {}", what, n_min, n_min == 1 ? "" : "s", values.size());
@@ -53,21 +36,10 @@ double std_dev(std::span<const double> values) {
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 
-double quantile_of_sorted(std::span<const double> sorted, double p) {
-  SEXTANT_CHECK(!sorted.empty());
-  const auto [below, share] = position_of(p, sorted.size());
-  const size_t above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + share * (sorted[above] - sorted[below]);
-}
-
 double quantile(std::span<const double> values, double p) {
   check_sample(values, "quantile");
   std::vector<double> copy(values.begin(), values.end());
-  const auto [below, share] = position_of(p, copy.size());
-  const auto middle = copy.begin() + static_cast<std::ptrdiff_t>(below);
-  std::nth_element(copy.begin(), middle, copy.end());
-  const double above = middle + 1 == copy.end() ? *middle : *std::min_element(middle + 1, copy.end());
-  return *middle + share * (above - *middle);
+  return quantile_of(copy, p);
 }
 
 double median(std::span<const double> values) { return quantile(values, 0.5); }

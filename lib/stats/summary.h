@@ -1,19 +1,19 @@
 #pragma once
 
 // Descriptive statistics of a sample x_1..x_n. All throw Error for an empty sample, for values that are not
-// finite (a missing value must be left out by the caller, who then counts it) and where n is too small; none
-// returns NaN.
+// finite (a missing value must be left out by the caller, who then counts it) and where n is too small;
+// none returns NaN.
 //
 //   mean      sum x / n                          rmse    sqrt(sum x^2 / n)
 //   std_dev   sqrt(sum (x - mean)^2 / (n - 1)), n >= 2
-//   quantile  type 7 of Hyndman and Fan (1996), the default of R and numpy: linear between the order
-//   statistics
-//             x_(1) <= .. <= x_(n) at position 1 + (n - 1) p
+//   quantile  type 7 of Hyndman and Fan (base/quantile.h)
 //   median    quantile 1/2
 //   mad       median |x - median|; times 1.4826 it estimates sigma of a normal
 
 #include <span>
 #include <vector>
+
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 
@@ -24,9 +24,6 @@ double std_dev(std::span<const double> values);
 double quantile(std::span<const double> values, double p);
 double median(std::span<const double> values);
 double mad(std::span<const double> values);
-
-/// quantile() of values that are sorted already: no copy.
-double quantile_of_sorted(std::span<const double> sorted, double p);
 
 /// Ranks 1..n; equal values share the mean of theirs (midranks).
 std::vector<double> midranks(std::span<const double> values);

@@ -233,16 +233,4 @@ std::vector<double> holm(std::span<const double> p) {
   return adjusted;
 }
 
-std::vector<double> benjamini_hochberg(std::span<const double> p) {
-  check_probabilities(p);
-  const std::vector<size_t> order = ascending(p);
-  std::vector<double> adjusted(p.size());
-  double smallest = 1;
-  for (size_t i = order.size(); i-- > 0;) {
-    smallest = std::min(smallest, static_cast<double>(p.size()) * p[order[i]] / static_cast<double>(i + 1));
-    adjusted[order[i]] = smallest;
-  }
-  return adjusted;
-}
-
 }  // namespace sextant

@@ -1,20 +1,18 @@
 #pragma once
 
-// Tests of hypotheses. All p-values are two-sided unless stated, in (0, 1]. Empty or non-finite samples throw
-// Error.
+// Tests of hypotheses. All p-values are two-sided unless stated, in (0, 1].
+// Empty or non-finite samples throw Error.
 //
 //   sign_flip        paired differences d_i: under the null each sign is a fair coin. p = share of sign
-//   patterns
-//                    with |mean| at least the observed one. All 2^n patterns for n <= 16, else
+//                    patterns with |mean| at least the observed one. All 2^n patterns for n <= 16, else
 //                    (1 + hits) / (1 + samples) of random patterns
 //   wilcoxon         signed ranks: zeros are left out (n_used counts the rest), ties get midranks. W = sum of
-//   the
-//                    ranks of positive d. Exact distribution given the ranks for n_used <= 50 (also with
-//                    ties); beyond, normal with tie and continuity correction
+//                    the ranks of positive d. Exact distribution given the ranks for n_used <= 50 (also
+//                    with ties); beyond, normal with tie and continuity correction
 //   mann_whitney     two independent samples, U = #{x > y} + #{x = y} / 2. Exact given the midranks for up to
-//   40
-//                    values together; beyond, normal with tie and continuity correction
-//   Exact two-sided p = min(1, 2 min(P(T <= t), P(T >= t))).
+//                    40 values together; beyond, normal with tie and continuity correction
+//
+// Exact two-sided p = min(1, 2 min(P(T <= t), P(T >= t))).
 
 #include <cstdint>
 #include <optional>
@@ -55,10 +53,8 @@ MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const dou
 std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::span<const double> y,
                                                 double confidence = 0.95);
 
-/// Adjusted p-values in the order given: reject where <= alpha.
-/// Holm (1979) bounds the probability of any false rejection; Benjamini and Hochberg (1995) the expected
-/// share of false ones among the rejected. Throw Error for p outside 0..1.
+/// p-values adjusted after Holm (1979), in the order given: rejecting where <= alpha bounds the probability of
+/// any false rejection. Throws Error for p outside 0..1.
 std::vector<double> holm(std::span<const double> p);
-std::vector<double> benjamini_hochberg(std::span<const double> p);
 
 }  // namespace sextant

@@ -49,31 +49,6 @@ TrendTest normal_test(double statistic, double expected, double variance) {
   return test;
 }
 
-/// Sizes of the groups of equal values.
-std::vector<double> tie_sizes(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  std::vector<double> sizes;
-  for (auto begin = values.begin(); begin != values.end();) {
-    const auto end = std::upper_bound(begin, values.end(), *begin);
-    sizes.push_back(static_cast<double>(end - begin));
-    begin = end;
-  }
-  return sizes;
-}
-
-struct TieSums {
-  double a = 0;  ///< sum t (t-1) (2t+5)
-  double b = 0;  ///< sum t (t-1) (t-2)
-  double c = 0;  ///< sum t (t-1)
-  explicit TieSums(const std::vector<double>& sizes) {
-    for (const double t : sizes) {
-      a += t * (t - 1) * (2 * t + 5);
-      b += t * (t - 1) * (t - 2);
-      c += t * (t - 1);
-    }
-  }
-};
-
 }  // namespace
 
 NoiseSlope noise_slope(std::span<const double> level, std::span<const double> error,
@@ -137,33 +112,6 @@ TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
   }
   const double expected = static_cast<double>(blocks.size()) * static_cast<double>(k) * centre * centre;
   return normal_test(L, expected, variance);
-}
-
-TrendTest jonckheere_test(const std::vector<std::vector<double>>& groups) {
-  if (groups.size() < 2) fail("Jonckheere test: needs at least 2 groups, got {}", groups.size());
-  std::vector<double> all, sizes;
-  for (const std::vector<double>& group : groups) {
-    check_sample(group, "Jonckheere test");
-    all.insert(all.end(), group.begin(), group.end());
-    sizes.push_back(static_cast<double>(group.size()));
-  }
-  double J = 0;
-  for (size_t i = 0; i < groups.size(); ++i) {
-    for (size_t j = i + 1; j < groups.size(); ++j) {
-      for (const double x : groups[i]) {
-        for (const double y : groups[j]) J += x < y ? 1 : x == y ? 0.5 : 0;
-      }
-    }
-  }
-  const auto N = static_cast<double>(all.size());
-  double squares = 0;
-  for (const double n : sizes) squares += n * n;
-  const TieSums group(sizes);
-  const TieSums tie(tie_sizes(all));
-  double variance = (N * (N - 1) * (2 * N + 5) - group.a - tie.a) / 72;
-  if (N > 2) variance += group.b * tie.b / (36 * N * (N - 1) * (N - 2));
-  variance += group.c * tie.c / (8 * N * (N - 1));
-  return normal_test(J, (N * N - squares) / 4, variance);
 }
 
 double minimum_detectable_effect(double sigma, int n, double alpha, double power) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// How errors change with the noise level, and how much can be seen at all. Empty or non-finite samples throw
-// Error.
+// How errors change with the noise level, and how much can be seen at all.
+// Empty or non-finite samples throw Error.
 
 #include <cstdint>
 #include <optional>
@@ -38,13 +38,9 @@ struct TrendTest {
 /// be independent within. Throws Error unless all blocks have the same k >= 2 values.
 TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
 
-/// Jonckheere (1954), Terpstra (1952): independent groups in order of level. J = sum over pairs of groups of
-/// #{x < y} + #{x = y} / 2; normal approximation, variance with ties. Throws Error for fewer than 2 groups.
-TrendTest jonckheere_test(const std::vector<std::vector<double>>& groups);
-
 /// Smallest mean of n paired differences of standard deviation `sigma` that a two-sided test at `alpha` finds
-/// with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n). Normal: somewhat optimistic below n
-/// = 20.
+/// with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n).
+/// Normal: somewhat optimistic below n = 20.
 double minimum_detectable_effect(double sigma, int n, double alpha = 0.05, double power = 0.8);
 
 /// Where the mean of n NEES values with `dof` degrees of freedom each lies with probability `confidence` if

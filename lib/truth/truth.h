@@ -15,8 +15,8 @@ namespace sextant {
 
 /// Object axes: x right, y down, z ahead; origin in the middle of the box's bottom face.
 struct ObjectTruth {
-  int id = 0;           ///< id in the source's masks (KITTI track id + 1)
-  SE3 T_camera_object;  ///< object pose in the camera frame of its own instant
+  int id = 0;                                      ///< id in the source's masks (KITTI track id + 1)
+  SE3 T_camera_object;                             ///< object pose in the camera frame of its own instant
   std::optional<double> left, top, right, bottom;  ///< 2-D box, px
   std::optional<bool> moving;                      ///< the data set's own dynamic/static flag, if it has one
   bool interpolated = false;                       ///< pose made by interpolation between labelled frames

@@ -16,8 +16,8 @@ ObjectTruth object(int id, const SE3& T_camera_object) {
   return truth;
 }
 
-/// The camera drives 1 m ahead; car 4, 10 m ahead, drives 3 m ahead and turns right by 0.1 rad; car 9 is
-/// seen once.
+/// The camera drives 1 m ahead; car 4, 10 m ahead, drives 3 m ahead and turns right by 0.1 rad;
+/// car 9 is seen once.
 class SequenceTruthTest : public ::testing::Test {
  protected:
   SequenceTruthTest() {
@@ -56,7 +56,7 @@ TEST_F(SequenceTruthTest, ObjectMotionMapsTheObjectsPoints) {
 }
 
 TEST_F(SequenceTruthTest, TheMotionInTheWorldIsThatOfThePaper) {
-  // H_world = T_world_curr X T_world_prev^-1 takes the object's world points along (METHOD section 1).
+  // H_world = T_world_curr X T_world_prev^-1 takes the object's world points along (docs/conventions.md).
   const SE3 H = *truth_.camera.pose(8) * *truth_.object_motion(4, 7, 8) * truth_.camera.pose(7)->inverse();
   const Eigen::Vector3d origin_before(2, 1, 110);
   EXPECT_THAT(H * origin_before, EigenNear(Eigen::Vector3d(2, 1, 113), 1e-12));

@@ -4,18 +4,6 @@
 
 namespace sextant {
 
-std::string to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::reproduced:
-      return "reproduced";
-    case Verdict::not_reproduced:
-      return "not reproduced";
-    case Verdict::undecided:
-      return "undecided";
-  }
-  return "undecided";
-}
-
 void ClaimResult::set(const IntervalEstimate& estimate) {
   value = estimate.value;
   interval = estimate.interval;
@@ -81,7 +69,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
                                  r.estimator, r.subject,        r.quantity,   r.value};
       add_interval(r.interval, cells);
       cells.emplace_back(r.stated);
-      cells.emplace_back(to_string(r.verdict));
+      cells.emplace_back(std::string(to_string(r.verdict)));
       cells.push_back(r.records.empty() ? Cell() : Cell(fmt::format("parts/{}/records.jsonl", r.records)));
       table.add_row(std::move(cells));
     }
@@ -93,7 +81,7 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
   std::vector<VerdictLine> lines;
   for (const auto& [claim, results] : checked) {
     std::vector<std::string> verdicts;
-    for (const ClaimResult& result : results) verdicts.push_back(to_string(result.verdict));
+    for (const ClaimResult& result : results) verdicts.push_back(std::string(to_string(result.verdict)));
     const std::string counts = results.empty()
                                    ? "no records of it"
                                    : fmt::format("{} ({} results)", count_words(verdicts), results.size());

@@ -25,7 +25,7 @@
 namespace sextant {
 
 enum class Verdict { reproduced, not_reproduced, undecided };
-std::string to_string(Verdict verdict);
+constexpr Names<3> names_of(Verdict) { return {"reproduced", "not reproduced", "undecided"}; }
 
 struct ClaimResult {
   std::string dataset, sequence, estimator;

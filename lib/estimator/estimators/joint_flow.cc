@@ -7,7 +7,6 @@ void JointFlowOptions::check() const {
   check_option(sigma_flow_px > 0, "sigma_flow_px", sigma_flow_px, "> 0");
   check_option(huber_projection > 0, "huber_projection", huber_projection, "> 0");
   check_option(huber_flow > 0, "huber_flow", huber_flow, "> 0");
-  check_robust(robust);
 }
 
 MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& start) const {

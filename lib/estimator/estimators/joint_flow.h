@@ -8,6 +8,7 @@
 // form (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
 // point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/motion_only.h"
 
 namespace sextant {
@@ -17,17 +18,16 @@ struct JointFlowOptions {
   double sigma_flow_px = 0.8;
   double huber_projection = 1.345;
   double huber_flow = 1.345;
-  std::string robust = "huber";
+  Robust robust = Robust::huber;
   SolverOptions solver;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_projection_px", sigma_projection_px, "px",
       "Sigma_1: reprojection error of the refined flow, per axis");
     v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
@@ -36,20 +36,16 @@ struct JointFlowOptions {
   HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
   /// Kernels that redescend share the residual by variance, as none at all does.
   double threshold(double huber) const {
-    return robust == "huber" ? huber : std::numeric_limits<double>::infinity();
+    return robust == Robust::huber ? huber : std::numeric_limits<double>::infinity();
   }
   HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
 };
 
-class JointFlow : public Estimator {
+class JointFlow : public WithOptions<Estimator, JointFlowOptions> {
  public:
-  explicit JointFlow(const JointFlowOptions& options) : options_(options) {}
+  explicit JointFlow(const JointFlowOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
-  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  JointFlowOptions options_;
+  bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
 };
 
 }  // namespace sextant

@@ -35,8 +35,8 @@ double chi_square_quantile(int dof, double probability) {
   return dof * std::pow(1 - h + low * std::sqrt(h), 3);
 }
 
-/// The scale of least estimated variance (Jaeckel 1971): large for Gaussian data, small where tails are
-/// heavy.
+/// The scale of least estimated variance (Jaeckel 1971):
+/// large for Gaussian data, small where tails are heavy.
 double best_scale(const RoughFlowDepthData& data) {
   double best = 0;
   double least = INFINITY;
@@ -86,7 +86,7 @@ NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions&
   levels.sigma_flow_u_px = first(options.sigma_flow_u_px, noise.flow_x_px);
   levels.sigma_flow_v_px = first(options.sigma_flow_v_px, noise.flow_y_px);
   levels.delta_d_px = first(options.delta_d_px, noise.inverse_depth_per_m * problem.camera.bf);
-  levels.depth_noise = options.depth_noise == "disparity" ? DepthNoise::disparity : DepthNoise::depth;
+  levels.depth_noise = options.depth_noise;
   return levels;
 }
 
@@ -124,7 +124,7 @@ void correct_depth_curr(const std::vector<double>& corrections, FlowDepthPoints<
 /// Leaves in use the points that agree with the motion, by steps of the motion on a sample of them until that
 /// settles; and the kernel that suits them.
 void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
-  const bool graduated = options.robust == "geman_mcclure_gnc";
+  const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   const double gate2 = chi_square_quantile(2, options.gate);
   const double gate3 = chi_square_quantile(3, options.gate);
   for (size_t i = 0; i < data.size(); ++i) data.use(i, true, false);
@@ -135,7 +135,7 @@ void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& dat
     if (some.n_used() < min_points) break;
     if (graduated) {
       out.kernel = {Kind::geman_mcclure, options.scale > 0 ? options.scale : best_scale(some)};
-    } else if (options.robust == "huber") {
+    } else if (options.robust == Robust::huber) {
       out.kernel = {Kind::huber, options.huber};
     }
     const SolverResult result = descend(some, out.start, out.levels, out.kernel, 1);
@@ -151,11 +151,8 @@ void JointFlowDepthOptions::check() const {
   check_option(sigma_flow_u_px >= 0, "sigma_flow_u_px", sigma_flow_u_px, ">= 0");
   check_option(sigma_flow_v_px >= 0, "sigma_flow_v_px", sigma_flow_v_px, ">= 0");
   check_option(delta_d_px >= 0, "delta_d_px", delta_d_px, ">= 0");
-  check_option(depth_noise == "depth" || depth_noise == "disparity", "depth_noise", depth_noise,
-               "depth or disparity");
   check_option(projection_share > 0 && projection_share < 1, "projection_share", projection_share,
                "in (0, 1)");
-  check_robust(robust);
   check_option(huber > 0, "huber", huber, "> 0");
   check_option(scale >= 0, "scale", scale, ">= 0");
   check_option(gate > 0 && gate < 1, "gate", gate, "in (0, 1)");
@@ -167,7 +164,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
   out.start = start.T_curr_prev;
   const NoiseLevels declared = declared_levels(problem, options);
   NoiseLevels& levels = out.levels = declared;
-  const bool graduated = options.robust == "geman_mcclure_gnc";
+  const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   RoughFlowDepthData rough(data);
   // Points behind the camera at the start never count.
   evaluate_points(rough, out.start, {});

@@ -11,6 +11,7 @@
 //
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/flow_depth_solver.h"
@@ -21,31 +22,28 @@ struct JointFlowDepthOptions {
   double sigma_flow_u_px = 0;
   double sigma_flow_v_px = 0;
   double delta_d_px = 0;
-  std::string depth_noise = "depth";
+  DepthErrors depth_noise = DepthErrors::depth;
   bool use_depth_curr = true;
   double plane_radius_px = 6;
   double projection_share = 0.04;
-  std::string robust = "geman_mcclure_gnc";
+  Robust robust = Robust::geman_mcclure_gnc;
   double huber = 1.345;
   double scale = 0;
   double gate = 0.9999;
   SolverOptions solver{.step_tolerance = 1e-9};
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_flow_u_px", sigma_flow_u_px, "px",
       "standard deviation of the flow along u; 0 = declared by the problem, else estimated");
     v("sigma_flow_v_px", sigma_flow_v_px, "px", "the same along v");
     v("delta_d_px", delta_d_px, "px", "standard deviation of the disparity behind the depths; 0 likewise");
-    v("depth_noise", depth_noise, "", "what is Gaussian: depth or disparity");
+    v("depth_noise", depth_noise, "", "what is Gaussian");
     v("use_depth_curr", use_depth_curr, "", "use the depth measured in the current frame as well");
     v("plane_radius_px", plane_radius_px, "px",
-      "the current depth counts where the points within this distance agree with a plane, "
-      "whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + "
-      "flow");
+      "the current depth counts where the points within this distance agree with a plane, whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + flow");
     v("projection_share", projection_share, "fraction of the variance",
       "of the flow that its reprojection term has; decides the refined flow only, not the motion");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("huber", huber, "sigmas", "threshold of robust = huber");
     v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
     v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");
@@ -67,15 +65,11 @@ struct FlowDepthProblem {
 FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                         const JointFlowDepthOptions& options, FlowDepthData& data);
 
-class JointFlowDepth : public Estimator {
+class JointFlowDepth : public WithOptions<Estimator, JointFlowDepthOptions> {
  public:
-  explicit JointFlowDepth(const JointFlowDepthOptions& options) : options_(options) {}
+  explicit JointFlowDepth(const JointFlowDepthOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
   bool chooses_points() const override { return true; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  JointFlowDepthOptions options_;
 };
 
 }  // namespace sextant

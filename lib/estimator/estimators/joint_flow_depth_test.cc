@@ -8,15 +8,14 @@
 
 #include "sextant/estimator/estimators/joint_flow.h"
 #include "sextant/estimator/reference/ceres_flow_depth.h"
+#include "sextant/estimator/reference/testing.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/local_planes.h"
-#include "sextant/estimator/solvers/testing.h"
 #include "sextant/estimator/start/robust_start.h"
 
 namespace sextant {
 namespace {
 
-using testing::flow_difference;
 using testing::make_random_problem;
 using testing::pose_difference;
 using testing::RandomProblem;
@@ -28,7 +27,7 @@ struct Case {
   JointFlowDepthOptions options;
 };
 
-JointFlowDepthOptions with(const char* robust, double sigma_u = 0, double sigma_v = 0, double delta_d = 0) {
+JointFlowDepthOptions with(Robust robust, double sigma_u = 0, double sigma_v = 0, double delta_d = 0) {
   JointFlowDepthOptions options;
   options.robust = robust;
   options.sigma_flow_u_px = sigma_u;
@@ -41,42 +40,34 @@ JointFlowDepthOptions with(const char* robust, double sigma_u = 0, double sigma_
 class JointFlowDepthAgainstCeres : public ::testing::TestWithParam<Case> {};
 
 TEST_P(JointFlowDepthAgainstCeres, SameCostPoseAndFlows) {
-  const Case& c = GetParam();
-  for (unsigned seed = 1; seed <= 6; ++seed) {
-    const RandomProblem random = make_random_problem(seed, c.problem);
-    const MotionEstimate ours = JointFlowDepth(c.options).estimate(random.problem, random.start);
-    const MotionEstimate reference = JointFlowDepthCeres(c.options).estimate(random.problem, random.start);
-    ASSERT_EQ(ours.status, Status::ok) << seed;
-    ASSERT_EQ(reference.status, Status::ok) << seed;
-    EXPECT_LT(pose_difference(ours.T_curr_prev, reference.T_curr_prev), 1e-8) << seed;
-    EXPECT_NEAR(ours.cost, reference.cost, 1e-8 * reference.cost) << seed;
-    EXPECT_LT(flow_difference(ours, reference), 1e-6) << seed;
-  }
+  testing::expect_same_optimum<JointFlowDepth, JointFlowDepthCeres>(GetParam().problem, GetParam().options, 6,
+                                                                    1e-8);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     , JointFlowDepthAgainstCeres,
-    ::testing::Values(Case{"Plain", {.n_points = 300, .delta_d_px = 0.2}, with("none", 0.3, 0.3, 0.2)},
-                      Case{"Anisotropic", {.n_points = 300, .delta_d_px = 0.2}, with("none", 0.5, 0.2, 0.2)},
-                      Case{"BothDepths",
-                           {.n_points = 300, .delta_d_px = 0.2, .depth_curr = true},
-                           with("none", 0.3, 0.3, 0.2)},
-                      Case{"Huber",
-                           {.n_points = 300, .outlier_share = 0.2, .delta_d_px = 0.2},
-                           with("huber", 0.3, 0.3, 0.2)},
-                      Case{"HuberBothDepths",
-                           {.n_points = 500, .outlier_share = 0.2, .delta_d_px = 0.2, .depth_curr = true},
-                           with("huber", 0.3, 0.3, 0.1)},
-                      Case{"Graduated",
-                           {.n_points = 500, .outlier_share = 0.3, .delta_d_px = 0.2},
-                           with("geman_mcclure_gnc", 0.3, 0.3, 0.2)},
-                      Case{"Estimated",
-                           {.n_points = 500, .outlier_share = 0.3, .delta_d_px = 0.2, .depth_curr = true},
-                           with("geman_mcclure_gnc")},
-                      Case{"Twenty", {.n_points = 20, .delta_d_px = 0.1}, with("huber", 0.3, 0.3, 0.1)},
-                      Case{"FlowAlmostExact",
-                           {.n_points = 300, .flow_noise_px = 0.02, .delta_d_px = 0.2},
-                           with("none", 0.02, 0.02, 0.2)}),
+    ::testing::Values(
+        Case{"Plain", {.n_points = 300, .delta_d_px = 0.2}, with(Robust::none, 0.3, 0.3, 0.2)},
+        Case{"Anisotropic", {.n_points = 300, .delta_d_px = 0.2}, with(Robust::none, 0.5, 0.2, 0.2)},
+        Case{"BothDepths",
+             {.n_points = 300, .delta_d_px = 0.2, .depth_curr = true},
+             with(Robust::none, 0.3, 0.3, 0.2)},
+        Case{"Huber",
+             {.n_points = 300, .outlier_share = 0.2, .delta_d_px = 0.2},
+             with(Robust::huber, 0.3, 0.3, 0.2)},
+        Case{"HuberBothDepths",
+             {.n_points = 500, .outlier_share = 0.2, .delta_d_px = 0.2, .depth_curr = true},
+             with(Robust::huber, 0.3, 0.3, 0.1)},
+        Case{"Graduated",
+             {.n_points = 500, .outlier_share = 0.3, .delta_d_px = 0.2},
+             with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2)},
+        Case{"Estimated",
+             {.n_points = 500, .outlier_share = 0.3, .delta_d_px = 0.2, .depth_curr = true},
+             with(Robust::geman_mcclure_gnc)},
+        Case{"Twenty", {.n_points = 20, .delta_d_px = 0.1}, with(Robust::huber, 0.3, 0.3, 0.1)},
+        Case{"FlowAlmostExact",
+             {.n_points = 300, .flow_noise_px = 0.02, .delta_d_px = 0.2},
+             with(Robust::none, 0.02, 0.02, 0.2)}),
     [](const auto& test) { return test.param.name; });
 
 TEST(FlowDepthSolver, GradientAndHessianAgainstFiniteDifferences) {
@@ -85,7 +76,7 @@ TEST(FlowDepthSolver, GradientAndHessianAgainstFiniteDifferences) {
   FlowDepthData data(random.problem);
   NoiseLevels levels{
       .sigma_flow_u_px = 0.5, .sigma_flow_v_px = 0.3, .delta_d_px = 0.2, .delta_d_curr_px = 0.3};
-  for (const DepthNoise noise : {DepthNoise::depth, DepthNoise::disparity}) {
+  for (const DepthErrors noise : {DepthErrors::depth, DepthErrors::disparity}) {
     levels.depth_noise = noise;
     for (const auto kind :
          {RobustKernel::Kind::none, RobustKernel::Kind::huber, RobustKernel::Kind::geman_mcclure}) {
@@ -167,12 +158,12 @@ double mean_nees(const RandomProblemOptions& problem, const JointFlowDepthOption
 // 6 n degrees of freedom: standard error sqrt(2 / (6 n)) = 1.3 % for 2000 problems; 95 % within 2.5 %.
 TEST(JointFlowDepth, CovarianceIsHonest) {
   const RandomProblemOptions problem{.n_points = 120, .delta_d_px = 0.2};
-  EXPECT_NEAR(mean_nees(problem, with("none", 0.3, 0.3, 0.2), 2000), 1, 0.026);
+  EXPECT_NEAR(mean_nees(problem, with(Robust::none, 0.3, 0.3, 0.2), 2000), 1, 0.026);
 }
 
 TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {
   const RandomProblemOptions problem{.n_points = 200, .delta_d_px = 0.2};
-  EXPECT_NEAR(mean_nees(problem, with("geman_mcclure_gnc", 0.3, 0.3, 0.2), 300), 1, 0.12);
+  EXPECT_NEAR(mean_nees(problem, with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2), 300), 1, 0.12);
 }
 
 // A far, flat car: 120 points within +-`relief_m` of 30 m, depths good to 1.8 m, seen from a car beside it.
@@ -265,11 +256,11 @@ TEST(JointFlowDepth, SameOptimumAsCeresWithAPrior) {
 TEST(JointFlowDepth, ReadmitsWhatTheStartLeftOut) {
   RandomProblem random = make_random_problem(5, {.n_points = 300, .delta_d_px = 0.2});
   for (size_t i = 0; i < 300; i += 2) random.start.inliers[i] = 0;
-  for (const char* robust : {"none", "huber", "geman_mcclure_gnc"}) {
+  for (const Robust robust : {Robust::none, Robust::huber, Robust::geman_mcclure_gnc}) {
     const MotionEstimate estimate =
         JointFlowDepth(with(robust, 0.3, 0.3, 0.2)).estimate(random.problem, random.start);
     ASSERT_EQ(estimate.status, Status::ok);
-    EXPECT_GT(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1), 295) << robust;
+    EXPECT_GT(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1), 295) << to_string(robust);
   }
 }
 
@@ -314,7 +305,7 @@ TEST(RobustOption, GraduatedMotionOnlyAndJointFlowResistOutliers) {
   StartingPoint start = robust_start(random.problem, std::nullopt, {}).start;
   MotionOnlyOptions motion;
   JointFlowOptions joint;
-  motion.robust = joint.robust = "geman_mcclure_gnc";
+  motion.robust = joint.robust = Robust::geman_mcclure_gnc;
   const MotionEstimate a = MotionOnly(motion).estimate(random.problem, start);
   const MotionEstimate b = JointFlow(joint).estimate(random.problem, start);
   ASSERT_EQ(a.status, Status::ok);

@@ -45,13 +45,12 @@ MotionEstimate estimate_graduated(const Problem& problem, const StartingPoint& s
 void MotionOnlyOptions::check() const {
   check_option(sigma_px > 0, "sigma_px", sigma_px, "> 0");
   check_option(huber > 0, "huber", huber, "> 0");
-  check_robust(robust);
 }
 
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
-                                    const std::string& robust, const SolverOptions& options) {
-  if (robust == "geman_mcclure_gnc") return estimate_graduated(problem, start, options);
-  if (robust == "none") kernel.threshold = std::numeric_limits<double>::infinity();
+                                    Robust robust, const SolverOptions& options) {
+  if (robust == Robust::geman_mcclure_gnc) return estimate_graduated(problem, start, options);
+  if (robust == Robust::none) kernel.threshold = std::numeric_limits<double>::infinity();
   MotionEstimate estimate = begin_estimate(problem, start.inliers);
   if (estimate.status != Status::ok) return estimate;
   const ReprojectionData data(problem, estimate.inliers);

@@ -3,6 +3,7 @@
 // motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
 // covariance Sigma_1 = sigma^2 I. The flow is not refined.
 
+#include "sextant/base/with_options.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
@@ -12,34 +13,29 @@ namespace sextant {
 struct MotionOnlyOptions {
   double sigma_px = 1.0;
   double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
-  std::string robust = "huber";
+  Robust robust = Robust::huber;
   SolverOptions solver;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
     v("huber", huber, "sigmas", "Huber threshold");
-    v("robust", robust, "", robust_meaning);
+    v("robust", robust, "", "kernel");
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;
 };
 
-class MotionOnly : public Estimator {
+class MotionOnly : public WithOptions<Estimator, MotionOnlyOptions> {
  public:
-  explicit MotionOnly(const MotionOnlyOptions& options) : options_(options) {}
+  explicit MotionOnly(const MotionOnlyOptions& options) : WithOptions(options) {}
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
-  bool chooses_points() const override { return options_.robust == "geman_mcclure_gnc"; }
-  Json options() const override { return write_options(options_); }
-
- private:
-  MotionOnlyOptions options_;
+  bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
 };
 
 /// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
 /// robust = none: no threshold; geman_mcclure_gnc: graduation.h on all points, scale estimated from their
 /// residuals, inliers = points within three times that scale.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
-                                    const std::string& robust, const SolverOptions& options);
+                                    Robust robust, const SolverOptions& options);
 
 }  // namespace sextant

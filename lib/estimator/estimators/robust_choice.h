@@ -1,18 +1,12 @@
 #pragma once
 
-// The option `robust` of every estimator.
+// The option `robust` of every estimator: the kernel of its residuals.
 
-#include <string>
-
-#include "sextant/base/options.h"
+#include "sextant/base/names.h"
 
 namespace sextant {
 
-inline constexpr const char* robust_meaning = "huber, geman_mcclure_gnc or none";
-
-inline void check_robust(const std::string& robust) {
-  check_option(robust == "huber" || robust == "geman_mcclure_gnc" || robust == "none", "robust", robust,
-               robust_meaning);
-}
+enum class Robust { huber, geman_mcclure_gnc, none };
+constexpr Names<3> names_of(Robust) { return {"huber", "geman_mcclure_gnc", "none"}; }
 
 }  // namespace sextant

@@ -1,6 +1,7 @@
 #pragma once
 
-// From images to points: static features and object samples of one frame pair. METHOD section 4.
+// From images to points: static features and object samples of one frame pair (docs/method.md, "One frame
+// pair").
 //
 // Features: FAST corners of the previous image off the instances, the best `features_per_cell` of every
 // cell, so that they cover the image. Object samples: every n-th pixel in x and y of the previous frame's
@@ -23,8 +24,7 @@ struct ExtractionOptions {
   double max_static_depth_m = 40.0;
   int object_step_px = 3;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("fast_threshold", fast_threshold, "gray levels", "FAST-9 contrast of a corner");
     v("cell_px", cell_px, "px", "side of the cells over which features are spread");
     v("features_per_cell", features_per_cell, "count", "strongest corners kept per cell");
@@ -40,8 +40,8 @@ struct ExtractionOptions {
 std::vector<Feature> strongest_per_cell(const std::vector<Feature>& corners, int width, int height,
                                         const ExtractionOptions& options);
 
-/// The pair's measurements. `prev` needs gray, depth, flow, mask; `curr` needs mask, and depth if there is
-/// one.
+/// The pair's measurements. `prev` needs gray, depth, flow, mask;
+/// `curr` needs mask, and depth if there is one.
 FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoCamera& camera, double dt_s,
                              const ExtractionOptions& options);
 

@@ -14,12 +14,12 @@ struct PointResidual {
   double u, v, flow_u, flow_v;
   double weight_projection_u, weight_projection_v, weight_flow_u, weight_flow_v;
   PointDepths depths;
-  DepthNoise noise;
+  DepthErrors noise;
 
   template <typename T>
   T depth_residual(const T& inverse_depth, double measured, double weight) const {
     const T r = (inverse_depth - measured) * weight;
-    if (noise == DepthNoise::disparity) return r;
+    if (noise == DepthErrors::disparity) return r;
     return r * sqrt((2.0 * inverse_depth + measured) / (3.0 * measured));
   }
 
@@ -118,34 +118,25 @@ MotionEstimate JointFlowDepthCeres::estimate(const Problem& problem, const Start
   if (decided.status != Status::ok) return estimate;
 
   const std::unique_ptr<ceres::LossFunction> loss = make_loss(decided.kernel);
-  SE3Manifold manifold;
-  MotionBlock motion = to_block(decided.start);
   std::vector<std::array<double, 3>> points(problem.points.size());
-  ceres::Problem ceres_problem(borrow());
-  ceres_problem.AddParameterBlock(motion.data(), 7, &manifold);
-  ceres::Solver::Options options = ceres_solver_options(options_.solver);
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  CeresMotion solver(decided.start, options_.solver);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!data.used(i)) continue;
     auto residual = std::make_unique<PointResidual>(
         make_residual(problem, i, decided.levels, data, options_.projection_share));
     points[i] = {problem.points.flow_u[i], problem.points.flow_v[i], 1 / residual->depths.inverse_depth};
-    ceres_problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PointResidual, 6, 7, 3>(residual.release()), loss.get(),
-        motion.data(), points[i].data());
-    options.linear_solver_ordering->AddElementToGroup(points[i].data(), 0);
+    solver.add(new ceres::AutoDiffCostFunction<PointResidual, 6, 7, 3>(residual.release()), loss.get(),
+               solver.motion(), points[i].data());
+    solver.eliminate(points[i].data());
   }
-  options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
   if (decided.prior.holds()) {
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(decided.prior.precision);
     const Matrix6d U =
         eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
-    ceres_problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PriorResidual, 6, 7>(new PriorResidual{decided.prior.mean, U}),
-        nullptr, motion.data());
+    solver.add(new ceres::AutoDiffCostFunction<PriorResidual, 6, 7>(new PriorResidual{decided.prior.mean, U}),
+               nullptr, solver.motion());
   }
-  solve(ceres_problem, options, problem, motion, estimate);
+  solver.solve(problem, estimate);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!data.used(i)) continue;
     estimate.refined_flow_u[i] = points[i][0];

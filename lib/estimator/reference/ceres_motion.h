@@ -1,6 +1,6 @@
 #pragma once
 
-// What the Ceres references share: SE(3) as a manifold with left perturbation, solver options, the solve.
+// What the Ceres references share: SE(3) as a manifold with left perturbation, and the solve.
 
 #include <ceres/ceres.h>
 
@@ -67,13 +67,26 @@ class SE3Manifold : public ceres::Manifold {
   }
 };
 
-ceres::Solver::Options ceres_solver_options(const SolverOptions& options);
+/// One motion to solve for, and unknowns of points that are eliminated before it (Schur complement). Takes
+/// costs, not losses.
+class CeresMotion {
+ public:
+  CeresMotion(const SE3& start, const SolverOptions& options);
 
-/// A problem that owns nothing but its residual blocks.
-ceres::Problem::Options borrow();
+  double* motion() { return motion_.data(); }
+  void add(ceres::CostFunction* cost, ceres::LossFunction* loss, auto*... unknowns) {
+    problem_.AddResidualBlock(cost, loss, unknowns...);
+  }
+  void eliminate(double* of_point) { options_.linear_solver_ordering->AddElementToGroup(of_point, 0); }
 
-/// Solves for the motion of `problem` and fills in all but the refined flow.
-void solve(ceres::Problem& ceres_problem, const ceres::Solver::Options& options, const Problem& problem,
-           MotionBlock& motion, MotionEstimate& estimate);
+  /// Fills in all but the refined flow.
+  void solve(const Problem& problem, MotionEstimate& estimate);
+
+ private:
+  SE3Manifold manifold_;
+  MotionBlock motion_;
+  ceres::Problem problem_;
+  ceres::Solver::Options options_;
+};
 
 }  // namespace sextant

@@ -56,12 +56,11 @@ ProjectionResidual make_projection(const Problem& problem, size_t i, double sigm
           sigma_px};
 }
 
-double huber_threshold(const std::string& robust, double huber) {
-  if (robust == "geman_mcclure_gnc")
+double huber_threshold(Robust robust, double huber) {
+  if (robust == Robust::geman_mcclure_gnc)
     fail(
-        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber "
-        "and none");
-  return robust == "huber" ? huber : 1e100;
+        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber and none");
+  return robust == Robust::huber ? huber : 1e100;
 }
 
 }  // namespace
@@ -70,21 +69,15 @@ MotionEstimate MotionOnlyCeres::estimate(const Problem& problem, const StartingP
   MotionEstimate estimate = begin_estimate(problem, start.inliers);
   if (estimate.status != Status::ok) return estimate;
   ceres::HuberLoss loss(huber_threshold(options_.robust, options_.huber));
-  SE3Manifold manifold;
-  MotionBlock motion = to_block(start.T_curr_prev);
-  ceres::Problem ceres_problem(borrow());
-  ceres_problem.AddParameterBlock(motion.data(), 7, &manifold);
+  CeresMotion solver(start.T_curr_prev, options_.solver);
   for (size_t i = 0; i < problem.points.size(); ++i) {
     if (estimate.inliers[i] == 0) continue;
-    ceres_problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<FixedFlowResidual, 2, 7>(
-            new FixedFlowResidual{make_projection(problem, i, options_.sigma_px),
-                                  {problem.points.flow_u[i], problem.points.flow_v[i]}}),
-        &loss, motion.data());
+    solver.add(new ceres::AutoDiffCostFunction<FixedFlowResidual, 2, 7>(
+                   new FixedFlowResidual{make_projection(problem, i, options_.sigma_px),
+                                         {problem.points.flow_u[i], problem.points.flow_v[i]}}),
+               &loss, solver.motion());
   }
-  ceres::Solver::Options options = ceres_solver_options(options_.solver);
-  options.linear_solver_type = ceres::DENSE_QR;
-  solve(ceres_problem, options, problem, motion, estimate);
+  solver.solve(problem, estimate);
   return estimate;
 }
 
@@ -93,30 +86,22 @@ MotionEstimate JointFlowCeres::estimate(const Problem& problem, const StartingPo
   if (estimate.status != Status::ok) return estimate;
   ceres::HuberLoss projection_loss(huber_threshold(options_.robust, options_.huber_projection));
   ceres::HuberLoss flow_loss(huber_threshold(options_.robust, options_.huber_flow));
-  SE3Manifold manifold;
-  MotionBlock motion = to_block(start.T_curr_prev);
   std::vector<std::array<double, 2>> flows(problem.points.size());
-  ceres::Problem ceres_problem(borrow());
-  ceres_problem.AddParameterBlock(motion.data(), 7, &manifold);
-  ceres::Solver::Options options = ceres_solver_options(options_.solver);
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  CeresMotion solver(start.T_curr_prev, options_.solver);
   for (size_t i = 0; i < problem.points.size(); ++i) {
     if (estimate.inliers[i] == 0) continue;
     const double u = problem.points.flow_u[i];
     const double v = problem.points.flow_v[i];
     flows[i] = {u, v};
-    ceres_problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<ProjectionResidual, 2, 7, 2>(
-            new ProjectionResidual(make_projection(problem, i, options_.sigma_projection_px))),
-        &projection_loss, motion.data(), flows[i].data());
-    ceres_problem.AddResidualBlock(
+    solver.add(new ceres::AutoDiffCostFunction<ProjectionResidual, 2, 7, 2>(
+                   new ProjectionResidual(make_projection(problem, i, options_.sigma_projection_px))),
+               &projection_loss, solver.motion(), flows[i].data());
+    solver.add(
         new ceres::AutoDiffCostFunction<FlowResidual, 2, 2>(new FlowResidual{u, v, options_.sigma_flow_px}),
         &flow_loss, flows[i].data());
-    options.linear_solver_ordering->AddElementToGroup(flows[i].data(), 0);
+    solver.eliminate(flows[i].data());
   }
-  options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
-  solve(ceres_problem, options, problem, motion, estimate);
+  solver.solve(problem, estimate);
   for (size_t i = 0; i < flows.size(); ++i) {
     if (estimate.inliers[i] == 0) continue;
     estimate.refined_flow_u[i] = flows[i][0];

@@ -208,8 +208,8 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {
-  // The optimum errs by M^-1 (g + P e): M = H - B + P, g: score of the points, var(g) = H, e: error of the
-  // mean.
+  // The optimum errs by M^-1 (g + P e): M = H - B + P, g: score of the points, var(g) = H,
+  // e: error of the mean.
   const Matrix6d& H = information.total;
   const Matrix6d& P = prior.precision;
   const Eigen::LDLT<Matrix6d> curvature(H - information.errors + P);

@@ -7,8 +7,8 @@ namespace sextant {
 namespace {
 
 constexpr int max_depth_steps = 30;
-/// Square of the last step of a depth, in its standard deviations; the next would be of the order of its
-/// square.
+/// Square of the last step of a depth, in its standard deviations;
+/// the next would be of the order of its square.
 template <typename Real>
 constexpr Real last_depth_step2 = sizeof(Real) == 4 ? 1e-6 : 1e-10;
 
@@ -51,7 +51,7 @@ struct LoopInput {
     info_curr = levels.delta_d_curr_px > 0 ? squared(camera.bf / levels.delta_d_curr_px) : 0;
     refine = levels.delta_d_px > 0;
     as_measured = levels.as_measured;
-    quasi = levels.depth_noise == DepthNoise::depth;
+    quasi = levels.depth_noise == DepthErrors::depth;
     kind = kernel.kind;
     scale = real(kernel.scale);
   }
@@ -59,7 +59,7 @@ struct LoopInput {
 
 /// `both`: current depths count as well.
 template <typename Real, FlowDepthLoop loop, bool both>
-[[gnu::always_inline]] inline void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
+SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   using L = LanesOf<Real>;
   constexpr size_t width = LaneTypes<Real>::n;
   constexpr bool newton = loop == FlowDepthLoop::newton;
@@ -72,6 +72,7 @@ template <typename Real, FlowDepthLoop loop, bool both>
   const L zero = {};
   const L one = zero + Real(1);
   const Real scale2 = d.scale * d.scale;
+  const Huber<Real> kernel(1, d.scale);
   for (size_t i = 0; i < d.n; i += width) {
     const L x = SEXTANT_LOAD(d.x + i);
     const L y = SEXTANT_LOAD(d.y + i);
@@ -182,12 +183,10 @@ template <typename Real, FlowDepthLoop loop, bool both>
       L rho = q;
       L bent = zero;
       if (d.kind == RobustKernel::Kind::huber) {
-        const auto inside = q <= scale2;
-        L norm = inside ? one : q;
-        for (size_t k = 0; k < width; ++k) norm[k] = std::sqrt(norm[k]);
-        weight = inside ? count : count * d.scale / norm;
-        rho = inside ? q : Real(2) * d.scale * norm - scale2;
-        bent = inside ? zero : one / q;
+        const HuberAt<L> huber(kernel, q);
+        weight = count * huber.weight;
+        rho = huber.cost;
+        bent = huber.inside ? zero : one / q;
       } else if (d.kind == RobustKernel::Kind::geman_mcclure) {
         const L share = scale2 / (scale2 + q);
         weight = count * share * share;
@@ -200,8 +199,8 @@ template <typename Real, FlowDepthLoop loop, bool both>
 
       // By the point in the current frame, in units of its depth: T = [fx 0 -fx xn; 0 fy -fy yn; 0 0 -c] are
       // the derivatives of u', v', c; g = T^T s the gradient, G = T^T W T the Hessian, after the Schur
-      // complement of s, with the kernel's curvature. The twist moves the point by T [c I | R], R = -[xn yn
-      // 1]x.
+      // complement of s, with the kernel's curvature.
+      // The twist moves the point by T [c I | R], R = -[xn yn 1]x.
       const L g0 = d.fx * su;
       const L g1 = d.fy * sv;
       const L gc = both ? c * slope_curr : zero;

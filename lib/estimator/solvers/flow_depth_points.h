@@ -8,12 +8,15 @@
 #include <memory>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/geometry/lanes.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {
 
-enum class DepthNoise { depth, disparity };
+/// Whose errors are Gaussian.
+enum class DepthErrors { depth, disparity };
+constexpr Names<2> names_of(DepthErrors) { return {"depth", "disparity"}; }
 
 /// Standard deviations of the measurements of one body.
 struct NoiseLevels {
@@ -21,12 +24,12 @@ struct NoiseLevels {
   double sigma_flow_v_px = 1;
   double delta_d_px = 0;       ///< 0 = the depth is exact
   double delta_d_curr_px = 0;  ///< of the current depth where there is one; 0 = do not use it
-  DepthNoise depth_noise = DepthNoise::depth;
+  DepthErrors depth_noise = DepthErrors::depth;
   bool as_measured = false;  ///< q and gradient to first order about the measured depths, which stay
 };
 
-/// The depth measurements of one point and the square roots of their information (m); 0 = no such
-/// measurement.
+/// The depth measurements of one point and the square roots of their information (m);
+/// 0 = no such measurement.
 struct PointDepths {
   double inverse_depth = 0;  ///< 1/m
   double weight = 0;

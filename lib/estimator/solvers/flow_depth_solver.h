@@ -32,10 +32,10 @@
 
 namespace sextant {
 
-/// How the minimum over s is taken, and what Hessians contain. Rough: one step of s, and Gauss-Newton
-/// without the kernel's own curvature, of a quadratic that lies above the cost, so that steps descend. That
-/// is never indefinite but ignores that errors of depths change the Jacobians: where those are a share of the
-/// relief, steps shrink by no more than that share (errors_in_variables.h). Newton's is exact, and converges
+/// How the minimum over s is taken, and what Hessians contain. Rough: one step of s, and Gauss-Newton without
+/// the kernel's own curvature, of a quadratic that lies above the cost, so that steps descend. That is never
+/// indefinite but ignores that errors of depths change the Jacobians: where those are a share of the relief,
+/// steps shrink by no more than that share (errors_in_variables.h). Newton's is exact, and converges
 /// quadratically.
 enum class Curvature { rough, gauss_newton, newton };
 

@@ -1,6 +1,7 @@
 #include "sextant/estimator/solvers/huber.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sextant {
 
@@ -17,8 +18,8 @@ Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& proj
   const HuberKernel joint = infimal_convolution(projection, flow);
   const double norm = r.norm();
   if (norm <= joint.threshold_px()) return share * r;
-  // Beyond the cap the force is constant: the term that is not capped stops growing, the other takes the
-  // rest.
+  // Beyond the cap the force is constant: the term that is not capped stops growing,
+  // the other takes the rest.
   const double cap_projection = projection.threshold / projection.sigma_px;
   const double cap_flow = flow.threshold / flow.sigma_px;
   const Eigen::Vector2d at_cap = joint.threshold_px() / norm * r;

@@ -1,10 +1,7 @@
 #pragma once
 
-// The Huber kernel on a 2-vector residual r, and the closed form of the joint problem (METHOD section 3).
-//
-//   cost of one residual:  h(r) = |r|^2 / s^2                     for |r| <= k s
-//                                 2 k |r| / s - k^2               beyond
-//   s = sigma_px, k = threshold (in sigmas; infinite = plain least squares).
+// The closed form of the joint problem (docs/method.md, "The joint problem has a closed form"), whose terms
+// have Huber's kernel h (robust_kernel.h) with s = sigma_px and k = threshold.
 //
 // Infimal convolution: min over a + b = r of h1(a) + h2(b) is again a Huber kernel with
 //   s^2 = s1^2 + s2^2,   k = s min(k1 / s1, k2 / s2),
@@ -12,7 +9,6 @@
 // every refined flow first leaves the reprojection problem with one effective kernel, and the minimiser is
 // recovered per point by split_residual().
 
-#include <cmath>
 #include <limits>
 
 #include <Eigen/Core>
@@ -24,10 +20,6 @@ struct HuberKernel {
   double threshold = std::numeric_limits<double>::infinity();  ///< in units of sigma
 
   double threshold_px() const { return threshold * sigma_px; }
-  double cost(double norm_px) const {
-    const double x = norm_px / sigma_px;
-    return x <= threshold ? x * x : 2 * threshold * x - threshold * threshold;
-  }
 };
 
 /// The kernel of min over the split of r into a + b.

@@ -16,8 +16,7 @@ struct SolverOptions {
   int max_iterations = 100;
   double step_tolerance = 1e-12;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("max_iterations", max_iterations, "count", "upper limit of Levenberg-Marquardt steps");
     v("step_tolerance", step_tolerance, "m, rad",
       "stop when the largest component of a step is smaller; of Newton's, what it leaves");
@@ -40,8 +39,8 @@ struct SolverResult {
   bool converged = false;
 };
 
-/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative; changes below it count as
-/// none.
+/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative;
+/// changes below it count as none.
 template <typename Accumulate>
 SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options,
                              double rounding = 1e-12) {

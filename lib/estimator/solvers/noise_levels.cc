@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/base/quantile.h"
+
 namespace sextant {
 namespace {
 
@@ -33,8 +35,8 @@ void sort_non_negative(std::vector<float>& values) {
   }
 }
 
-/// Residuals of the points in use at the motion of the last evaluation. `value(i, out)` appends those of
-/// point i.
+/// Residuals of the points in use at the motion of the last evaluation.
+/// `value(i, out)` appends those of point i.
 template <typename Value>
 std::vector<float> collect(const RoughFlowDepthData& data, Value&& value) {
   std::vector<float> out;
@@ -125,9 +127,7 @@ LevelSample::LevelSample(const RoughFlowDepthData& data, const StartingPoint& st
 double robust_scale(std::vector<float> absolute, std::vector<float> likely) {
   if (absolute.empty()) return 0;
   if (likely.empty()) likely = absolute;
-  const auto middle = likely.begin() + static_cast<std::ptrdiff_t>(likely.size() / 2);
-  std::nth_element(likely.begin(), middle, likely.end());
-  double scale = normal_mad * *middle;
+  double scale = normal_mad * middle_of(likely);
   sort_non_negative(absolute);
   for (int step = 0; step < 20; ++step) {
     const auto end = std::upper_bound(absolute.begin(), absolute.end(), 3 * scale);

@@ -1,6 +1,7 @@
 #pragma once
 
-// Noise levels of one body from its residuals at a motion X, where nobody declares them. METHOD section 2.
+// Noise levels of one body from its residuals at a motion X, where nobody declares them (docs/method.md, "Flow and
+// depth both uncertain").
 //
 //   sigma_flow   robust scale of the residual across the epipolar direction, where depth has no part
 //   delta_d      from the disparities of the two frames where both are measured, else from the residual along

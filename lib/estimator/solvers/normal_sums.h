@@ -21,7 +21,7 @@ struct NormalLanes {
   LanesOf<Real> cost = {};    ///< sum of rho
   LanesOf<Real> behind = {};  ///< the camera
 
-  [[gnu::always_inline]] void store(NormalSums& sums) const {
+  SEXTANT_INLINED void store(NormalSums& sums) const {
     for (int k = 0; k < n_hessian; ++k) sums[k] = sum_of_lanes(&hessian[k]);
     for (int k = 0; k < 6; ++k) sums[n_hessian + k] = sum_of_lanes(&gradient[k]);
     sums[n_hessian + 6] = sum_of_lanes(&cost);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "sextant/estimator/solvers/normal_sums.h"
+#include "sextant/estimator/solvers/robust_kernel.h"
 
 namespace sextant {
 namespace {
@@ -38,7 +39,7 @@ struct Projection {
   L iz, xn, yn;  ///< inverse depth; x / z, y / z
   L eu, ev;      ///< e = project(X m) - target = -r
 
-  [[gnu::always_inline]] Projection(const LoopInput<Real>& d, size_t i) {
+  SEXTANT_INLINED Projection(const LoopInput<Real>& d, size_t i) {
     const RigidMotionOf<Real>& m = d.m;
     const L one = L{} + Real(1);
     const L px = SEXTANT_LOAD(d.x + i);
@@ -57,31 +58,22 @@ struct Projection {
 };
 
 template <typename Real>
-[[gnu::always_inline]] inline void sums_body(const LoopInput<Real>& d, Real sigma, Real threshold,
-                                             NormalSums& sums) {
+SEXTANT_INLINED void sums_body(const LoopInput<Real>& d, const Huber<Real>& kernel, NormalSums& sums) {
   using L = LanesOf<Real>;
   constexpr size_t width = LaneTypes<Real>::n;
   NormalLanes<Real> sum;
   const L zero = {};
   const L one = zero + Real(1);
-  const Real information = 1 / (sigma * sigma);
-  const Real threshold_px = threshold * sigma;
-  const Real threshold_px2 = threshold_px * threshold_px;
-  const bool robust = std::isfinite(threshold);
-  const Real linear_weight = robust ? threshold / sigma : Real(0);
-  const Real linear_cost = robust ? threshold * threshold : Real(0);
   for (size_t i = 0; i < d.n; i += width) {
     const L w = SEXTANT_LOAD(d.weight + i);
     const Projection<Real> p(d, i);
     const L &iz = p.iz, &xn = p.xn, &yn = p.yn, &eu = p.eu, &ev = p.ev;
     sum.behind += p.in_front ? zero : w;
     const L n2 = eu * eu + ev * ev;
-    const auto inside = n2 <= threshold_px2;
-    L norm = inside ? one : n2;
-    for (size_t k = 0; k < width; ++k) norm[k] = std::sqrt(norm[k]);
-    const L scale = w * (inside ? zero + information : linear_weight / norm);
-    const L radial = inside ? zero : scale / n2;
-    sum.cost += w * (inside ? information * n2 : Real(2) * linear_weight * norm - linear_cost);
+    const HuberAt<L> huber(kernel, n2);
+    const L scale = w * huber.weight;
+    const L radial = huber.inside ? zero : scale / n2;
+    sum.cost += w * huber.cost;
     const L wuu = scale - radial * eu * eu;
     const L wuv = -radial * eu * ev;
     const L wvv = scale - radial * ev * ev;
@@ -100,7 +92,7 @@ template <typename Real>
 }
 
 template <typename Real>
-[[gnu::always_inline]] inline void errors_body(const LoopInput<Real>& d, Real* errors) {
+SEXTANT_INLINED void errors_body(const LoopInput<Real>& d, Real* errors) {
   using L = LanesOf<Real>;
   for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
     const Projection<Real> p(d, i);
@@ -110,7 +102,7 @@ template <typename Real>
 }
 
 template <typename Real>
-[[gnu::always_inline]] inline void components_body(const LoopInput<Real>& d, Real* eu, Real* ev) {
+SEXTANT_INLINED void components_body(const LoopInput<Real>& d, Real* eu, Real* ev) {
   using L = LanesOf<Real>;
   for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
     const Projection<Real> p(d, i);
@@ -121,31 +113,20 @@ template <typename Real>
 }
 
 // Clones for processors cannot be templates.
-SEXTANT_SIMD void sums_double(const LoopInput<double>& d, double sigma, double threshold, NormalSums& sums) {
-  sums_body(d, sigma, threshold, sums);
+SEXTANT_SIMD void sum_loop(const LoopInput<double>& d, const Huber<double>& kernel, NormalSums& sums) {
+  sums_body(d, kernel, sums);
 }
-SEXTANT_SIMD void sums_float(const LoopInput<float>& d, float sigma, float threshold, NormalSums& sums) {
-  sums_body(d, sigma, threshold, sums);
+SEXTANT_SIMD void sum_loop(const LoopInput<float>& d, const Huber<float>& kernel, NormalSums& sums) {
+  sums_body(d, kernel, sums);
 }
-SEXTANT_SIMD void errors_double(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
-SEXTANT_SIMD void errors_float(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
-SEXTANT_SIMD void components_double(const LoopInput<double>& d, double* eu, double* ev) {
+SEXTANT_SIMD void error_loop(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void error_loop(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
+SEXTANT_SIMD void component_loop(const LoopInput<double>& d, double* eu, double* ev) {
   components_body(d, eu, ev);
 }
-SEXTANT_SIMD void components_float(const LoopInput<float>& d, float* eu, float* ev) {
+SEXTANT_SIMD void component_loop(const LoopInput<float>& d, float* eu, float* ev) {
   components_body(d, eu, ev);
 }
-
-void sum_loop(const LoopInput<double>& d, const HuberKernel& kernel, NormalSums& sums) {
-  sums_double(d, kernel.sigma_px, kernel.threshold, sums);
-}
-void sum_loop(const LoopInput<float>& d, const HuberKernel& kernel, NormalSums& sums) {
-  sums_float(d, static_cast<float>(kernel.sigma_px), static_cast<float>(kernel.threshold), sums);
-}
-void error_loop(const LoopInput<double>& d, double* errors) { errors_double(d, errors); }
-void error_loop(const LoopInput<float>& d, float* errors) { errors_float(d, errors); }
-void component_loop(const LoopInput<double>& d, double* eu, double* ev) { components_double(d, eu, ev); }
-void component_loop(const LoopInput<float>& d, float* eu, float* ev) { components_float(d, eu, ev); }
 
 std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
   std::vector<uint32_t> indices;
@@ -198,7 +179,8 @@ template <typename Real>
 NormalEquations accumulate(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev,
                            const HuberKernel& kernel) {
   NormalSums sums{};
-  sum_loop({data, T_curr_prev, 0, data.padded_size()}, kernel, sums);
+  const Huber<Real> huber(static_cast<Real>(kernel.sigma_px), static_cast<Real>(kernel.threshold));
+  sum_loop({data, T_curr_prev, 0, data.padded_size()}, huber, sums);
   return equations_of(sums);
 }
 

@@ -70,8 +70,8 @@ void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr
                          std::vector<Real>& ev);
 
 /// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is
-/// out of reach; or, if `data` is in random order, once the points seen so far say so beyond four standard
-/// deviations.
+/// out of reach; or, if `data` is in random order, once the points seen so far
+/// say so beyond four standard deviations.
 template <typename Real>
 int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least);

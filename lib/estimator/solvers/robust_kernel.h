@@ -9,8 +9,48 @@
 // weight = rho'(q): a residual r with q = r^T r pulls like weight * r.
 
 #include <cmath>
+#include <type_traits>
+
+#include "sextant/base/simd.h"
 
 namespace sextant {
+
+/// Huber's kernel on a residual r of standard deviation s, from its square n2 = |r|^2 in the units of s:
+/// n2 / s^2 for |r| <= k s, 2 k |r| / s - k^2 beyond. k = infinity: least squares.
+template <typename Real>
+struct Huber {
+  Real inside2;      ///< (k s)^2
+  Real information;  ///< 1 / s^2
+  Real slope;        ///< k / s
+  Real offset;       ///< k^2
+
+  Huber(Real sigma, Real threshold)
+      : inside2(threshold * sigma * (threshold * sigma)),
+        information(1 / (sigma * sigma)),
+        slope(std::isfinite(threshold) ? threshold / sigma : Real(0)),
+        offset(std::isfinite(threshold) ? threshold * threshold : Real(0)) {}
+};
+
+/// The kernel at n2: one number, or lanes of them (geometry/lanes.h).
+template <typename Value>
+struct HuberAt {
+  decltype(Value{} <= Value{}) inside;
+  Value weight;  ///< d cost / d n2
+  Value cost;
+
+  template <typename Real>
+  SEXTANT_INLINED HuberAt(const Huber<Real>& kernel, const Value& n2) : inside(n2 <= kernel.inside2) {
+    const Value one = Value{} + Real(1);
+    Value norm = inside ? one : n2;
+    if constexpr (std::is_floating_point_v<Value>) {
+      norm = std::sqrt(norm);
+    } else {
+      for (size_t k = 0; k < sizeof(Value) / sizeof(Real); ++k) norm[k] = std::sqrt(norm[k]);
+    }
+    weight = inside ? Value{} + kernel.information : kernel.slope / norm;
+    cost = inside ? kernel.information * n2 : Real(2) * kernel.slope * norm - kernel.offset;
+  }
+};
 
 struct RobustKernel {
   enum class Kind { none, huber, geman_mcclure };
@@ -18,30 +58,31 @@ struct RobustKernel {
   double scale = 0;  ///< k or c, in sigmas; unused for none
 
   double cost(double q) const {
+    if (kind == Kind::huber) return huber(q).cost;
     const double s2 = scale * scale;
-    if (kind == Kind::huber && q > s2) return 2 * scale * std::sqrt(q) - s2;
     return kind == Kind::geman_mcclure ? s2 * q / (s2 + q) : q;
   }
   double weight(double q) const {
-    const double s2 = scale * scale;
-    if (kind == Kind::huber && q > s2) return scale / std::sqrt(q);
-    const double share = s2 / (s2 + q);
+    if (kind == Kind::huber) return huber(q).weight;
+    const double share = shrinking(q);
     return kind == Kind::geman_mcclure ? share * share : 1;
   }
   /// 2 q d weight / d q: by how much the pull of a residual along itself falls short of weight.
   double bend(double q) const {
-    const double s2 = scale * scale;
-    if (kind == Kind::huber) return q > s2 ? -scale / std::sqrt(q) : 0;
-    const double share = s2 / (s2 + q);
+    if (kind == Kind::huber) return huber(q).inside ? 0 : -huber(q).weight;
+    const double share = shrinking(q);
     return kind == Kind::geman_mcclure ? -4 * share * share * (1 - share) : 0;
   }
   /// d weight / d q.
   double weight_slope(double q) const {
-    const double s2 = scale * scale;
-    if (kind == Kind::huber && q > s2) return -0.5 * weight(q) / q;
-    const double share = s2 / (s2 + q);
-    return kind == Kind::geman_mcclure ? -2 * share * share * share / s2 : 0;
+    if (kind == Kind::huber) return huber(q).inside ? 0 : -0.5 * huber(q).weight / q;
+    const double share = shrinking(q);
+    return kind == Kind::geman_mcclure ? -2 * share * share * share / (scale * scale) : 0;
   }
+
+ private:
+  HuberAt<double> huber(double q) const { return {Huber<double>(1, scale), q}; }
+  double shrinking(double q) const { return scale * scale / (scale * scale + q); }
 };
 
 }  // namespace sextant

@@ -27,8 +27,8 @@ class P3PSolutions {
   size_t size_ = 0;
 };
 
-/// Real parts of the roots of x^4 + a[0] x^3 + a[1] x^2 + a[2] x + a[3] (Ferrari), polished by Newton's
-/// method.
+/// Real parts of the roots of x^4 + a[0] x^3 + a[1] x^2 + a[2] x + a[3] (Ferrari),
+/// polished by Newton's method.
 std::array<double, 4> quartic_roots(const std::array<double, 4>& a);
 
 }  // namespace sextant

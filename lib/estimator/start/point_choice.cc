@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/base/quantile.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
 #include "sextant/geometry/lanes.h"
 
@@ -22,7 +23,7 @@ using Errors = std::vector<float>;  ///< whole lanes of them
 using L = LanesOf<float>;
 
 /// exp(x) to 1e-4 for x in [-80, 0].
-[[gnu::always_inline]] inline void exponential(L& x) {
+SEXTANT_INLINED void exponential(L& x) {
   const L log2 = x * 1.44269504F;
   const auto whole = __builtin_convertvector(log2 - 1.0F, LaneMaskOf<float>);  // towards zero: the next below
   const L f = log2 - __builtin_convertvector(whole, L);
@@ -120,9 +121,7 @@ struct ResidualMixture {
     constexpr size_t enough = 250;  // to twice as many
     Errors absolute;
     for (size_t k = 0; k < n; k += std::max<size_t>(n / enough, 1)) absolute.push_back(std::abs(errors[k]));
-    const auto middle = absolute.begin() + static_cast<ptrdiff_t>(absolute.size() / 2);
-    std::nth_element(absolute.begin(), middle, absolute.end());
-    return std::max(normal_mad * *middle, min_sigma_px);
+    return std::max(normal_mad * middle_of(absolute), min_sigma_px);
   }
 
   void take_scales(double variance_u, double variance_v) {
@@ -169,20 +168,15 @@ StartingPoint reselected(const RoughReprojectionData& all, RoughReprojectionData
 
 }  // namespace
 
-void check_refine_on(const char* key, const std::string& refine_on) {
-  check_option(refine_on == "inliers" || refine_on == "all" || refine_on == "reselected", key, refine_on,
-               refine_on_meaning);
-}
-
-StartingPoint choose_points(const Problem& problem, const StartingPoint& start,
-                            const std::string& refine_on) {
-  if (refine_on == "inliers") return start;
+StartingPoint choose_points(const Problem& problem, const StartingPoint& start, RefineOn refine_on) {
+  if (refine_on == RefineOn::inliers) return start;
   std::vector<uint32_t> points;
   for (uint32_t i = 0; i < problem.points.size(); ++i) {
     if (problem.points.is_measurement(i)) points.push_back(i);
   }
   const RoughReprojectionData all(problem, points);
-  if (refine_on == "reselected") return reselected(all, {problem, every(points, sample_size)}, points, start);
+  if (refine_on == RefineOn::reselected)
+    return reselected(all, {problem, every(points, sample_size)}, points, start);
   StartingPoint out{start.T_curr_prev, std::vector<unsigned char>(start.inliers.size(), 0)};
   Errors eu, ev;
   reprojection_errors(all, start.T_curr_prev, eu, ev);

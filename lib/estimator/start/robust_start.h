@@ -19,18 +19,14 @@ struct RobustStartOptions {
   int min_iterations = 20;
   int local_refinements = 2;
 
-  template <typename V>
-  void visit(V& v) {
+  void visit(auto& v) {
     v("inlier_threshold_px", inlier_threshold_px, "px",
-      "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which "
-      "points are "
-      "refined on");
+      "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which points are refined on");
     v("confidence", confidence, "probability", "of one all-inlier sample; sets the number of samples");
     v("max_iterations", max_iterations, "count", "most samples drawn");
     v("min_iterations", min_iterations, "count", "fewest samples drawn");
     v("local_refinements", local_refinements, "count",
-      "least-squares steps on the winner's inliers, each kept "
-      "only if it gains inliers");
+      "least-squares steps on the winner's inliers, each kept only if it gains inliers");
   }
   void check() const;
 };

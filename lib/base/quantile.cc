@@ -1,0 +1,36 @@
+#include "sextant/base/quantile.h"
+
+namespace sextant {
+namespace {
+
+/// Of the quantile p among n sorted values: index of the value below, and the share of the step to the next.
+struct Position {
+  size_t below;
+  double share;
+};
+
+Position position_of(double p, size_t n) {
+  SEXTANT_CHECK(n > 0);
+  if (!(p >= 0 && p <= 1)) fail("quantile {}: must be in 0..1", p);
+  const double position = static_cast<double>(n - 1) * p;
+  const size_t below = std::min(static_cast<size_t>(position), n - 1);
+  return {below, position - static_cast<double>(below)};
+}
+
+}  // namespace
+
+double quantile_of_sorted(std::span<const double> sorted, double p) {
+  const auto [below, share] = position_of(p, sorted.size());
+  const size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + share * (sorted[above] - sorted[below]);
+}
+
+double quantile_of(std::span<double> values, double p) {
+  const auto [below, share] = position_of(p, values.size());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(values.begin(), middle, values.end());
+  const double above = middle + 1 == values.end() ? *middle : *std::min_element(middle + 1, values.end());
+  return *middle + share * (above - *middle);
+}
+
+}  // namespace sextant
