@@ -17,21 +17,21 @@ namespace {
 
 using namespace sextant;
 
-constexpr int kWidth = 1242;
-constexpr int kHeight = 375;
+constexpr int frame_width = 1242;
+constexpr int frame_height = 375;
 
 // A random texture, `shift` px farther left.
 Image<uint8_t> synthetic_image(int shift) {
   std::mt19937 rng(1);
-  Image<uint8_t> wide(kWidth + 64, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
+  Image<uint8_t> wide(frame_width + 64, frame_height);
+  for (int y = 0; y < frame_height; ++y) {
     for (int x = 0; x < wide.width(); ++x) {
       const double wave = 120 + 60 * std::sin(0.13 * x) * std::cos(0.21 * y);
       wide(x, y) = static_cast<uint8_t>(wave + static_cast<double>(rng() % 64));
     }
   }
-  Image<uint8_t> image(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) std::copy_n(wide.row(y) + shift, kWidth, image.row(y));
+  Image<uint8_t> image(frame_width, frame_height);
+  for (int y = 0; y < frame_height; ++y) std::copy_n(wide.row(y) + shift, frame_width, image.row(y));
   return image;
 }
 
@@ -48,9 +48,9 @@ const std::string& mots_rows() {
     if (const char* data = std::getenv("SEXTANT_DATA"); data != nullptr) {
       return read_file(std::filesystem::path(data) / "kitti_tracking/training/instances_txt/0001.txt");
     }
-    Image<uint16_t> mask(kWidth, kHeight);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    Image<uint16_t> mask(frame_width, frame_height);
+    for (int y = 0; y < frame_height; ++y) {
+      for (int x = 0; x < frame_width; ++x) {
         const double dx = (x % 124 - 62) / 55.0, dy = (y - 190) / 90.0;
         if (dx * dx + dy * dy < 1 && x / 124 < 10) mask(x, y) = static_cast<uint16_t>(x / 124 + 1);
       }
@@ -71,14 +71,14 @@ void dis(benchmark::State& state) {
 void mots_mask(benchmark::State& state) {
   const MotsText mots(mots_rows(), "m.txt");
   state.counters["objects"] = static_cast<double>(mots.rows(0).size());
-  for (auto _ : state) benchmark::DoNotOptimize(mots.mask(0, kWidth, kHeight));
+  for (auto _ : state) benchmark::DoNotOptimize(mots.mask(0, frame_width, frame_height));
 }
 void mots_parse(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(MotsText(mots_rows(), "m.txt"));
   state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(mots_rows().size()));
 }
 void mots_encode(benchmark::State& state) {
-  const Image<uint16_t> mask = MotsText(mots_rows(), "m.txt").mask(0, kWidth, kHeight);
+  const Image<uint16_t> mask = MotsText(mots_rows(), "m.txt").mask(0, frame_width, frame_height);
   for (auto _ : state) benchmark::DoNotOptimize(encode_mots_text({{0, mask}}, {}));
 }
 

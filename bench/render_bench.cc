@@ -49,17 +49,17 @@ void cached(benchmark::State& state, const char* source, Channels channels) {
   for (auto _ : state) benchmark::DoNotOptimize(sequence->read(3, channels));
 }
 
-constexpr Channels kUsual{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
-constexpr Channels kAll = Channels::all();
+constexpr Channels usual{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
+constexpr Channels all_channels = Channels::all();
 
 void open(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(open_scene("synthetic:s18"));
 }
 
 #define SCENE(name, source)                                                                                  \
-  BENCHMARK_CAPTURE(render, name##_gray_rgb_depth_flow_mask, source, kUsual)->Unit(benchmark::kMillisecond); \
-  BENCHMARK_CAPTURE(render, name##_all, source, kAll)->Unit(benchmark::kMillisecond);                        \
-  BENCHMARK_CAPTURE(in_order, name##_all, source, kAll)->Unit(benchmark::kMillisecond)->MinTime(2)
+  BENCHMARK_CAPTURE(render, name##_gray_rgb_depth_flow_mask, source, usual)->Unit(benchmark::kMillisecond); \
+  BENCHMARK_CAPTURE(render, name##_all, source, all_channels)->Unit(benchmark::kMillisecond);                        \
+  BENCHMARK_CAPTURE(in_order, name##_all, source, all_channels)->Unit(benchmark::kMillisecond)->MinTime(2)
 
 SCENE(s18, "synthetic:s18");
 SCENE(s01_turn, "synthetic:s01-turn");
@@ -77,7 +77,7 @@ CHANNEL(flow);
 CHANNEL(backward_flow);
 CHANNEL(mask);
 CHANNEL(occlusion);
-BENCHMARK_CAPTURE(cached, s18_all, "synthetic:s18", kAll)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(cached, s18_all, "synthetic:s18", all_channels)->Unit(benchmark::kMillisecond);
 BENCHMARK(open)->Unit(benchmark::kMillisecond);
 
 }  // namespace
