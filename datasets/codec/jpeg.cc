@@ -11,14 +11,14 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view kStart = "\xff\xd8";
-constexpr std::string_view kEnd = "\xff\xd9";
+constexpr std::string_view start = "\xff\xd8";
+constexpr std::string_view end_marker = "\xff\xd9";
 
 // OpenCV's decoder fills what is missing with gray and only prints a warning.
 void check_complete(std::string_view bytes, const std::string& name) {
-  if (!bytes.starts_with(kStart)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
+  if (!bytes.starts_with(start)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
   const size_t last = bytes.find_last_not_of('\0');  // padding at the end does no harm
-  if (last == std::string_view::npos || !bytes.substr(0, last + 1).ends_with(kEnd)) {
+  if (last == std::string_view::npos || !bytes.substr(0, last + 1).ends_with(end_marker)) {
     fail("{}: JPEG file is truncated (no end marker FF D9): copy it again", name);
   }
 }
