@@ -11,6 +11,8 @@
 #include <optional>
 
 #include "sextant/base/error.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/vdo_layout.h"
@@ -122,6 +124,30 @@ Write staged(const Write& write) {
 }
 
 }  // namespace
+
+void write_layout_frames(const Sequence& sequence, const LayoutRequest& request, const LayoutFrames& frames) {
+  const SequenceInfo& info = sequence.info();
+  Channels wanted;
+  for (const LayoutFolder& folder : frames.folders) {
+    if (!(info.channels.*folder.channel)) continue;
+    wanted.*folder.channel = true;
+    fs::create_directories(folder.path);
+  }
+  const int n = info.last_frame - info.first_frame + 1;
+  Progress progress("frames written", n, request.quiet);
+  parallel_for(n, request.jobs, [&](int i) {
+    if (request.between_frames) request.between_frames();
+    const int number = info.first_frame + i;
+    const Frame frame = frames.read ? frames.read(number, wanted) : sequence.read(number, wanted);
+    for (const LayoutFolder& folder : frames.folders) {
+      const std::string bytes = wanted.*folder.channel ? folder.encode(frame) : "";
+      if (!bytes.empty())
+        write_file(folder.path / fmt::format(fmt::runtime(folder.name), number - frames.zero), bytes);
+    }
+    if (frames.also) frames.also(frame);
+    progress.advance();
+  });
+}
 
 std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
