@@ -1,11 +1,20 @@
-// Throughput of the file decoders, in bytes of file per second, ours against OpenCV's. With SEXTANT_DATA
-// set, on frame 0 of its kitti_03_demo; otherwise on synthetic images of the same size.
+// Throughput of the file decoders, in bytes of file per second: of PNG ours against OpenCV's and, where
+// libspng-dev is installed, libspng's. With SEXTANT_DATA set, on frame 0 of its kitti_03_demo; otherwise on
+// synthetic images of the same size. Poses as text and as XML, of 20,000 frames; pugixml's document where
+// libpugixml-dev is installed.
 
 #include <benchmark/benchmark.h>
+#ifdef SEXTANT_LIBSPNG
+#include <spng.h>
+#endif
+#ifdef SEXTANT_PUGIXML
+#include <pugixml.hpp>
+#endif
 
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
@@ -14,6 +23,7 @@
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/codec/png.h"
+#include "sextant/eval/logs/trajectory_files.h"
 
 namespace {
 
@@ -92,6 +102,71 @@ void run(benchmark::State& state, const std::string& bytes, Decode decode) {
   for (auto _ : state) benchmark::DoNotOptimize(decode(bytes));
   state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(bytes.size()));
 }
+
+#ifdef SEXTANT_LIBSPNG
+std::vector<char> libspng(const std::string& bytes) {
+  const std::unique_ptr<spng_ctx, void (*)(spng_ctx*)> context(spng_ctx_new(0), spng_ctx_free);
+  size_t size = 0;
+  spng_set_png_buffer(context.get(), bytes.data(), bytes.size());
+  spng_decoded_image_size(context.get(), SPNG_FMT_PNG, &size);
+  std::vector<char> pixels(size);
+  if (spng_decode_image(context.get(), pixels.data(), size, SPNG_FMT_PNG, 0) != 0) fail("libspng: no PNG");
+  return pixels;
+}
+void png16_libspng(benchmark::State& state) { run(state, depth_png(), libspng); }
+void png_rgb16_libspng(benchmark::State& state) { run(state, flow_png(), libspng); }
+void png_rgb_libspng(benchmark::State& state) { run(state, colour_png(), libspng); }
+BENCHMARK(png16_libspng)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb16_libspng)->Unit(benchmark::kMillisecond);
+BENCHMARK(png_rgb_libspng)->Unit(benchmark::kMillisecond);
+#endif
+
+constexpr int n_poses = 20'000;
+
+std::string poses_tum() {
+  std::string text;
+  for (int i = 0; i < n_poses; ++i)
+    text += fmt::format("{:.6f} {:.9f} -0.123456789 {:.9f} 0 0 0 1\n", 0.1 * i, 1e-3 * i, 1e-2 * i);
+  return text;
+}
+
+std::string poses_xml() {
+  const auto pose = [](const char* name, double x) {
+    std::string text = fmt::format("<{}>\n<R_>\n", name);
+    for (int i = 0; i < 9; ++i)
+      text += fmt::format("<rot{0}{1}>{2:.17e}</rot{0}{1}>\n", i / 3 + 1, i % 3 + 1, i % 4 == 0 ? 1.0 : 0.0);
+    return text +
+           fmt::format(
+               "</R_>\n<t_>\n<data>\n<item>{:.17e}</item>\n<item>0</item>\n<item>0</item>\n</data>\n</t_>\n</{}>\n",
+               x, name);
+  };
+  std::string text = "<?xml version=\"1.0\"?>\n<boost_serialization>\n<val>\n";
+  for (int i = 0; i < n_poses; ++i)
+    text += fmt::format("<item>\n{}{}<frame_id>{}</frame_id>\n</item>\n", pose("pose", 0.1 * i),
+                        pose("gt_pose", 0.1 * i), i);
+  return text + "</val>\n</boost_serialization>\n";
+}
+
+void poses(benchmark::State& state, const std::string& bytes, const char* format) {
+  run(state, bytes, [&](const std::string& b) { return decode_trajectory(b, format); });
+}
+void poses_as_text(benchmark::State& state) { poses(state, poses_tum(), "tum"); }
+void poses_as_xml(benchmark::State& state) { poses(state, poses_xml(), "vdo_xml"); }
+BENCHMARK(poses_as_text)->Unit(benchmark::kMillisecond);
+BENCHMARK(poses_as_xml)->Unit(benchmark::kMillisecond);
+
+#ifdef SEXTANT_PUGIXML
+/// The document alone, without a number of it.
+void xml_pugixml(benchmark::State& state) {
+  run(state, poses_xml(), [](const std::string& b) {
+    pugi::xml_document document;
+    const unsigned flags = pugi::parse_minimal | pugi::parse_embed_pcdata;
+    if (!document.load_buffer(b.data(), b.size(), flags, pugi::encoding_utf8)) fail("pugixml: no XML");
+    return document.first_child().hash_value();
+  });
+}
+BENCHMARK(xml_pugixml)->Unit(benchmark::kMillisecond);
+#endif
 
 cv::Mat opencv(const std::string& bytes, int flags) {
   const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));

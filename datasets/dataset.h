@@ -2,9 +2,11 @@
 
 // Where data come from. A SOURCE is "adapter:path[#sequence][@first-last]"; an adapter opens it as one
 // Sequence. How to add a data set:
-//   1. write datasets/<name>.cc with a class derived from Sequence and a function open_<name>(SourceSpec);
-//   2. declare that function and add one line to the table in registry.cc.
-// The parametrised test in registry_test.cc then runs over it.
+//   1. write datasets/<name>.h and .cc: its options, and open_<name>(SourceSpec), which declares where the files
+//      of each channel are and reads camera and truth (folder_sequence.h). A kind of file that is new gets its
+//      line in channels/channel_source.cc;
+//   2. add one line to the table in registry.cc.
+// adapter_test.cc then asks for a miniature of it, a line there, and runs over every file of every channel.
 
 #include <functional>
 #include <map>

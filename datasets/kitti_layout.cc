@@ -5,8 +5,6 @@
 #include <numbers>
 
 #include "sextant/base/files.h"
-#include "sextant/base/parallel_for.h"
-#include "sextant/base/progress.h"
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/kitti_png.h"
@@ -20,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kRateHz = 10;
-constexpr int kLargestId = 1000;  // MOTS: class * 1000 + id - 1
-constexpr int kOcclusionUnknown = 3;
+constexpr double layout_rate_hz = 10;
+constexpr int largest_id = 1000;  // MOTS: class * 1000 + id - 1
+constexpr int occlusion_unknown = 3;
 
 // Sensors where KITTI's car has them, to the decimetre: laser scanner x ahead, y left, z up, 0.27 m behind
 // and 0.08 m above the camera; GPS/IMU unit with the same axes.
@@ -66,10 +64,10 @@ class Writer {
   }
 
  private:
-  static constexpr std::array<const char*, 5> kFolders = {"image_02", "image_03", "depth_02", "flow_02",
-                                                          "instances"};
-  static constexpr std::array<const char*, 5> kTexts = {"calib", "oxts", "label_02", "object_pose",
-                                                        "instances_txt"};
+  static constexpr std::array<const char*, 5> folders = {"image_02", "image_03", "depth_02", "flow_02",
+                                                         "instances"};
+  static constexpr std::array<const char*, 5> texts = {"calib", "oxts", "label_02", "object_pose",
+                                                       "instances_txt"};
 
   int number(int frame) const { return frame - info_.first_frame; }
   fs::path text_path(const char* what) const { return training_ / what / (name_ + ".txt"); }
@@ -83,9 +81,9 @@ class Writer {
       if (fs::exists(path))
         fail("{}: is there already: remove it, or choose another sequence name", path.string());
     };
-    for (const char* folder : kFolders) must_be_new(final_ / folder / name_);
-    for (const char* text : kTexts) must_be_new(final_ / text / (name_ + ".txt"));
-    if (info_.rate_hz != kRateHz) {
+    for (const char* folder : folders) must_be_new(final_ / folder / name_);
+    for (const char* text : texts) must_be_new(final_ / text / (name_ + ".txt"));
+    if (info_.rate_hz != layout_rate_hz) {
       fail("{}: {} Hz, and the KITTI layout has no place for a rate: expected 10 Hz", source_name(),
            info_.rate_hz);
     }
@@ -99,9 +97,8 @@ class Writer {
       const std::optional<SE3> pose = camera.pose(frame);
       if (!pose) {
         fail(
-            "{}: frame {} has no true camera pose, and a line of oxts cannot be left out: choose other "
-            "frames "
-            "with @first-last",
+            "{}: frame {} has no true camera pose, and a line of oxts "
+            "cannot be left out: choose other frames with @first-last",
             source_name(), frame);
       }
       poses.push_back(*pose);
@@ -122,8 +119,8 @@ class Writer {
   }
 
   KittiLabel make_label(int frame, const ObjectTruth& object) {
-    if (object.id < 1 || object.id > kLargestId) {
-      fail("{}: frame {}: object id {}: MOTS holds 1 to {}", source_name(), frame, object.id, kLargestId);
+    if (object.id < 1 || object.id > largest_id) {
+      fail("{}: frame {}: object id {}: MOTS holds 1 to {}", source_name(), frame, object.id, largest_id);
     }
     if (!object.size_m || !object.left || !object.top || !object.right || !object.bottom) {
       fail("{}: frame {}: object {} has no {}, which a KITTI label needs", source_name(), frame, object.id,
@@ -144,7 +141,7 @@ class Writer {
     const bool inside =
         label.left > 0 && label.top > 0 && label.right < info_.width - 1 && label.bottom < info_.height - 1;
     label.truncated = inside ? 0 : 1;
-    label.occluded = kOcclusionUnknown;
+    label.occluded = occlusion_unknown;
     label.width_m = object.size_m->x();
     label.height_m = object.size_m->y();
     label.length_m = object.size_m->z();
@@ -160,51 +157,29 @@ class Writer {
   }
 
   void write_frames(const LayoutRequest& request) {
-    const Channels& has = info_.channels;
-    const Channels wanted{
-        .rgb = has.rgb, .rgb_right = has.rgb_right, .depth = has.depth, .flow = has.flow, .mask = has.mask};
-    const bool any = has.rgb || has.rgb_right || has.depth || has.flow || has.mask;
-    if (!any) return;
-    for (const char* folder : kFolders) {
-      if (has_folder(folder)) fs::create_directories(training_ / folder / name_);
-    }
-    const int n = info_.last_frame - info_.first_frame + 1;
-    std::vector<std::string> mots(static_cast<size_t>(n));
-    Progress progress("frames written", n, request.quiet);
-    parallel_for(n, request.jobs, [&](int i) {
-      if (request.between_frames) request.between_frames();
-      mots[static_cast<size_t>(i)] = write_frame(sequence_.read(info_.first_frame + i, wanted));
-      progress.advance();
-    });
-    if (!has.mask) return;
+    const auto folder = [&](auto channel, auto image, const char* name, const auto& encode) {
+      return layout_folder(channel, image, training_ / name / name_, "{:06}.png", encode);
+    };
+    const auto png = [](const auto& image) { return encode_png(image); };
+    LayoutFrames frames;
+    frames.zero = info_.first_frame;
+    frames.folders = {folder(&Channels::rgb, &Frame::rgb, "image_02", png),
+                      folder(&Channels::rgb_right, &Frame::rgb_right, "image_03", png),
+                      folder(&Channels::depth, &Frame::depth_m, "depth_02",
+                             [](const auto& depth) { return encode_png(depth256_from_depth(depth)); }),
+                      folder(&Channels::flow, &Frame::flow, "flow_02",
+                             [](const auto& flow) { return encode_png(kitti_from_flow(flow)); }),
+                      folder(&Channels::mask, &Frame::mask, "instances",
+                             [&](const auto& mask) { return encode_png(mots_from_mask(mask, class_of_)); })};
+    std::vector<std::string> mots(static_cast<size_t>(number(info_.last_frame) + 1));
+    frames.also = [&](const Frame& frame) {
+      const int k = number(frame.index);
+      if (!frame.mask.empty()) mots[static_cast<size_t>(k)] = encode_mots_text({{k, frame.mask}}, class_of_);
+    };
+    write_layout_frames(sequence_, request, frames);
     std::string text;
     for (const std::string& rows : mots) text += rows;
-    write_text("instances_txt", text);
-  }
-
-  bool has_folder(std::string_view folder) const {
-    const Channels& has = info_.channels;
-    return folder == "image_02"   ? has.rgb
-           : folder == "image_03" ? has.rgb_right
-           : folder == "depth_02" ? has.depth
-           : folder == "flow_02"  ? has.flow
-                                  : has.mask;
-  }
-
-  // Returns the frame's rows of instances_txt.
-  std::string write_frame(const Frame& frame) const {
-    const int k = number(frame.index);
-    if (!frame.rgb.empty()) write_png("image_02", k, encode_png(frame.rgb));
-    if (!frame.rgb_right.empty()) write_png("image_03", k, encode_png(frame.rgb_right));
-    if (!frame.depth_m.empty()) write_png("depth_02", k, encode_png(depth256_from_depth(frame.depth_m)));
-    if (!frame.flow.empty()) write_png("flow_02", k, encode_png(kitti_from_flow(frame.flow)));
-    if (frame.mask.empty()) return {};
-    write_png("instances", k, encode_png(mots_from_mask(frame.mask, class_of_)));
-    return encode_mots_text({{k, frame.mask}}, class_of_);
-  }
-
-  void write_png(const char* folder, int k, const std::string& bytes) const {
-    write_file(training_ / folder / name_ / fmt::format("{:06}.png", k), bytes);
+    if (info_.channels.mask) write_text("instances_txt", text);
   }
 
   void write_text(const char* what, const std::string& text) const {

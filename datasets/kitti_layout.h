@@ -10,9 +10,8 @@
 //
 // What the format does not keep:
 //   - the world frame: poses come back relative to the first one
-//   - roll and pitch of objects: rotation_y is the heading of their z axis; an object that is tilted against
-//   the
-//     camera's vertical by e comes back turned by at most about e (position is exact)
+//   - roll and pitch of objects: rotation_y is the heading of their z axis; an object that is tilted by e
+//     against the camera's vertical comes back turned by at most about e (position is exact)
 //   - depth beyond 255.99 m and steps finer than 1/256 m; flow beyond 512 px and steps finer than 1/64 px
 //   - rates other than 10 Hz: an Error
 

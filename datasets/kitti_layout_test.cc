@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Channels kAll{
+constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
 
 std::unique_ptr<Sequence> open(const std::string& source, const Json& options = Json::object()) {
@@ -88,7 +88,7 @@ TEST(KittiLayout, EverythingComesBack) {
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
   read->check_files();
   for (int k = 0; k < 5; ++k) {
-    expect_same_measurements(written.read(3 + k, kAll), read->read(k, kAll));
+    expect_same_measurements(written.read(3 + k, all_channels), read->read(k, all_channels));
     ASSERT_EQ(read->truth().objects.at(k).size(), 2u);
     for (const ObjectTruth& object : written.truth().objects.at(3 + k)) {
       const ObjectTruth* other = read->truth().find(k, object.id);
@@ -319,7 +319,7 @@ TEST(KittiLayout, SyntheticSceneComesBack) {
   EXPECT_EQ(read->info().last_frame, 3);
   EXPECT_LT(largest_pose_error(*scene, *read), 1e-6);
   for (int k = 0; k <= 3; ++k) {
-    if (k % 3 == 0) expect_same_measurements(scene->read(k, kAll), read->read(k, kAll));
+    if (k % 3 == 0) expect_same_measurements(scene->read(k, all_channels), read->read(k, all_channels));
     for (const ObjectTruth& object : scene->truth().objects.at(k)) {
       const ObjectTruth* other = read->truth().find(k, object.id);
       ASSERT_NE(other, nullptr) << k << ' ' << object.id;

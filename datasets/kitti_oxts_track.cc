@@ -9,9 +9,9 @@
 namespace sextant {
 namespace {
 
-constexpr double kLatitude_deg = 49.011;
-constexpr double kLongitude_deg = 8.4229;
-constexpr double kAltitude_m = 112;
+constexpr double origin_latitude_deg = 49.011;
+constexpr double origin_longitude_deg = 8.4229;
+constexpr double origin_altitude_m = 112;
 
 double standard_normal(uint64_t seed, size_t frame) {
   PhiloxStream stream(seed, frame);
@@ -112,11 +112,11 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
     samples.push_back(curve.at(k, jitter.sigma_s > 0 ? jitter.sigma_s * standard_normal(jitter.seed, k) : 0));
   }
 
-  const double scale = mercator_scale(kLatitude_deg);
+  const double scale = mercator_scale(origin_latitude_deg);
   KittiOxts origin;
-  origin.latitude_deg = kLatitude_deg;
-  origin.longitude_deg = kLongitude_deg;
-  origin.altitude_m = kAltitude_m;
+  origin.latitude_deg = origin_latitude_deg;
+  origin.longitude_deg = origin_longitude_deg;
+  origin.altitude_m = origin_altitude_m;
   const Eigen::Vector3d move =
       pose_from_oxts(origin, scale).translation() - samples.front().pose.translation();
   std::vector<KittiOxts> track;

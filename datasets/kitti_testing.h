@@ -23,10 +23,8 @@ class PatternSequence final : public Sequence {
     info_.height = 48;
     info_.first_frame = first_frame;
     info_.last_frame = first_frame + n_frames - 1;
-    if (images) {
-      info_.channels = {
-          .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
-    }
+    if (images) info_.channels = Channels::all();
+    info_.channels.occlusion = false;
     SE3 pose = SE3::exp({3, -1, 2, 0.1, 0.4, -0.05});  // not the identity: no source promises that
     for (int frame = first_frame; frame <= info_.last_frame; ++frame) {
       truth_.camera.set(frame, pose);
@@ -63,6 +61,8 @@ class PatternSequence final : public Sequence {
       fill(out.depth_m, [&](int x, int y) { return y < 5 ? NAN : 2.0f + 0.37f * x + 0.0113f * y + frame; });
     if (channels.flow && frame != info_.last_frame)
       fill(out.flow, [&](int x, int y) { return y < 5 ? Flow{} : Flow{-20.3f + 0.31f * x, 0.017f * y}; });
+    if (channels.backward_flow && frame != info_.first_frame)
+      fill(out.backward_flow, [&](int x, int y) { return Flow{20.3f - 0.31f * x, 0.017f * y}; });
     if (channels.mask)
       fill(out.mask, [&](int x, int y) -> uint16_t {
         if (y < 10 || y > 30) return 0;

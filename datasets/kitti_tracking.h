@@ -23,28 +23,19 @@
 
 #include <memory>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/folder_sequence.h"
 #include "sextant/datasets/kitti_truth.h"
 
 namespace sextant {
 
-struct KittiTrackingOptions : KittiTruthOptions {
+struct KittiTrackingOptions : KittiTruthOptions, ChannelOptions {
   double rate_hz = 10;
-  std::string depth = "auto";
-  std::string flow = "auto";
-  std::string masks = "auto";
 
   template <typename V>
   void visit(V& v) {
     KittiTruthOptions::visit(v);
+    ChannelOptions::visit(v);
     v("rate_hz", rate_hz, "Hz", "frame rate");
-    v("depth", depth, "",
-      "auto = the files of depth_02, else sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR");
-    v("flow", flow, "",
-      "auto = the files of flow_02, else dis; none; or dis, flo:DIR, kitti_png:DIR, onnx:FILE");
-    v("masks", masks, "",
-      "auto = instances, else instances_txt; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, "
-      "vdo_text:DIR, boxes, onnx:FILE");
   }
   void check() const;
 };

@@ -5,7 +5,7 @@
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_testing.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/datasets/testing.h"
 
 namespace sextant {
 namespace {
@@ -14,32 +14,19 @@ namespace fs = std::filesystem;
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr Channels kAll{
+constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
 
-class KittiTracking : public testing::Test {
+class KittiTracking : public FolderTest {
  protected:
-  KittiTracking() {
+  KittiTracking() : FolderTest("training") {
     write_kitti_layout(PatternSequence(5),
                        {.out = temp_.path(), .sequence = "0007", .jobs = 1, .quiet = true});
   }
   std::unique_ptr<Sequence> open(const std::string& rest = "#0007",
                                  const Json& options = Json::object()) const {
-    SourceSpec spec = SourceSpec::parse("kitti:" + temp_.path().string() + rest);
-    spec.options = options;
-    return open_source(spec);
+    return open_with("kitti:" + temp_.path().string() + rest, options);
   }
-  std::string file(const std::string& name) const { return (temp_.path() / "training" / name).string(); }
-  void replace(const std::string& name, std::string_view bytes) { write_file(file(name), bytes); }
-  void remove(const std::string& name) { fs::remove_all(file(name)); }
-  void edit(const std::string& name, const std::string& from, const std::string& to) {
-    std::string text = read_file(file(name));
-    const size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << from;
-    replace(name, text.replace(at, from.size(), to));
-  }
-
-  TempFolder temp_;
 };
 
 TEST_F(KittiTracking, InfoSaysWhatIsThere) {
@@ -62,24 +49,6 @@ TEST_F(KittiTracking, InfoSaysWhatIsThere) {
   EXPECT_EQ(open("#0007", {{"rate_hz", 9.66}})->info().rate_hz, 9.66);
 }
 
-TEST_F(KittiTracking, ReadsOnlyTheChannelsAskedFor) {
-  const auto sequence = open();
-  const Frame depth = sequence->read(2, {.depth = true});
-  EXPECT_EQ(depth.index, 2);
-  EXPECT_FALSE(depth.depth_m.empty());
-  EXPECT_TRUE(depth.gray.empty() && depth.rgb.empty() && depth.rgb_right.empty() && depth.flow.empty() &&
-              depth.mask.empty());
-  const Frame all = sequence->read(2, kAll);
-  EXPECT_EQ(all.gray, rgb_to_gray(all.rgb));
-  EXPECT_EQ(all.gray, sequence->read(2, {.gray = true}).gray);
-  EXPECT_TRUE(sequence->read(4, kAll).flow.empty());
-  expect_error([&] { sequence->read(5, kAll); }, "no frame 5: it has frames 0-4");
-  for (const char* name : {"calib/0007.txt", "oxts/0007.txt", "label_02/0007.txt", "image_02/0007/000002.png",
-                           "depth_02/0007/000002.png", "instances/0007/000002.png"}) {
-    EXPECT_TRUE(sequence->inputs().entries().contains(file(name))) << name;
-  }
-}
-
 TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
   remove("depth_02");
   remove("flow_02");
@@ -88,11 +57,11 @@ TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
   EXPECT_THAT(sequence->info().provenance, Contains(HasSubstr("depth: sgbm")));
   EXPECT_TRUE(sequence->info().warnings.empty());
   sequence->check_files();
-  const Frame frame = sequence->read(1, kAll);
+  const Frame frame = sequence->read(1, all_channels);
   // The texture moves by a pixel a frame, and lies 5 px further left on the right: z = bf / 5.
   EXPECT_NEAR(frame.flow(80, 24).u, -1, 0.2);
   EXPECT_NEAR(frame.depth_m(80, 24), 60.0 / 5, 0.5);
-  EXPECT_TRUE(sequence->read(4, kAll).flow.empty());
+  EXPECT_TRUE(sequence->read(4, all_channels).flow.empty());
 }
 
 TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
@@ -100,7 +69,7 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
   remove("image_03");
   const auto sequence = open();
   EXPECT_FALSE(sequence->info().channels.depth);
-  EXPECT_TRUE(sequence->read(0, kAll).depth_m.empty());
+  EXPECT_TRUE(sequence->read(0, all_channels).depth_m.empty());
   EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(HasSubstr("no " + file("depth_02/0007") +
                                                                         " and no " + file("image_03/0007"))));
   expect_error(
@@ -132,8 +101,8 @@ TEST_F(KittiTracking, TruthAloneOpens) {
   EXPECT_EQ(with_size->info().width, 160);
   EXPECT_FALSE(with_size->info().channels.gray || with_size->info().channels.depth);
   EXPECT_TRUE(with_size->info().channels.mask);
-  EXPECT_EQ(with_size->read(1, kAll).mask, PatternSequence(5).read(1, kAll).mask);
-  EXPECT_TRUE(with_size->read(1, kAll).gray.empty());
+  EXPECT_EQ(with_size->read(1, all_channels).mask, PatternSequence(5).read(1, all_channels).mask);
+  EXPECT_TRUE(with_size->read(1, all_channels).gray.empty());
   remove("instances_txt");
   const auto sequence = open();
   EXPECT_EQ(sequence->info().width, 1242);
@@ -160,24 +129,23 @@ TEST_F(KittiTracking, MissingTruthIsAWarning) {
 }
 
 TEST_F(KittiTracking, DontCareIsNoObject) {
-  const std::string labels = read_file(file("label_02/0007.txt"));
+  const std::string labels = text("label_02/0007.txt");
   const std::string row = "-1 DontCare -1 -1 -10 1 2 3 4 -1000 -1000 -1000 -10 -1 -1 -1\n";
-  replace("label_02/0007.txt", "0 " + row + "0 " + row + labels);
+  put("label_02/0007.txt", "0 " + row + "0 " + row + labels);
   EXPECT_EQ(open()->truth().objects.at(0).size(), 2u);
 }
 
 TEST_F(KittiTracking, OxtsShorterThanTheImages) {
-  const std::string oxts = read_file(file("oxts/0007.txt"));
+  const std::string oxts = text("oxts/0007.txt");
   size_t end = 0;
   for (int line = 0; line < 3; ++line) end = oxts.find('\n', end) + 1;
-  replace("oxts/0007.txt", oxts.substr(0, end));
+  put("oxts/0007.txt", oxts.substr(0, end));
   expect_error([&] { open(); },
                file("oxts/0007.txt") +
-                   ": it has frames 0-2, but frames 0-4 are asked for: complete it, or choose "
-                   "@0-2");
+                   ": it has frames 0-2, but frames 0-4 are asked for: complete it, or choose @0-2");
   expect_error([&] { open("#0007@3-4"); }, "complete it, or remove it");
   EXPECT_EQ(open("#0007@0-2")->info().last_frame, 2);
-  replace("oxts/0007.txt", "");
+  put("oxts/0007.txt", "");
   expect_error([&] { open(); }, file("oxts/0007.txt") + ": no oxts samples in it");
 }
 
@@ -185,8 +153,8 @@ TEST_F(KittiTracking, MissingFoldersAndSequences) {
   expect_error([&] { open("_not_here#0007"); }, "_not_here: no such folder");
   expect_error([&] { open(""); }, "no sequence is asked for: give the sequence after '#'");
   expect_error([&] { open("#0009"); }, file("calib") +
-                                           ": no 0009.txt: give the sequence after '#' (such as "
-                                           "#0005); there are: 0007");
+                                           ": no 0009.txt: give the sequence after "
+                                           "'#' (such as #0005); there are: 0007");
   expect_error([&] { open("/training#0007"); }, "training: no folder training/calib in it");
 }
 
@@ -197,39 +165,13 @@ TEST_F(KittiTracking, AGapInTheImages) {
   expect_error([&] { open("#0007@0-9"); }, "frames 0-9 asked for, it has frames 0-4");
 }
 
-TEST_F(KittiTracking, AMissingFileOfAFrame) {
-  remove("depth_02");
-  for (const char* name : {"image_03/0007", "flow_02/0007", "instances/0007"}) {
-    const std::string path = std::string(name) + "/000002.png";
-    const std::string bytes = read_file(file(path));
-    remove(path);
-    const auto sequence = open();
-    expect_error([&] { sequence->check_files(); }, file(name) + ": frame 2 needs its");
-    expect_error([&] { sequence->read(2, kAll); }, file(name));
-    replace(path, bytes);
-  }
-}
-
-TEST_F(KittiTracking, FilesOfAnotherSize) {
-  const auto error = [&](const std::string& name, const std::string& bytes, const char* size) {
-    const std::string good = read_file(file(name));
-    replace(name, bytes);
-    expect_error([&] { open()->read(1, kAll); }, fmt::format("{}: {} pixels", file(name), size));
-    replace(name, good);
-  };
-  error("image_02/0007/000001.png", encode_png(Image<Rgb>(150, 48)), "150x48");
-  error("image_03/0007/000001.png", encode_png(Image<Rgb>(160, 47)), "160x47");
-  error("depth_02/0007/000001.png", encode_png(Image<uint16_t>(80, 24)), "80x24");
-  error("instances/0007/000001.png", encode_png(Image<uint16_t>(80, 24)), "80x24");
-}
-
 TEST_F(KittiTracking, BadTextNamesFileAndLine) {
   const auto error = [&](const std::string& name, const std::string& from, const std::string& to,
                          const std::string& message) {
-    const std::string good = read_file(file(name));
-    edit(name, from, to);
-    expect_error([&] { open()->read(0, kAll); }, file(name) + message);
-    replace(name, good);
+    const std::string good = text(name);
+    change(name, from, to);
+    expect_error([&] { open()->read(0, all_channels); }, file(name) + message);
+    put(name, good);
   };
   remove("instances");
   error("calib/0007.txt", "Tr_velo_cam", "Tr_velo_to_cam",
@@ -245,10 +187,10 @@ TEST_F(KittiTracking, BadTextNamesFileAndLine) {
 
 TEST_F(KittiTracking, RunLengthsThatDoNotFillTheImage) {
   remove("instances");
-  const std::string mots = read_file(file("instances_txt/0007.txt"));
+  const std::string mots = text("instances_txt/0007.txt");
   const size_t end = mots.find('\n');
-  replace("instances_txt/0007.txt", mots.substr(0, end - 4) + mots.substr(end));
-  expect_error([&] { open()->read(0, kAll); }, file("instances_txt/0007.txt") + ":1: ");
+  put("instances_txt/0007.txt", mots.substr(0, end - 4) + mots.substr(end));
+  expect_error([&] { open()->read(0, all_channels); }, file("instances_txt/0007.txt") + ":1: ");
 }
 
 TEST_F(KittiTracking, BadOptions) {
@@ -256,7 +198,8 @@ TEST_F(KittiTracking, BadOptions) {
     expect_error([&] { open("#0007", options); }, message);
   };
   error({{"ground_truth", "author"}}, "option ground_truth = author: must be rectified or authors");
-  error({{"velocity", "corrected"}}, "option velocity = corrected: must be raw, velocity_corrected or velocity_vector");
+  error({{"velocity", "corrected"}},
+        "option velocity = corrected: must be raw, velocity_corrected or velocity_vector");
   error({{"bf_preset", "gray"}}, "option bf_preset = gray: must be colour or grey");
   error({{"bf", -1.0}}, "option bf = -1");
   error({{"rate_hz", 0.0}}, "option rate_hz = 0: must be > 0");

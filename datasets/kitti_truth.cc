@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSlow_mps = 1.0;  // below, speed says nothing about a step's length
+constexpr double slow_mps = 1.0;  // below, speed says nothing about a step's length
 
 Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
   Eigen::Matrix4d out = Eigen::Matrix4d::Identity();
@@ -75,7 +75,7 @@ void correct_steps(const std::vector<KittiOxts>& samples, double mean_s, bool di
     Eigen::Vector3d step = poses[i + 1].translation() - before;
     before = poses[i + 1].translation();
     const double speed = mean_speed_mps(samples, i);
-    if (speed > kSlow_mps) {
+    if (speed > slow_mps) {
       if (direction) {
         step = mean_s * mean_velocity_mps(samples, i);
       } else if (step.norm() > 0) {
@@ -180,8 +180,8 @@ class Reader {
     out_.camera.bf = options_.bf > 0 ? options_.bf : grey ? calibration_.grey_bf() : calibration_.colour_bf();
     if (!(out_.camera.bf > 0)) {
       fail(
-          "{}: focal length times baseline is {:.7g} by {}: expected a left and a right camera, or give the "
-          "option bf",
+          "{}: focal length times baseline is {:.7g} by {}: "
+          "expected a left and a right camera, or give the option bf",
           path.string(), out_.camera.bf, grey ? "P0(0,3) - P1(0,3)" : "P2(0,3) - P3(0,3)");
     }
     out_.camera.check();
@@ -274,7 +274,7 @@ std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples)
   double sum_across = 0;
   for (size_t i = 0; i + 1 < poses.size(); ++i) {
     const double speed = mean_speed_mps(samples, i);
-    if (!(speed > kSlow_mps)) continue;
+    if (!(speed > slow_mps)) continue;
     const Eigen::Vector3d step = poses[i + 1].translation() - poses[i].translation();
     steps.emplace_back(step.norm(), speed);
     sum_s += step.norm() / speed;

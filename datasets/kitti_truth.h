@@ -5,12 +5,10 @@
 //
 // Camera poses, relative to the first sample: T_0_k = A P_0^-1 P_k A^-1 with P the devkit's oxts poses and
 //
-//   ground_truth = rectified:  A = O R_rect Tr_velo_to_cam Tr_imu_to_velo, O = offset of camera 2: poses of
-//   the
-//                              camera of image_02; object positions are moved by O as well
-//   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as in the pose_gt.txt of the paper's
-//   authors;
-//                              object positions as labelled (rectified camera 0)
+//   ground_truth = rectified:  A = O R_rect Tr_velo_to_cam Tr_imu_to_velo, O = offset of camera 2:
+//                              poses of the camera of image_02; object positions are moved by O as well
+//   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as the paper's authors have it in their
+//                              pose_gt.txt; object positions as labelled (rectified camera 0)
 //
 // The floor of that truth: an oxts sample is not taken exactly at its image, so step lengths jitter. With d
 // the length of a step and v the mean speed at its ends, over steps with v > 1 m/s,
@@ -54,15 +52,14 @@ struct KittiTruthOptions {
   template <typename V>
   void visit(V& v) {
     v("ground_truth", ground_truth, "",
-      "camera poses: rectified = of the camera of image_02; authors = without rectification and offset, as "
-      "in "
-      "the pose_gt.txt of the paper's authors");
+      "camera poses: rectified = of the camera of image_02; authors = without "
+      "rectification and offset, as in the pose_gt.txt of the paper's authors");
     v("velocity", velocity, "",
       "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
       "velocity_vector = lengths and directions from the measured velocity");
     v("bf_preset", bf_preset, "",
-      "focal length times baseline: colour = that of image_02 and image_03; grey = of the grey pair (the "
-      "authors' choice)");
+      "focal length times baseline: colour = that of image_02 and "
+      "image_03; grey = of the grey pair (the authors' choice)");
     v("bf", bf, "px m", "focal length times baseline; 0 = by bf_preset");
   }
   void check() const;

@@ -12,6 +12,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/registry.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/vdo_layout.h"
@@ -156,6 +158,30 @@ Write staged(const std::string& layout, const Write& write) {
 }
 
 }  // namespace
+
+void write_layout_frames(const Sequence& sequence, const LayoutRequest& request, const LayoutFrames& frames) {
+  const SequenceInfo& info = sequence.info();
+  Channels wanted;
+  for (const LayoutFolder& folder : frames.folders) {
+    if (!(info.channels.*folder.channel)) continue;
+    wanted.*folder.channel = true;
+    fs::create_directories(folder.path);
+  }
+  const int n = info.last_frame - info.first_frame + 1;
+  Progress progress("frames written", n, request.quiet);
+  parallel_for(n, request.jobs, [&](int i) {
+    if (request.between_frames) request.between_frames();
+    const int number = info.first_frame + i;
+    const Frame frame = frames.read ? frames.read(number, wanted) : sequence.read(number, wanted);
+    for (const LayoutFolder& folder : frames.folders) {
+      const std::string bytes = wanted.*folder.channel ? folder.encode(frame) : "";
+      if (!bytes.empty())
+        write_file(folder.path / fmt::format(fmt::runtime(folder.name), number - frames.zero), bytes);
+    }
+    if (frames.also) frames.also(frame);
+    progress.advance();
+  });
+}
 
 std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sextant/datasets/dataset.h"
 
@@ -33,6 +34,33 @@ struct Layout {
   std::function<std::string(const Sequence&, const LayoutRequest&)> write;
   std::function<std::vector<OptionHelp>()> options;
 };
+
+/// A folder of a layout: one channel, one file a frame.
+struct LayoutFolder {
+  bool Channels::*channel;
+  std::filesystem::path path;
+  std::string name;                                 ///< of a file, "{:06}.png"
+  std::function<std::string(const Frame&)> encode;  ///< empty: the frame has no such file
+};
+
+/// The same of an image: empty where the frame has none.
+template <typename T, typename Encode>
+LayoutFolder layout_folder(bool Channels::*channel, Image<T> Frame::*image, std::filesystem::path path,
+                           std::string name, const Encode& encode) {
+  return {channel, std::move(path), std::move(name), [=](const Frame& frame) {
+            return (frame.*image).empty() ? std::string() : std::string(encode(frame.*image));
+          }};
+}
+
+struct LayoutFrames {
+  std::vector<LayoutFolder> folders;               ///< of channels that the sequence has are written
+  int zero = 0;                                    ///< the frame with number 0 in names
+  std::function<Frame(int frame, Channels)> read;  ///< empty: Sequence::read
+  std::function<void(const Frame&)> also;  ///< called with every frame, by several threads; may be empty
+};
+
+/// Makes the folders and writes all frames, in parallel and with a progress line.
+void write_layout_frames(const Sequence& sequence, const LayoutRequest& request, const LayoutFrames& frames);
 
 std::span<const Layout> layouts();
 /// By name; throws Error with the nearest one.

@@ -19,9 +19,8 @@ std::span<const Adapter> adapters() {
        "sceneflow:/data/kitti_sceneflow_2015#000002", open_sceneflow2015,
        [] { return describe_options(SceneFlow2015Options{}); }},
       {"synthetic",
-       "rendered street scenes, exact depth, flow, masks and truth: s18, s01-turn, s01-crossing, city, "
-       "highway, "
-       "stereo-drive",
+       "rendered street scenes, exact depth, flow, masks and truth: "
+       "s18, s01-turn, s01-crossing, city, highway, stereo-drive",
        "synthetic:s18", open_synthetic, [] { return describe_options(SyntheticOptions{}); }},
       {"kitti",
        "KITTI tracking as downloaded: stereo images, MOTS masks, oxts, labels; flow and depth computed",

@@ -3,60 +3,27 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/testing.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/datasets/sceneflow_testing.h"
+#include "sextant/datasets/testing.h"
 #include "sextant/metrics/dense_errors.h"
 
 namespace sextant {
 namespace {
 
-constexpr int kWidth = 48;
-constexpr int kHeight = 32;
-constexpr const char* kCalibration =
-    "calib_time: 09-Jan-2012 13:57:47\n"
-    "P_rect_02: 700 0 24 40 0 701 16 0.2 0 0 1 0\n"
-    "P_rect_03: 700 0 24 -340 0 701 16 2 0 0 1 0\n";
-
-std::unique_ptr<Sequence> open(const std::string& source, const Json& options = Json::object()) {
-  SourceSpec spec = SourceSpec::parse(source);
-  spec.options = options;
-  return open_source(spec);
-}
-
-// Pair 000007: constant colours, disparity 19 then 20 px, flow (3, -1).
-class SceneFlow : public testing::Test {
+class SceneFlow : public FolderTest {
  protected:
-  SceneFlow() {
-    const Image<Rgb> image(kWidth, kHeight, {90, 90, 90});
-    Image<uint16_t> disparity(kWidth, kHeight, 19 * 256);
-    disparity(5, 5) = 0;
-    put("calib_cam_to_cam/000007.txt", kCalibration);
-    for (const char* name : {"image_2", "image_3"}) {
-      put(fmt::format("{}/000007_10.png", name), encode_png(image));
-      put(fmt::format("{}/000007_11.png", name), encode_png(image));
-    }
-    put("disp_occ_0/000007_10.png", encode_png(disparity));
-    put("disp_occ_1/000007_10.png", encode_png(Image<uint16_t>(kWidth, kHeight, 20 * 256)));
-    put("flow_occ/000007_10.png", encode_png(kitti_from_flow(Image<Flow>(kWidth, kHeight, Flow{3, -1}))));
-  }
-  void put(const std::string& name, std::string_view bytes) {
-    std::filesystem::create_directories((temp_.path() / name).parent_path());
-    write_file(temp_.path() / name, bytes);
-  }
+  SceneFlow() { write_sceneflow_pair(root_); }
   std::string source(const std::string& rest = "#000007") const {
-    return "sceneflow:" + temp_.path().string() + rest;
+    return "sceneflow:" + root_.string() + rest;
   }
-  std::string file(const std::string& name) const { return (temp_.path() / name).string(); }
   void error(const std::string& rest, const std::string& part, const Json& options = Json::object()) {
-    expect_error([&] { open(source(rest), options)->check_files(); }, part);
+    expect_error([&] { open_with(source(rest), options)->check_files(); }, part);
   }
-
-  TempFolder temp_;
 };
 
 TEST_F(SceneFlow, InfoSaysWhatIsThere) {
-  const auto sequence = open(source());
+  const auto sequence = open_with(source());
   const SequenceInfo& info = sequence->info();
   EXPECT_EQ(info.dataset, "sceneflow");
   EXPECT_EQ(info.sequence, "000007");
@@ -69,19 +36,19 @@ TEST_F(SceneFlow, InfoSaysWhatIsThere) {
   EXPECT_EQ(info.camera.bf, 380);
   EXPECT_FALSE(info.channels.mask);
   EXPECT_EQ(info.provenance, (std::vector<std::string>{"depth: sgbm, bf = 380", "flow: dis", "masks: none"}));
-  EXPECT_EQ(open(source(""))->info().sequence, "000007");  // the only pair
+  EXPECT_EQ(open_with(source(""))->info().sequence, "000007");  // the only pair
   sequence->check_files();
 }
 
 TEST_F(SceneFlow, TruthIsThatOfTheFiles) {
   for (const auto& options : {Json::object(), Json{{"depth", "truth"}, {"flow", "truth"}}}) {
-    const auto sequence = open(source(), options);
+    const auto sequence = open_with(source(), options);
     const Image<float> first = *sequence->true_depth(10), second = *sequence->true_depth(11);
     EXPECT_FLOAT_EQ(first(4, 4), 20);
     EXPECT_TRUE(std::isnan(first(5, 5)));
     EXPECT_FLOAT_EQ(second(4, 4), 19);
-    EXPECT_TRUE(std::isnan(second(2, 4)));            // nothing moves here
-    EXPECT_TRUE(std::isnan(second(4, kHeight - 1)));  // nor here
+    EXPECT_TRUE(std::isnan(second(2, 4)));                     // nothing moves here
+    EXPECT_TRUE(std::isnan(second(4, sceneflow_height - 1)));  // nor here
     EXPECT_EQ((*sequence->true_flow(10))(0, 0).u, 3);
     EXPECT_EQ((*sequence->true_flow(10))(0, 0).v, -1);
     EXPECT_FALSE(sequence->true_flow(11).has_value());
@@ -93,17 +60,6 @@ TEST_F(SceneFlow, TruthIsThatOfTheFiles) {
     EXPECT_FLOAT_EQ(sequence->read(11, {.depth = true}).depth_m(4, 4), 19);
     EXPECT_TRUE(sequence->read(11, {.flow = true}).flow.empty());
   }
-}
-
-TEST_F(SceneFlow, ReadsTheChannelsAskedFor) {
-  const auto sequence = open(source());
-  const Frame frame = sequence->read(10, {.gray = true, .rgb_right = true});
-  EXPECT_EQ(frame.index, 10);
-  EXPECT_EQ(frame.gray(3, 3), 90);
-  EXPECT_TRUE(frame.rgb.empty() && frame.depth_m.empty() && frame.flow.empty() && frame.mask.empty());
-  EXPECT_EQ(frame.rgb_right(3, 3), (Rgb{90, 90, 90}));
-  EXPECT_EQ(sequence->read(10, {.depth = true}).depth_m.width(), kWidth);
-  EXPECT_EQ(sequence->read(10, {.flow = true}).flow.width(), kWidth);
 }
 
 TEST(CarryDepthAlongFlow, TheNearestIsInFront) {
@@ -124,19 +80,16 @@ TEST_F(SceneFlow, Errors) {
   error("#000008", "no pair '000008': it has 1 pairs, 000007 to 000007");
   error("#000007@9-10", "frames 9-10 asked for, it has frames 10-11");
   error("", "did you mean 'sgbm'?", {{"depth", "sgm"}});
-  put("image_2/000009_10.png", encode_png(Image<Rgb>(kWidth, kHeight)));
+  put("image_2/000009_10.png", encode_png(Image<Rgb>(sceneflow_width, sceneflow_height)));
   error("", "say which pair with #: it has 2 pairs, 000007 to 000009");
   error("#000009", file("calib_cam_to_cam/000009.txt") + ": no such file");
-  put("calib_cam/000009.txt", kCalibration);
-  error("#000009", file("image_3/000009_10.png") + ": missing file: frame 10 needs its right image");
-  put("disp_occ_1/000007_10.png", encode_png(Image<uint16_t>(4, 4)));
-  expect_error([&] { open(source())->true_depth(11); },
-               file("disp_occ_1/000007_10.png") + ": 4x4 pixels, but " + file("image_2/000007_10.png"));
-  std::filesystem::remove(file("disp_occ_1/000007_10.png"));
-  EXPECT_FALSE(open(source())->true_depth(11).has_value());
+  put("calib_cam/000009.txt", sceneflow_calibration);
+  error("#000009", file("image_2/000009_11.png") + ": missing file: frame 11 needs its image");
+  remove("disp_occ_1/000007_10.png");
+  EXPECT_FALSE(open_with(source())->true_depth(11).has_value());
   error("#000007", file("disp_occ_1/000007_10.png") + ": missing file: frame 11 needs its true depth",
         {{"depth", "truth"}});
-  std::filesystem::remove(file("image_3/000007_11.png"));
+  remove("image_3/000007_11.png");
   error("#000007", file("image_3/000007_11.png") + ": missing file: frame 11 needs its right image");
 }
 
@@ -166,7 +119,7 @@ TEST_P(RealSceneFlow, ErrorsOfSgbmAndDis) {
   const char* data = std::getenv("SEXTANT_DATA");
   if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_sceneflow_2015";
   const auto& [pair, mean_px, d1, epe_px, fl] = GetParam();
-  const auto sequence = open(fmt::format("sceneflow:{}/kitti_sceneflow_2015#{}", data, pair));
+  const auto sequence = open_with(fmt::format("sceneflow:{}/kitti_sceneflow_2015#{}", data, pair));
   sequence->check_files();
   const double bf = sequence->info().camera.bf;
   EXPECT_NEAR(bf, 384.3815, 1e-3);
@@ -174,9 +127,8 @@ TEST_P(RealSceneFlow, ErrorsOfSgbmAndDis) {
     const DenseDisparityError e = dense_disparity_error(sequence->read(frame, {.depth = true}).depth_m,
                                                         *sequence->true_depth(frame), bf);
     std::cout << fmt::format(
-        "{} frame {}: disparity error of sgbm: mean {:.2f} px, D1 {:.2f} %, coverage "
-        "{:.1f} %\n",
-        pair, frame, e.mean_px, 100 * e.outlier_share, 100 * e.coverage);
+        "{} frame {}: disparity error of sgbm: mean {:.2f} px, D1 {:.2f} %, coverage {:.1f} %\n", pair, frame,
+        e.mean_px, 100 * e.outlier_share, 100 * e.coverage);
     RecordProperty(fmt::format("sgbm_mean_px_{}", frame), fmt::format("{:.3f}", e.mean_px));
     RecordProperty(fmt::format("sgbm_d1_percent_{}", frame), fmt::format("{:.2f}", 100 * e.outlier_share));
     EXPECT_LT(e.mean_px, mean_px);

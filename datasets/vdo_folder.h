@@ -8,11 +8,9 @@
 //   semantic/%06d.txt             instance ids as text, 0 = background, label = KITTI track id + 1
 //   *.yaml                        OpenCV YAML camera; absent: that of KITTI 0003, with a warning
 //   pose_gt.txt                   truth, optional: frame + 4x4 matrix camera -> world
-//   object_pose.txt               truth, optional: frame id l t r b x y z ry; box px, position (m) and yaw
-//   (rad) in
-//                                 camera coordinates: T_camera_object = (Ry(ry + pi/2), (x, y, z))
-//   times.txt                     only compared with the rate: the authors' copy has 0.05 s steps for 10 Hz
-//   data
+//   object_pose.txt               truth, optional: frame id l t r b x y z ry; box (px), position (m) and
+//                                 yaw (rad) in the camera: T_camera_object = (Ry(ry + pi/2), (x, y, z))
+//   times.txt                     only compared with the rate: the authors' has 0.05 s steps for 10 Hz data
 //
 // Options flow, depth and masks replace the folder's own (channels/channel_source.h).
 //
@@ -20,14 +18,14 @@
 
 #include <memory>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/folder_sequence.h"
 
 namespace sextant {
 
 enum class VdoPair { authors, colour };
 constexpr Names<2> names_of(VdoPair) { return {"authors", "colour"}; }
 
-struct VdoFolderOptions {
+struct VdoFolderOptions : ChannelOptions {
   double rate_hz = 0;
   double fx = 0;
   double fy = 0;
@@ -35,12 +33,10 @@ struct VdoFolderOptions {
   double cy = 0;
   double bf = 0;
   VdoPair bf_preset = VdoPair::authors;
-  std::string flow = "auto";
-  std::string depth = "auto";
-  std::string masks = "auto";
 
   template <typename V>
   void visit(V& v) {
+    ChannelOptions::visit(v);
     v("rate_hz", rate_hz, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10");
     v("fx", fx, "px", "focal length; 0 = from the folder");
     v("fy", fy, "px", "focal length; 0 = from the folder");
@@ -48,14 +44,8 @@ struct VdoFolderOptions {
     v("cy", cy, "px", "principal point; 0 = from the folder");
     v("bf", bf, "px m", "focal length times baseline; 0 = from the folder");
     v("bf_preset", bf_preset, "",
-      "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, "
-      "384.38");
-    v("flow", flow, "", "auto = the folder's; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE");
-    v("depth", depth, "", "auto = the folder's; or disparity256:DIR, depth256:DIR, cm:DIR");
-    v("masks", masks, "",
-      "auto = the folder's; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, "
-      "vdo_text:DIR, "
-      "boxes, onnx:FILE");
+      "authors = as in the folder (KITTI 0003: the grey pair's "
+      "387.57); colour = KITTI 0003's colour pair, 384.38");
   }
   void check() const;
 };

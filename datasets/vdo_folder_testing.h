@@ -10,10 +10,7 @@
 // Depth, flow (occlusion is ignored: where a point goes, seen or not), masks and truth come from the same
 // closed-form geometry. Header only: include it in a test that links Sextant::datasets.
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -22,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
@@ -33,26 +30,6 @@
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
-
-/// A folder of its own below the system's temporary one; removed with everything in it at the end.
-class TempFolder {
- public:
-  TempFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_test_{}_{}", getpid(), count++);
-    std::filesystem::create_directories(path_);
-  }
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct VdoFixtureOptions {
   int n_frames = 5;
@@ -76,7 +53,7 @@ struct VdoFixture {
 
 namespace internal {
 
-constexpr double kFixtureGroundY_m = 1.65;
+constexpr double fixture_ground_y_m = 1.65;
 
 /// What one pixel sees.
 struct FixtureHit {
@@ -109,7 +86,7 @@ inline FixtureHit fixture_hit(const Eigen::Vector3d& ray, const SE3& T_world_cam
     int axis;
     double at, cell_m;
   };
-  const Plane planes[] = {{2, 40.0, 2.0}, {1, kFixtureGroundY_m, 0.5}, {0, -8.0, 1.2}, {0, 8.0, 1.2}};
+  const Plane planes[] = {{2, 40.0, 2.0}, {1, fixture_ground_y_m, 0.5}, {0, -8.0, 1.2}, {0, 8.0, 1.2}};
   for (int i = 0; i < 4; ++i) {
     const double s = fixture_plane(o, d, planes[i].axis, planes[i].at);
     if (!(s < hit.depth_m)) continue;
@@ -143,7 +120,7 @@ inline SE3 fixture_pose(double yaw_rad, double x_m, double y_m, double z_m) {
 
 inline void fixture_tracks(const VdoFixtureOptions& options, VdoFixture& fixture) {
   SE3 camera = fixture_pose(0.0, 0.0, 0.0, 0.0);
-  SE3 object = fixture_pose(0.05, 1.2, kFixtureGroundY_m, 9.0);
+  SE3 object = fixture_pose(0.05, 1.2, fixture_ground_y_m, 9.0);
   for (int i = 0; i < options.n_frames; ++i) {
     fixture.T_world_camera[options.first_frame + i] = camera;
     fixture.T_world_object[options.first_frame + i] = object;

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "sextant/base/parallel_for.h"
-#include "sextant/base/progress.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
@@ -17,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLastFrame = 999'999;  // six digits
+constexpr int largest_frame = 999'999;  // six digits
 
 std::string times_text(const SequenceInfo& info) {
   std::string text;
@@ -53,25 +51,13 @@ std::string objects_text(const Sequence& sequence) {
   return text;
 }
 
-void write_frame(const fs::path& folder, const Frame& frame, double bf) {
-  const auto put = [&](const char* channel, const char* extension, const std::string& bytes) {
-    write_file(folder / channel / fmt::format("{:06}.{}", frame.index, extension), bytes);
-  };
-  if (!frame.rgb.empty()) put("image_0", "png", encode_png(frame.rgb));
-  if (!frame.depth_m.empty()) put("depth", "png", encode_png(disparity256_from_depth(frame.depth_m, bf)));
-  if (!frame.flow.empty()) put("flow", "flo", encode_flo(frame.flow));
-  if (!frame.mask.empty()) put("semantic", "txt", encode_mask_text(frame.mask));
-}
-
-void make_folders(const fs::path& folder, const Channels& channels) {
-  const auto make = [&](bool wanted, const char* name) {
-    if (wanted) fs::create_directories(folder / name);
-  };
-  fs::create_directories(folder);
-  make(channels.rgb, "image_0");
-  make(channels.depth, "depth");
-  make(channels.flow, "flow");
-  make(channels.mask, "semantic");
+std::vector<LayoutFolder> folders(const fs::path& root, double bf) {
+  const auto png = [](const auto& image) { return encode_png(image); };
+  const auto disparity = [bf](const auto& depth) { return encode_png(disparity256_from_depth(depth, bf)); };
+  return {layout_folder(&Channels::rgb, &Frame::rgb, root / "image_0", "{:06}.png", png),
+          layout_folder(&Channels::depth, &Frame::depth_m, root / "depth", "{:06}.png", disparity),
+          layout_folder(&Channels::flow, &Frame::flow, root / "flow", "{:06}.flo", encode_flo),
+          layout_folder(&Channels::mask, &Frame::mask, root / "semantic", "{:06}.txt", encode_mask_text)};
 }
 
 }  // namespace
@@ -83,9 +69,9 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
   if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
     fail("sequence name '{}': expected one such as 0005, without / # @", request.sequence);
   }
-  if (info.first_frame < 0 || info.last_frame > kLastFrame) {
+  if (info.first_frame < 0 || info.last_frame > largest_frame) {
     fail("{} sequence {}: frames {}-{}: file names of this layout hold 0 to {}", info.dataset, info.sequence,
-         info.first_frame, info.last_frame, kLastFrame);
+         info.first_frame, info.last_frame, largest_frame);
   }
   const fs::path final_folder = request.out / request.sequence;
   for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
@@ -95,18 +81,8 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
     }
   }
   const fs::path folder = (request.stage.empty() ? request.out : request.stage) / request.sequence;
-  const Channels wanted{.rgb = info.channels.rgb,
-                        .depth = info.channels.depth,
-                        .flow = info.channels.flow,
-                        .mask = info.channels.mask};
-  make_folders(folder, wanted);
-  const int n = info.last_frame - info.first_frame + 1;
-  Progress progress("frames written", n, request.quiet);
-  parallel_for(n, request.jobs, [&](int i) {
-    if (request.between_frames) request.between_frames();
-    write_frame(folder, sequence.read(info.first_frame + i, wanted), info.camera.bf);
-    progress.advance();
-  });
+  fs::create_directories(folder);
+  write_layout_frames(sequence, request, {.folders = folders(folder, info.camera.bf)});
   write_file(folder / "camera.yaml", encode_yaml_camera({info.camera, info.rate_hz}));
   write_file(folder / "times.txt", times_text(info));
   if (!sequence.truth().camera.empty()) write_file(folder / "pose_gt.txt", poses_text(sequence));

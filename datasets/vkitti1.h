@@ -16,31 +16,23 @@
 
 #include <memory>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/folder_sequence.h"
 
 namespace sextant {
 
-inline constexpr double kVkitti1Focal_px = 725.0;
-inline constexpr double kVkittiBaseline_m = 0.532725;
+inline constexpr double vkitti1_focal_px = 725.0;
+inline constexpr double vkitti_baseline_m = 0.532725;
 
-struct Vkitti1Options {
+struct Vkitti1Options : ChannelOptions {
   double rate_hz = 10;
-  double bf = kVkitti1Focal_px * kVkittiBaseline_m;
-  std::string flow = "auto";
-  std::string depth = "auto";
-  std::string masks = "auto";
+  double bf = vkitti1_focal_px * vkitti_baseline_m;
 
   template <typename V>
   void visit(V& v) {
+    ChannelOptions::visit(v);
     v("rate_hz", rate_hz, "Hz", "frame rate");
     v("bf", bf, "px m",
       "focal length times baseline, for models of stereo depth noise only: there is no second camera");
-    v("flow", flow, "",
-      "auto = flowgt, or dis where that is absent; dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE");
-    v("depth", depth, "", "auto = depthgt; disparity256:DIR, depth256:DIR, cm:DIR");
-    v("masks", masks, "",
-      "auto = scenegt; instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, vdo_text:DIR, "
-      "boxes, onnx:FILE");
   }
   void check() const;
 };

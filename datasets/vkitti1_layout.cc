@@ -16,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // All that is no track: the source does not tell roads from trees.
-constexpr const char* kStaticCategory = "Misc";
-constexpr Rgb kStaticColor{80, 80, 80};
+constexpr const char* static_category = "Misc";
+constexpr Rgb static_color{80, 80, 80};
 
 Rgb unpack(uint32_t n) {
   return {static_cast<uint8_t>(n >> 16), static_cast<uint8_t>(n >> 8), static_cast<uint8_t>(n)};
@@ -25,11 +25,11 @@ Rgb unpack(uint32_t n) {
 
 // A colour of its own for every id: multiplication by an odd number is one to one modulo 2^24.
 Rgb color_of(int id) {
-  if (id == 0) return kStaticColor;
-  constexpr uint32_t kFactor = 0x9E3779;
-  constexpr uint32_t kMask = 0xFFFFFF;
-  const Rgb color = unpack(static_cast<uint32_t>(id) * kFactor & kMask);
-  return color == kStaticColor ? unpack((static_cast<uint32_t>(id) + 65536) * kFactor & kMask) : color;
+  if (id == 0) return static_color;
+  constexpr uint32_t factor = 0x9E3779;
+  constexpr uint32_t low_24_bits = 0xFFFFFF;
+  const Rgb color = unpack(static_cast<uint32_t>(id) * factor & low_24_bits);
+  return color == static_color ? unpack((static_cast<uint32_t>(id) + 65536) * factor & low_24_bits) : color;
 }
 
 Image<Rgb> scene_colors(const Image<uint16_t>& mask) {
@@ -49,7 +49,7 @@ std::string color_table(const Sequence& sequence, const std::map<int, MaskExtent
       if (!object.type.empty()) types[object.id] = object.type;
     }
   }
-  std::vector<Vkitti1Color> colors = {{kStaticCategory, std::nullopt, kStaticColor}};
+  std::vector<Vkitti1Color> colors = {{static_category, std::nullopt, static_color}};
   for (const auto& [id, type] : types) colors.push_back({type, id - 1, color_of(id)});
   return encode_vkitti1_colors(colors);
 }
@@ -97,12 +97,18 @@ class Writer {
   }
 
   std::string write() {
-    Channels channels = info_.channels;
-    channels.rgb_right = channels.backward_flow = channels.occlusion = channels.gray = false;
-    make_folders(channels);
-    const auto extents = write_vkitti_frames(sequence_, request_, channels,
-                                             [this](const Frame& frame) { write_frame(frame); });
-    if (channels.mask) {
+    const auto frames = [&](auto channel, auto image, const char* kind, const auto& encode) {
+      return layout_folder(channel, image, folder(kind) / name_.group / name_.variation, "{:05}.png",
+                           [=](const auto& pixels) { return encode_png(encode(pixels)); });
+    };
+    const auto as_it_is = [](const Image<Rgb>& image) { return image; };
+    const auto extents =
+        write_vkitti_frames(sequence_, request_,
+                            {frames(&Channels::rgb, &Frame::rgb, "rgb", as_it_is),
+                             frames(&Channels::depth, &Frame::depth_m, "depthgt", cm_from_depth),
+                             frames(&Channels::flow, &Frame::flow, "flowgt", vkitti_from_flow),
+                             frames(&Channels::mask, &Frame::mask, "scenegt", scene_colors)});
+    if (info_.channels.mask) {
       put("scenegt", stem() + "_scenegt_rgb_encoding.txt", color_table(sequence_, extents));
     }
     write_truth(extents);
@@ -118,9 +124,6 @@ class Writer {
   }
   void put(const char* kind, const std::string& file, const std::string& bytes) const {
     write_file(folder(kind) / file, bytes);
-  }
-  void put_frame(const char* kind, int frame, const std::string& bytes) const {
-    write_file(folder(kind) / name_.group / name_.variation / fmt::format("{:05}.png", frame), bytes);
   }
 
   void check_name(const std::string& name) const {
@@ -146,25 +149,6 @@ class Writer {
         "{}:{}: the layout vkitti1 has no place for a camera other than f = 725, c = (620.5, 187), 1242x375; "
         "this one has f = ({}, {}), c = ({}, {}), {}x{}: take the layout vkitti2",
         info_.dataset, info_.sequence, k.fx, k.fy, k.cx, k.cy, info_.width, info_.height);
-  }
-
-  void make_folders(Channels channels) const {
-    const auto make = [&](bool wanted, const char* kind) {
-      if (wanted) fs::create_directories(folder(kind) / name_.group / name_.variation);
-    };
-    make(channels.rgb, "rgb");
-    make(channels.depth, "depthgt");
-    make(channels.flow, "flowgt");
-    make(channels.mask, "scenegt");
-  }
-
-  void write_frame(const Frame& frame) const {
-    if (!frame.rgb.empty()) put_frame("rgb", frame.index, encode_png(frame.rgb));
-    if (!frame.depth_m.empty()) {
-      put_frame("depthgt", frame.index, encode_png(cm_from_depth(frame.depth_m)));
-    }
-    if (!frame.flow.empty()) put_frame("flowgt", frame.index, encode_png(vkitti_from_flow(frame.flow)));
-    if (!frame.mask.empty()) put_frame("scenegt", frame.index, encode_png(scene_colors(frame.mask)));
   }
 
   void write_truth(const std::map<int, MaskExtents>& extents) const {

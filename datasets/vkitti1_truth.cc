@@ -13,11 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPrefix = "vkitti_1.3.1_";
-constexpr const char* kFlatVariation = "clone";
+constexpr const char* prefix = "vkitti_1.3.1_";
+constexpr const char* flat_variation = "clone";
 
 // Where `moving` is taken: in worlds 0006 and 0018 rows flagged 0 include cars that roll (docs/datasets.md).
-const std::set<std::string> kReliableMoving = {"0001", "0002"};
+const std::set<std::string> reliable_moving = {"0001", "0002"};
 
 bool is_world(std::string_view name) {
   return name.size() == 4 && std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
@@ -53,7 +53,7 @@ void for_each_sequence(const fs::path& root,
     for_each_entry(folder, [&](const fs::directory_entry& entry) {
       const std::string name = entry.path().filename().string();
       const bool text = name.ends_with("_camera.txt") || name.ends_with("_objects.txt");
-      if (text && is_world(name.substr(0, name.find('_')))) visit(name.substr(0, 4), kFlatVariation);
+      if (text && is_world(name.substr(0, name.find('_')))) visit(name.substr(0, 4), flat_variation);
     });
   }
 }
@@ -76,7 +76,7 @@ ObjectTruth to_truth(const Vkitti1Object& row, bool moving_is_reliable) {
 void read_objects(const Vkitti1TextFiles& files, const std::string& world, InputLog& inputs,
                   Vkitti1Truth& out) {
   const std::string name = files.objects.string();
-  const bool reliable = kReliableMoving.contains(world);
+  const bool reliable = reliable_moving.contains(world);
   for (const Vkitti1Object& row : decode_vkitti1_objects(inputs.read(files.objects), name)) {
     if (!files.extrinsics.empty() && !out.truth.camera.has(row.frame)) {
       fail("{}: it has objects in frame {}, of which {} has no pose: take both files from the same sequence",
@@ -94,8 +94,8 @@ void read_objects(const Vkitti1TextFiles& files, const std::string& world, Input
 }  // namespace
 
 std::optional<fs::path> vkitti1_folder(const fs::path& root, const std::string& kind) {
-  const fs::path folder = root / (kPrefix + kind);
-  if (fs::is_directory(folder / (kPrefix + kind))) return folder / (kPrefix + kind);
+  const fs::path folder = root / (prefix + kind);
+  if (fs::is_directory(folder / (prefix + kind))) return folder / (prefix + kind);
   if (fs::is_directory(folder)) return folder;
   return std::nullopt;
 }
@@ -126,7 +126,7 @@ Vkitti1TextFiles find_vkitti1_text(const fs::path& root, const std::string& worl
   };
   official("extrinsicsgt", files.extrinsics);
   official("motgt", files.objects);
-  if (variation != kFlatVariation) return files;
+  if (variation != flat_variation) return files;
   const auto flat = [&](const char* what, fs::path& path) {
     for (const fs::path& folder : flat_folders(root)) {
       if (path.empty() && fs::is_regular_file(folder / (world + what))) path = folder / (world + what);
@@ -142,8 +142,8 @@ void require_vkitti1_sequence(const fs::path& root, const std::string& world, co
   const std::set<std::string> worlds = vkitti1_worlds(root);
   if (worlds.empty()) {
     fail(
-        "{}: no Virtual KITTI 1.3.1 in it: expected folders such as vkitti_1.3.1_rgb and "
-        "vkitti_1.3.1_extrinsicsgt",
+        "{}: no Virtual KITTI 1.3.1 in it: expected folders "
+        "such as vkitti_1.3.1_rgb and vkitti_1.3.1_extrinsicsgt",
         root.string());
   }
   if (!worlds.contains(world)) {

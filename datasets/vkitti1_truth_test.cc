@@ -21,11 +21,11 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-const char* const kExtrinsics =
+const char* const extrinsics =
     "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1\n"
     "0 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"
     "1 1 0 0 0 0 1 0 0 0 0 1 -1.5 0 0 0 1\n";
-const char* const kObjects =
+const char* const objects_file =
     "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
     "orig_label "
     "moving model color\n"
@@ -46,12 +46,12 @@ class Vkitti1Truths : public testing::Test {
 };
 
 TEST_F(Vkitti1Truths, AllThreePlaces) {
-  put("a/vkitti_1.3.1_extrinsicsgt/0001_fog.txt", kExtrinsics);
-  put("a/vkitti_1.3.1_motgt/0001_fog.txt", kObjects);
-  put("b/vkitti_1.3.1_extrinsicsgt/vkitti_1.3.1_extrinsicsgt/0001_clone.txt", kExtrinsics);
-  put("b/vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/0001_clone.txt", kObjects);
-  put("c/vkitti_1.3.1_text/0001_camera.txt", kExtrinsics);
-  put("c/vkitti_1.3.1_text/0001_objects.txt", kObjects);
+  put("a/vkitti_1.3.1_extrinsicsgt/0001_fog.txt", extrinsics);
+  put("a/vkitti_1.3.1_motgt/0001_fog.txt", objects_file);
+  put("b/vkitti_1.3.1_extrinsicsgt/vkitti_1.3.1_extrinsicsgt/0001_clone.txt", extrinsics);
+  put("b/vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/0001_clone.txt", objects_file);
+  put("c/vkitti_1.3.1_text/0001_camera.txt", extrinsics);
+  put("c/vkitti_1.3.1_text/0001_objects.txt", objects_file);
   InputLog inputs;
   for (const auto& [root, variation] :
        {std::pair{"a", "fog"}, {"b", "clone"}, {"c", "clone"}, {"c/vkitti_1.3.1_text", "clone"}}) {
@@ -63,8 +63,8 @@ TEST_F(Vkitti1Truths, AllThreePlaces) {
 }
 
 TEST_F(Vkitti1Truths, WhatARowMeans) {
-  put("vkitti_1.3.1_text/0001_camera.txt", kExtrinsics);
-  put("vkitti_1.3.1_text/0001_objects.txt", kObjects);
+  put("vkitti_1.3.1_text/0001_camera.txt", extrinsics);
+  put("vkitti_1.3.1_text/0001_objects.txt", objects_file);
   const SequenceTruth truth = read("0001").truth;
   EXPECT_NEAR(truth.camera.pose(1)->translation().z(), 1.5, 1e-12);  // camera -> world: it drove ahead
   ASSERT_EQ(truth.objects.at(0).size(), 2u);
@@ -83,8 +83,8 @@ TEST_F(Vkitti1Truths, WhatARowMeans) {
 }
 
 TEST_F(Vkitti1Truths, MovingIsLeftOutWhereItIsWrong) {
-  put("0018_camera.txt", kExtrinsics);
-  put("0018_objects.txt", kObjects);
+  put("0018_camera.txt", extrinsics);
+  put("0018_objects.txt", objects_file);
   const Vkitti1Truth out = read("0018");
   EXPECT_FALSE(out.truth.find(0, 3)->moving.has_value());
   EXPECT_THAT(out.warnings, testing::ElementsAre(testing::HasSubstr("the column 'moving' is not used")));
@@ -92,9 +92,9 @@ TEST_F(Vkitti1Truths, MovingIsLeftOutWhereItIsWrong) {
 
 TEST_F(Vkitti1Truths, WhatIsNotThere) {
   expect_error([&] { read("0001"); }, temp_.path().string() + ": no Virtual KITTI 1.3.1 in it");
-  put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", kExtrinsics);
-  put("vkitti_1.3.1_motgt/0002_rain.txt", kObjects);
-  put("0018_camera.txt", kExtrinsics);
+  put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", extrinsics);
+  put("vkitti_1.3.1_motgt/0002_rain.txt", objects_file);
+  put("0018_camera.txt", extrinsics);
   expect_error([&] { read("0001"); }, ": no world '0001' in it; there: 0002, 0018");
   expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; there: fog, rain");
   expect_error([&] { read("0002", "fog"); }, "lacks its file vkitti_1.3.1_motgt/0002_fog.txt");
@@ -106,8 +106,8 @@ TEST_F(Vkitti1Truths, WhatIsNotThere) {
 }
 
 TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
-  put("0001_camera.txt", kExtrinsics);
-  std::string objects = kObjects;
+  put("0001_camera.txt", extrinsics);
+  std::string objects = objects_file;
   objects[objects.rfind("0 2 DontCare")] = '2';
   put("0001_objects.txt", objects);
   expect_error([&] { read("0001"); }, "0001_objects.txt: it has objects in frame 2, of which");
@@ -133,7 +133,7 @@ TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
   std::vector<double> angles_deg;
   std::vector<double> tilts_deg;
   std::vector<double> tilts_offset_last_deg;  // were the yaw offset not before Rx and Rz
-  const Eigen::Quaterniond back(Eigen::AngleAxisd(-kVkittiYawOffset_rad, Eigen::Vector3d::UnitY()));
+  const Eigen::Quaterniond back(Eigen::AngleAxisd(-vkitti_yaw_offset_rad, Eigen::Vector3d::UnitY()));
   const auto tilt_deg = [](const Eigen::Quaterniond& R_world_object) {
     const Eigen::Vector3d down = R_world_object * Eigen::Vector3d::UnitY();
     return std::atan2(std::hypot(down.x(), down.z()), down.y()) * 180 / std::numbers::pi;

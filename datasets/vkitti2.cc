@@ -8,8 +8,7 @@
 
 #include "sextant/datasets/vkitti1.h"
 #include "sextant/datasets/vkitti2_truth.h"
-#include "sextant/datasets/vkitti_names.h"
-#include "sextant/datasets/vkitti_sequence.h"
+#include "sextant/datasets/vkitti_files.h"
 
 namespace sextant {
 namespace {
@@ -17,15 +16,15 @@ namespace {
 namespace fs = std::filesystem;
 
 // Those of the release, where a text file does not say.
-const PinholeCamera kCamera{725.0087, 725.0087, 620.5, 187.0};
-constexpr double kBaselineDigits_m = 2e-3;  // of the release's extrinsics
+const PinholeCamera release_camera{725.0087, 725.0087, 620.5, 187.0};
+constexpr double baseline_digits_m = 2e-3;  // of the release's extrinsics
 
-constexpr const char* kArchives[] = {"textgt",      "rgb",          "depth",
-                                     "forwardFlow", "backwardFlow", "instanceSegmentation"};
+constexpr const char* archives[] = {"textgt",      "rgb",          "depth",
+                                    "forwardFlow", "backwardFlow", "instanceSegmentation"};
 
 std::vector<fs::path> roots(const fs::path& root) {
   std::vector<fs::path> all = {root};
-  for (const char* archive : kArchives) all.push_back(root / fmt::format("vkitti_2.0.3_{}", archive));
+  for (const char* archive : archives) all.push_back(root / fmt::format("vkitti_2.0.3_{}", archive));
   return all;
 }
 
@@ -68,12 +67,14 @@ class Place {
 
   std::string sequence() const { return name_.text(); }
 
-  std::optional<fs::path> frames(const char* kind, int camera) const {
+  /// Empty when it is not there.
+  std::string frames(const char* kind, int camera) const {
     for (const fs::path& root : roots(root_)) {
       const fs::path base = root / name_.group / name_.variation / "frames" / kind;
-      if (auto found = existing_folder(base / fmt::format("Camera_{}", camera))) return found;
+      const std::string found = if_there(base / fmt::format("Camera_{}", camera));
+      if (!found.empty()) return found;
     }
-    return std::nullopt;
+    return "";
   }
 
   // The folder with text files, or where they would be.
@@ -92,57 +93,60 @@ class Place {
   VkittiName name_;
 };
 
-class Vkitti2 final : public VkittiSequence {
- public:
-  Vkitti2(const SourceSpec& source, const Vkitti2Options& options) {
-    const Place place(source);
-    info_.dataset = "vkitti2";
-    info_.sequence = place.sequence();
-    info_.rate_hz = options.rate_hz;
-    Vkitti2Truth text = read_vkitti2_truth(place.text(), options.camera, inputs());
-    truth_ = std::move(text.truth);
-    info_.warnings = std::move(text.warnings);
-    choose_camera(text);
-
-    VkittiFolders folders;
-    folders.left = place.frames("rgb", options.camera);
-    if (options.camera == 0) folders.right = place.frames("rgb", 1);
-    folders.depth = place.frames("depth", options.camera);
-    folders.flow = place.frames("forwardFlow", options.camera);
-    folders.backward_flow = place.frames("backwardFlow", options.camera);
-    folders.masks = place.frames("instanceSegmentation", options.camera);
-    choose_frames(source, folders, fmt::format("{} {}", source.path, info_.sequence));
-    open_channels(folders, {options.flow, options.depth, options.masks}, [&](const ChannelInputs& inputs) {
-      return make_mask_source("instance_png:" + folders.masks->string(), inputs);
-    });
+void choose_camera(const Vkitti2Truth& text, SequenceInfo& info) {
+  info.camera.left = text.camera.value_or(release_camera);
+  double baseline_m = vkitti_baseline_m;
+  if (text.baseline_m && std::abs(*text.baseline_m - vkitti_baseline_m) > baseline_digits_m) {
+    baseline_m = *text.baseline_m;
+    info.warnings.push_back(
+        fmt::format("baseline of {:.6f} m, as in extrinsic.txt: the data set has {:.6f} m", baseline_m,
+                    vkitti_baseline_m));
   }
-
- private:
-  void choose_camera(const Vkitti2Truth& text) {
-    info_.camera.left = text.camera.value_or(kCamera);
-    double baseline_m = kVkittiBaseline_m;
-    if (text.baseline_m && std::abs(*text.baseline_m - kVkittiBaseline_m) > kBaselineDigits_m) {
-      baseline_m = *text.baseline_m;
-      info_.warnings.push_back(
-          fmt::format("baseline of {:.6f} m, as in extrinsic.txt: the data set has {:.6f} m", baseline_m,
-                      kVkittiBaseline_m));
-    }
-    info_.camera.bf = info_.camera.left.fx * baseline_m;
-    info_.camera.check();
-  }
-};
+  info.camera.bf = info.camera.left.fx * baseline_m;
+  info.camera.check();
+}
 
 }  // namespace
 
 void Vkitti2Options::check() const {
-  check_vkitti_options(rate_hz, {flow, depth, masks});
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
   check_option(camera == 0 || camera == 1, "camera", camera, "0 or 1");
 }
 
 std::unique_ptr<Sequence> open_vkitti2(const SourceSpec& source) {
   Vkitti2Options options;
   read_options(source.options, options, source.adapter);
-  return std::make_unique<Vkitti2>(source, options);
+  const Place place(source);
+  auto sequence = std::make_unique<FolderSequence>(source);
+  SequenceInfo& info = sequence->info();
+  info.sequence = place.sequence();
+  info.rate_hz = options.rate_hz;
+  Vkitti2Truth text = read_vkitti2_truth(place.text(), options.camera, sequence->inputs());
+  sequence->truth() = std::move(text.truth);
+  info.warnings = std::move(text.warnings);
+  choose_camera(text, info);
+
+  FolderFiles files = vkitti_files(sequence->truth());
+  files.left = place.frames("rgb", options.camera);
+  if (options.camera == 0) files.right = place.frames("rgb", 1);
+  files.depth = {.option = options.depth,
+                 .kind = "cm",
+                 .files = place.frames("depth", options.camera),
+                 .computed = "sgbm",
+                 .exact = true};
+  files.flow = {.option = options.flow,
+                .kind = "vkitti_png",
+                .files = place.frames("forwardFlow", options.camera),
+                .computed = "dis",
+                .exact = true};
+  files.backward_flow = {.kind = "vkitti_png", .files = place.frames("backwardFlow", options.camera)};
+  files.masks = {.option = options.masks,
+                 .kind = "instance_png",
+                 .files = place.frames("instanceSegmentation", options.camera)};
+  sequence->choose_frames(files, fmt::format("{} {}", source.path, info.sequence));
+  check_vkitti_frames(*sequence, source.path);
+  sequence->open_channels(files);
+  return sequence;
 }
 
 }  // namespace sextant

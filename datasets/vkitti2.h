@@ -18,30 +18,19 @@
 
 #include <memory>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/folder_sequence.h"
 
 namespace sextant {
 
-struct Vkitti2Options {
+struct Vkitti2Options : ChannelOptions {
   double rate_hz = 10;
   int camera = 0;
-  std::string flow = "auto";
-  std::string depth = "auto";
-  std::string masks = "auto";
 
   template <typename V>
   void visit(V& v) {
+    ChannelOptions::visit(v);
     v("rate_hz", rate_hz, "Hz", "frame rate");
     v("camera", camera, "", "0 = left, with camera 1 as its right one; 1 = right, alone");
-    v("flow", flow, "",
-      "auto = forwardFlow, or dis where that is absent; dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, "
-      "onnx:FILE");
-    v("depth", depth, "",
-      "auto = depth, or sgbm where that is absent; sgbm, disparity256:DIR, depth256:DIR, cm:DIR");
-    v("masks", masks, "",
-      "auto = instanceSegmentation; instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, "
-      "vdo_text:DIR, boxes, "
-      "onnx:FILE");
   }
   void check() const;
 };

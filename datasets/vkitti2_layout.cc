@@ -16,13 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLeft = 0;
-constexpr int kRight = 1;
+constexpr int left_camera = 0;
+constexpr int right_camera = 1;
 
 Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
   Vkitti2Pose pose;
   pose.frame = row.frame;
-  pose.camera = kLeft;
+  pose.camera = left_camera;
   pose.track = row.track;
   pose.alpha = row.alpha_rad;
   pose.width = row.object->size_m->x();
@@ -46,7 +46,7 @@ Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
 }
 
 Vkitti2Box to_box(const VkittiRow& row) {
-  return {row.frame,  kLeft,        row.track,      row.left,      row.right, row.top,
+  return {row.frame,  left_camera,  row.track,      row.left,      row.right, row.top,
           row.bottom, row.n_pixels, row.truncation, row.occupancy, row.moving};
 }
 
@@ -81,62 +81,33 @@ class Writer {
   }
 
   std::string write() {
-    Channels channels = info_.channels;
-    channels.gray = channels.occlusion = false;
-    make_folders(channels);
-    const auto extents = write_vkitti_frames(sequence_, request_, channels,
-                                             [this](const Frame& frame) { write_frame(frame); });
+    fs::create_directories(folder_);
+    const auto frames = [&](auto channel, auto image, const char* kind, int camera, const char* name,
+                            const auto& encode) {
+      return layout_folder(channel, image, folder_ / "frames" / kind / fmt::format("Camera_{}", camera), name,
+                           encode);
+    };
+    const auto jpeg = [](const Image<Rgb>& image) { return encode_jpeg(image); };
+    const auto depth = [](const Image<float>& depth_m) { return encode_png(cm_from_depth(depth_m)); };
+    const auto flow = [](const Image<Flow>& image) { return encode_png(vkitti_from_flow(image)); };
+    const auto extents = write_vkitti_frames(
+        sequence_, request_,
+        {frames(&Channels::rgb, &Frame::rgb, "rgb", left_camera, "rgb_{:05}.jpg", jpeg),
+         frames(&Channels::rgb_right, &Frame::rgb_right, "rgb", right_camera, "rgb_{:05}.jpg", jpeg),
+         frames(&Channels::depth, &Frame::depth_m, "depth", left_camera, "depth_{:05}.png", depth),
+         frames(&Channels::flow, &Frame::flow, "forwardFlow", left_camera, "flow_{:05}.png", flow),
+         frames(&Channels::backward_flow, &Frame::backward_flow, "backwardFlow", left_camera,
+                "backwardFlow_{:05}.png", flow),
+         frames(&Channels::mask, &Frame::mask, "instanceSegmentation", left_camera, "instancegt_{:05}.png",
+                encode_instances)});
     write_cameras();
     if (!sequence_.truth().camera.empty()) write_objects(extents);
-    put("colors.txt", encode_vkitti2_colors(vkitti2_categories()));
+    put("colors.txt", vkitti2_colors());
     return fmt::format("vkitti2:{}#{}", request_.out.string(), name_.text());
   }
 
  private:
-  fs::path frames(const char* kind, int camera) const {
-    return folder_ / "frames" / kind / fmt::format("Camera_{}", camera);
-  }
-  void put(const char* file, const std::string& bytes) const { write_file(folder_ / file, bytes); }
-
-  void make_folders(Channels channels) const {
-    fs::create_directories(folder_);
-    const auto make = [&](bool wanted, const char* kind, int camera) {
-      if (wanted) fs::create_directories(frames(kind, camera));
-    };
-    make(channels.rgb, "rgb", kLeft);
-    make(channels.rgb_right, "rgb", kRight);
-    make(channels.depth, "depth", kLeft);
-    make(channels.flow, "forwardFlow", kLeft);
-    make(channels.backward_flow, "backwardFlow", kLeft);
-    make(channels.mask, "instanceSegmentation", kLeft);
-  }
-
-  void write_frame(const Frame& frame) const {
-    const auto name = [&](const char* prefix, const char* extension) {
-      return fmt::format("{}_{:05}.{}", prefix, frame.index, extension);
-    };
-    if (!frame.rgb.empty()) {
-      write_file(frames("rgb", kLeft) / name("rgb", "jpg"), encode_jpeg(frame.rgb));
-    }
-    if (!frame.rgb_right.empty()) {
-      write_file(frames("rgb", kRight) / name("rgb", "jpg"), encode_jpeg(frame.rgb_right));
-    }
-    if (!frame.depth_m.empty()) {
-      write_file(frames("depth", kLeft) / name("depth", "png"), encode_png(cm_from_depth(frame.depth_m)));
-    }
-    if (!frame.flow.empty()) {
-      write_file(frames("forwardFlow", kLeft) / name("flow", "png"),
-                 encode_png(vkitti_from_flow(frame.flow)));
-    }
-    if (!frame.backward_flow.empty()) {
-      write_file(frames("backwardFlow", kLeft) / name("backwardFlow", "png"),
-                 encode_png(vkitti_from_flow(frame.backward_flow)));
-    }
-    if (!frame.mask.empty()) {
-      write_file(frames("instanceSegmentation", kLeft) / name("instancegt", "png"),
-                 encode_instances(frame.mask));
-    }
-  }
+  void put(const char* file, std::string_view bytes) const { write_file(folder_ / file, bytes); }
 
   void write_cameras() const {
     const Trajectory& camera = sequence_.truth().camera;
@@ -145,11 +116,11 @@ class Writer {
     std::vector<Vkitti2Extrinsic> extrinsics;
     std::vector<Vkitti2Intrinsic> intrinsics;
     for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
-      for (const int id : {kLeft, kRight}) intrinsics.push_back({frame, id, info_.camera.left});
+      for (const int id : {left_camera, right_camera}) intrinsics.push_back({frame, id, info_.camera.left});
       if (camera.empty()) continue;
       const SE3 T_left_world = camera.pose(frame)->inverse();
-      extrinsics.push_back({frame, kLeft, T_left_world});
-      extrinsics.push_back({frame, kRight, T_right_left * T_left_world});
+      extrinsics.push_back({frame, left_camera, T_left_world});
+      extrinsics.push_back({frame, right_camera, T_right_left * T_left_world});
     }
     put("intrinsic.txt", encode_vkitti2_intrinsics(intrinsics));
     if (!extrinsics.empty()) put("extrinsic.txt", encode_vkitti2_extrinsics(extrinsics));

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The data set's extrinsics have seven digits, of numbers up to some hundred metres.
-constexpr double kRectified = 0.02;  // m, rad
+constexpr double rectified = 0.02;  // m, rad
 
 class Reader {
  public:
@@ -66,13 +66,12 @@ class Reader {
                                 rotation_angle_rad(T_right_left.rotation()));
     const bool first = !out_.baseline_m;
     if (first) out_.baseline_m = baseline_m;
-    if (baseline_m > 0 && off < kRectified && std::abs(baseline_m - *out_.baseline_m) < kRectified) {
+    if (baseline_m > 0 && off < rectified && std::abs(baseline_m - *out_.baseline_m) < rectified) {
       return;
     }
     fail(
-        "{}: frame {}: the cameras are not a rectified pair with the same baseline in every frame (here "
-        "{:.6f} "
-        "m, {:.6f} off)",
+        "{}: frame {}: the cameras are not a rectified pair with the "
+        "same baseline in every frame (here {:.6f} m, {:.6f} off)",
         path("extrinsic.txt").string(), frame, baseline_m, off);
   }
 
@@ -90,9 +89,8 @@ class Reader {
       const PinholeCamera& first = *out_.camera;
       if (k.fx == first.fx && k.fy == first.fy && k.cx == first.cx && k.cy == first.cy) continue;
       fail(
-          "{}: the camera of frame {} ({} {} {} {}) differs from that of frame {} ({} {} {} {}): it has to "
-          "be "
-          "the same in all",
+          "{}: the camera of frame {} ({} {} {} {}) differs from that "
+          "of frame {} ({} {} {} {}): it has to be the same in all",
           path("intrinsic.txt").string(), row.frame, k.fx, k.fy, k.cx, k.cy, first_frame, first.fx, first.fy,
           first.cx, first.cy);
     }

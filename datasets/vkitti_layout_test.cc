@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Channels kMeasured{.depth = true, .flow = true, .mask = true};
+constexpr Channels measured_channels{.depth = true, .flow = true, .mask = true};
 
 class VkittiLayouts : public testing::TestWithParam<const char*> {
  protected:
@@ -71,8 +71,8 @@ TEST_P(VkittiLayouts, SceneReadsBackAsItWasWritten) {
 
   RoundTripErrors errors;
   for (int k = 0; k <= 3; ++k) {
-    const Frame expected = source->read(k, kMeasured);
-    const Frame got = read->read(k, kMeasured);
+    const Frame expected = source->read(k, measured_channels);
+    const Frame got = read->read(k, measured_channels);
     EXPECT_EQ(expected.mask, got.mask);
     compare_depth(expected.depth_m, got.depth_m, errors);
     if (!expected.flow.empty()) compare_flow(expected.flow, got.flow, errors);
@@ -98,13 +98,7 @@ TEST_P(VkittiLayouts, EveryChannelReadsBack) {
   EXPECT_EQ(read->info().channels.rgb_right, !first());
   EXPECT_EQ(read->info().channels.backward_flow, !first());
   RoundTripErrors errors, backward;
-  const Channels all{.gray = true,
-                     .rgb = true,
-                     .rgb_right = true,
-                     .depth = true,
-                     .flow = true,
-                     .backward_flow = true,
-                     .mask = true};
+  const Channels all = Channels::all();
   for (int k = 3; k <= 6; ++k) {
     const Frame expected = source.read(k, all);
     const Frame got = read->read(k, all);

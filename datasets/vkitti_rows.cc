@@ -4,14 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "sextant/base/parallel_for.h"
-#include "sextant/base/progress.h"
-
 namespace sextant {
 namespace {
 
-constexpr double kMovingStep_m = 0.01;
-constexpr int kBoxSamples = 8;  // along each edge
+constexpr double moving_step_m = 0.01;
+constexpr int box_samples = 8;  // along each edge
 
 std::string where(const Sequence& sequence, int frame) {
   return fmt::format("{}:{} frame {}", sequence.info().dataset, sequence.info().sequence, frame);
@@ -39,7 +36,7 @@ std::optional<bool> moved(const SequenceTruth& truth, int id, int from, int to) 
   if (a == nullptr || b == nullptr || !T_world_from || !T_world_to) return std::nullopt;
   const Eigen::Vector3d step =
       *T_world_to * b->T_camera_object.translation() - *T_world_from * a->T_camera_object.translation();
-  return step.norm() > kMovingStep_m;
+  return step.norm() > moving_step_m;
 }
 
 bool is_moving(const SequenceTruth& truth, const ObjectTruth& object, int frame) {
@@ -83,25 +80,7 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
   return row;
 }
 
-}  // namespace
-
-double box_truncation(const SequenceInfo& info, const ObjectTruth& object) {
-  const PinholeCamera& camera = info.camera.left;
-  const auto in_view = [&](const Eigen::Vector3d& p) {
-    if (p.z() <= 0) return false;
-    const Eigen::Vector2d pixel = camera.project(p);
-    return pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < info.width - 0.5 &&
-           pixel.y() < info.height - 0.5;
-  };
-  int n_outside = 0;
-  for (int i = 0; i < kBoxSamples * kBoxSamples * kBoxSamples; ++i) {
-    const Eigen::Array3d cell(i % kBoxSamples, i / kBoxSamples % kBoxSamples, i / kBoxSamples / kBoxSamples);
-    const Eigen::Array3d at = (cell + 0.5) / kBoxSamples - Eigen::Array3d(0.5, 1.0, 0.5);
-    n_outside += !in_view(object.T_camera_object * (at * object.size_m->array()).matrix());
-  }
-  return static_cast<double>(n_outside) / (kBoxSamples * kBoxSamples * kBoxSamples);
-}
-
+/// Of all ids but 0.
 MaskExtents mask_extents(const Image<uint16_t>& mask) {
   MaskExtents extents;
   for (int y = 0; y < mask.height(); ++y) {
@@ -118,6 +97,39 @@ MaskExtents mask_extents(const Image<uint16_t>& mask) {
     }
   }
   return extents;
+}
+
+/// What a layout can hold of a frame.
+Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
+  auto flow = channels.flow ? sequence.true_flow(frame) : std::nullopt;
+  auto depth = channels.depth ? sequence.true_depth(frame) : std::nullopt;
+  if (flow) channels.flow = false;
+  if (depth) channels.depth = false;
+  Frame out = sequence.read(frame, channels);
+  if (flow) out.flow = std::move(*flow);
+  if (depth) out.depth_m = std::move(*depth);
+  drop_leaving(out.flow);
+  drop_leaving(out.backward_flow);
+  return out;
+}
+
+}  // namespace
+
+double box_truncation(const SequenceInfo& info, const ObjectTruth& object) {
+  const PinholeCamera& camera = info.camera.left;
+  const auto in_view = [&](const Eigen::Vector3d& p) {
+    if (p.z() <= 0) return false;
+    const Eigen::Vector2d pixel = camera.project(p);
+    return pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < info.width - 0.5 &&
+           pixel.y() < info.height - 0.5;
+  };
+  int n_outside = 0;
+  for (int i = 0; i < box_samples * box_samples * box_samples; ++i) {
+    const Eigen::Array3d cell(i % box_samples, i / box_samples % box_samples, i / box_samples / box_samples);
+    const Eigen::Array3d at = (cell + 0.5) / box_samples - Eigen::Array3d(0.5, 1.0, 0.5);
+    n_outside += !in_view(object.T_camera_object * (at * object.size_m->array()).matrix());
+  }
+  return static_cast<double>(n_outside) / (box_samples * box_samples * box_samples);
 }
 
 std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents) {
@@ -137,36 +149,17 @@ std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int,
   return rows;
 }
 
-Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
-  auto flow = channels.flow ? sequence.true_flow(frame) : std::nullopt;
-  auto depth = channels.depth ? sequence.true_depth(frame) : std::nullopt;
-  if (flow) channels.flow = false;
-  if (depth) channels.depth = false;
-  Frame out = sequence.read(frame, channels);
-  if (flow) out.flow = std::move(*flow);
-  if (depth) out.depth_m = std::move(*depth);
-  drop_leaving(out.flow);
-  drop_leaving(out.backward_flow);
-  return out;
-}
-
 std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
-                                               Channels channels,
-                                               const std::function<void(const Frame&)>& write) {
+                                               std::vector<LayoutFolder> folders) {
+  std::map<int, MaskExtents> extents;
   const SequenceInfo& info = sequence.info();
-  const int n = info.last_frame - info.first_frame + 1;
-  std::vector<MaskExtents> extents(static_cast<size_t>(n));
-  Progress progress("frames", n, request.quiet);
-  parallel_for(n, request.jobs, [&](int i) {
-    if (request.between_frames) request.between_frames();
-    const Frame frame = vkitti_frame(sequence, info.first_frame + i, channels);
-    extents[static_cast<size_t>(i)] = mask_extents(frame.mask);
-    write(frame);
-    progress.advance();
-  });
-  std::map<int, MaskExtents> by_frame;
-  for (int i = 0; i < n; ++i) by_frame[info.first_frame + i] = std::move(extents[static_cast<size_t>(i)]);
-  return by_frame;
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) extents[frame];
+  write_layout_frames(
+      sequence, request,
+      {.folders = std::move(folders),
+       .read = [&](int frame, Channels channels) { return vkitti_frame(sequence, frame, channels); },
+       .also = [&](const Frame& frame) { extents.at(frame.index) = mask_extents(frame.mask); }});
+  return extents;
 }
 
 void check_vkitti_poses(const Sequence& sequence) {

@@ -21,9 +21,6 @@ struct MaskExtent {
 };
 using MaskExtents = std::map<int, MaskExtent>;
 
-/// Of all ids but 0.
-MaskExtents mask_extents(const Image<uint16_t>& mask);
-
 /// One object in one frame.
 struct VkittiRow {
   int frame = 0;
@@ -45,13 +42,9 @@ double box_truncation(const SequenceInfo& info, const ObjectTruth& object);
 /// In order of frame and id. `extents` by frame.
 std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents);
 
-/// What a layout can hold of a frame; flow that leaves the image is invalid already.
-Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels);
-
-/// Calls write(frame) for all frames in parallel with a progress line; returns the extents of their masks.
+/// Writes all frames; returns the extents of their masks.
 std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
-                                               Channels channels,
-                                               const std::function<void(const Frame&)>& write);
+                                               std::vector<LayoutFolder> folders);
 
 /// Throws Error unless all frames have a true camera pose, or none.
 void check_vkitti_poses(const Sequence& sequence);

@@ -11,9 +11,8 @@
 #include <string>
 
 #include "sextant/base/files.h"
-#include "sextant/base/text.h"
 #include "sextant/datasets/layout.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/datasets/testing.h"
 
 namespace sextant {
 
@@ -36,13 +35,8 @@ class FormulaSequence final : public Sequence {
     info_.height = 375;
     info_.first_frame = options.first_frame;
     info_.last_frame = options.last_frame;
-    info_.channels = {.gray = true,
-                      .rgb = true,
-                      .rgb_right = true,
-                      .depth = true,
-                      .flow = true,
-                      .backward_flow = true,
-                      .mask = true};
+    info_.channels = Channels::all();
+    info_.channels.occlusion = false;
     if (options.truth) make_truth();
   }
 
@@ -123,12 +117,6 @@ class FormulaSequence final : public Sequence {
   SequenceTruth truth_;
 };
 
-inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json& options = Json::object()) {
-  SourceSpec spec = SourceSpec::parse(source);
-  spec.options = options;
-  return open_source(spec);
-}
-
 /// All files below a folder, by relative path.
 inline std::map<std::string, std::string> all_files(const std::filesystem::path& root) {
   std::map<std::string, std::string> files;
@@ -180,7 +168,7 @@ inline void compare_flow(const Image<Flow>& expected, const Image<Flow>& got, Ro
 }
 
 /// A test on files of its own: a copy of what LAYOUT makes of frames 3-6 of the formulas.
-class VkittiFiles : public testing::Test {
+class VkittiFiles : public FolderTest {
  protected:
   VkittiFiles(const char* layout, const char* sequence) {
     static std::map<std::string, std::unique_ptr<TempFolder>> masters;  // written once a program
@@ -197,31 +185,6 @@ class VkittiFiles : public testing::Test {
     source_ = fmt::format("{}:{}#{}", layout, root_.string(), sequence);
   }
 
-  std::string file(const std::string& name) const { return (root_ / name).string(); }
-  std::string text(const std::string& name) const { return read_file(root_ / name); }
-  void put(const std::string& name, std::string_view bytes) { write_file(root_ / name, bytes); }
-  void remove(const std::string& name) { std::filesystem::remove_all(root_ / name); }
-  /// Replaces the first `from` of a file.
-  void change(const std::string& name, const std::string& from, const std::string& to) {
-    const std::string bytes = text(name);
-    const size_t at = bytes.find(from);
-    ASSERT_NE(at, std::string::npos) << name << " lacks " << from;
-    put(name, fmt::format("{}{}{}", bytes.substr(0, at), to, bytes.substr(at + from.size())));
-  }
-  /// Lines of a file, the header among them.
-  std::vector<std::string> lines(const std::string& name) const {
-    std::vector<std::string> all = split(text(name), '\n');
-    all.pop_back();
-    return all;
-  }
-  void put_lines(const std::string& name, const std::vector<std::string>& all) {
-    std::string bytes;
-    for (const std::string& line : all) bytes += line + "\n";
-    put(name, bytes);
-  }
-
-  TempFolder temp_;
-  std::filesystem::path root_ = temp_.path() / "D";
   std::string source_;
 };
 

@@ -49,6 +49,12 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
 
 }  // namespace
 
+void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs) {
+  if (width == inputs.width && height == inputs.height) return;
+  fail("{}: {}x{} pixels, expected {}x{} as in {}: all files of a sequence need the same size", path, width,
+       height, inputs.width, inputs.height, inputs.size_from);
+}
+
 std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs) {
   static const std::vector<Kind<Make<Flow>>> table = {
       {"dis", "", [](const auto&, const auto& i) { return make_dis_source(i); }},

@@ -20,7 +20,8 @@
 //           boxes               the 2-D label boxes, nearer objects in front: a last resort
 //           onnx:FILE           a network
 //
-// In a DIR, a file belongs to the frame whose number is the first run of digits in its name.
+// In a DIR, a file belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX* takes
+// only names that begin with PREFIX, and the number behind it (frame_files.h).
 
 #include <functional>
 #include <map>
@@ -41,6 +42,7 @@ struct ChannelInputs {
   InputLog* inputs = nullptr;                  ///< logs every file read
   int width = 0;                               ///< px; every channel is checked against it
   int height = 0;
+  std::string size_from = "the images";  ///< the file that has this size
   int first_frame = 0;
   int last_frame = 0;  ///< flow of this frame may be missing
   StereoCamera camera;
@@ -59,7 +61,9 @@ class ChannelSource {
   virtual ~ChannelSource() = default;
   /// Safe to call from several threads. Throws Error that names the file and what is wrong with it.
   virtual Image<T> read(int frame) const = 0;
-  /// Throws Error when the file that read(frame) needs is not there.
+  /// Whether the files that read(frame) needs are there.
+  virtual bool has(int /*frame*/) const { return true; }
+  /// Throws Error when one that a run needs is not there.
   virtual void check_file(int /*frame*/) const {}
   /// Of depth: the choice without its path ("cm", "sgbm").
   virtual std::string kind() const { return ""; }
@@ -70,6 +74,9 @@ class ChannelSource {
 using FlowSource = ChannelSource<Flow>;
 using DepthSource = ChannelSource<float>;
 using MaskSource = ChannelSource<uint16_t>;
+
+/// Throws Error unless an image from `path` has the size of the sequence.
+void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs);
 
 /// Throw Error on an unknown choice (with the known ones), a folder that is not there, or a computation whose
 /// images are missing. `inputs` is copied; the functions in it must live as long as the source.

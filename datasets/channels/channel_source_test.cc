@@ -19,11 +19,11 @@
 namespace sextant {
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 96;
+constexpr int frame_width = 320;
+constexpr int frame_height = 96;
 
 // A smooth random texture, seen from (dx, dy) px farther right and down.
-Image<Rgb> texture(double dx, double dy, int width = kWidth, int height = kHeight) {
+Image<Rgb> texture(double dx, double dy, int width = frame_width, int height = frame_height) {
   std::mt19937 rng(1);
   std::vector<double> value(64 * 64);
   for (double& v : value) v = static_cast<double>(rng() % 256);
@@ -49,8 +49,8 @@ class Channel : public testing::Test {
     return {.left = [](int k) { return texture(-4.5 * k, -1.25 * k); },
             .right = [](int k) { return texture(12.25 - 4.5 * k, -1.25 * k); },
             .inputs = &log_,
-            .width = kWidth,
-            .height = kHeight,
+            .width = frame_width,
+            .height = frame_height,
             .first_frame = 0,
             .last_frame = 2,
             .camera = {{200, 200, 160, 48}, 196}};
@@ -65,7 +65,7 @@ class Channel : public testing::Test {
     expect_error([&] { make_mask_source(choice, inputs())->read(0); }, part);
   }
 
-  ChannelFolder folder_;
+  TempFolder folder_;
   InputLog log_;
 };
 
@@ -75,8 +75,9 @@ TEST_F(Channel, DisGivesTheMotionFromPreviousToNext) {
   const Image<Flow> flow = source->read(0);
   double error = 0;
   int n = 0;
-  for (int y = 16; y < kHeight - 16; ++y) {
-    for (int x = 16; x < kWidth - 16; ++x, ++n) error += std::hypot(flow(x, y).u - 4.5, flow(x, y).v - 1.25);
+  for (int y = 16; y < frame_height - 16; ++y) {
+    for (int x = 16; x < frame_width - 16; ++x, ++n)
+      error += std::hypot(flow(x, y).u - 4.5, flow(x, y).v - 1.25);
   }
   EXPECT_LT(error / n, 0.1);
   EXPECT_TRUE(source->read(2).empty());
@@ -87,15 +88,15 @@ TEST_F(Channel, SgbmGivesTheDepthOfTheDisparity) {
   EXPECT_EQ(source->provenance(), "depth: sgbm, bf = 196");
   const Image<float> depth = source->read(1);
   int n_good = 0, n_valid = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 13; x < kWidth; ++x) {
+  for (int y = 0; y < frame_height; ++y) {
+    for (int x = 13; x < frame_width; ++x) {
       n_valid += std::isfinite(depth(x, y));
       n_good += std::abs(196 / depth(x, y) - 12.25) < 0.25;
     }
     // Outside of the right image.
     for (int x = 0; x < 12; ++x) EXPECT_FALSE(depth(x, y) < 196 / 12.0 + 0.1) << x;
   }
-  EXPECT_GT(n_valid, 0.97 * kHeight * (kWidth - 13));
+  EXPECT_GT(n_valid, 0.97 * frame_height * (frame_width - 13));
   EXPECT_GT(n_good, 0.97 * n_valid);
 }
 
@@ -154,9 +155,9 @@ TEST_F(Channel, BoxesAreDrawnFarToNear) {
   EXPECT_EQ(mask(30, 15), 3);
   EXPECT_EQ(mask(20, 0), 0);
   EXPECT_EQ(mask(21, 0), 3);
-  EXPECT_EQ(mask(kWidth - 1, 15), 3);
-  EXPECT_EQ(mask(kWidth - 1, 16), 0);
-  EXPECT_EQ(source->read(1), Image<uint16_t>(kWidth, kHeight));
+  EXPECT_EQ(mask(frame_width - 1, 15), 3);
+  EXPECT_EQ(mask(frame_width - 1, 16), 0);
+  EXPECT_EQ(source->read(1), Image<uint16_t>(frame_width, frame_height));
   boxes[0][0].left = NAN;
   expect_error([&] { make_mask_source("boxes", inputs(), boxes)->read(0); },
                "the box of object 7 is not finite");
@@ -165,7 +166,7 @@ TEST_F(Channel, BoxesAreDrawnFarToNear) {
 }
 
 Image<Flow> some_flow() {
-  Image<Flow> flow(kWidth, kHeight, Flow{1.5f, -2.25f});
+  Image<Flow> flow(frame_width, frame_height, Flow{1.5f, -2.25f});
   flow(3, 2) = {};
   return flow;
 }
@@ -174,8 +175,10 @@ TEST_F(Channel, FlowFiles) {
   folder_.write("flo/flow_00001.flo", encode_flo(some_flow()));
   folder_.write("kitti/000001_10.png", encode_png(kitti_from_flow(some_flow())));
   folder_.write("vkitti/00001.png", encode_png(vkitti_from_flow(some_flow())));
-  for (const auto& [name, tolerance] :
-       {std::pair<const char*, double>{"flo", 0}, {"kitti_png", 0}, {"vkitti_png", 0.01}}) {
+  for (const auto& [name, missing, tolerance] :
+       {std::tuple<const char*, const char*, double>{"flo", "flow_00000.flo", 0},
+        {"kitti_png", "000000_10.png", 0},
+        {"vkitti_png", "00000.png", 0.01}}) {
     const std::string path = folder_ / split(name, '_').front();
     const std::string choice = fmt::format("{}:{}", name, path);
     const auto source = make_flow_source(choice, inputs());
@@ -187,14 +190,29 @@ TEST_F(Channel, FlowFiles) {
     EXPECT_TRUE(source->read(2).empty());  // the last frame
     source->check_file(1);
     source->check_file(2);
-    expect_error([&] { source->check_file(0); }, path + ": frame 0 needs its flow");
-    flow_error(choice, path + ": frame 0 needs its flow");
+    for (const auto& ask : {std::function([&] { source->check_file(0); }), {[&] { source->read(0); }}})
+      expect_error(ask, path + "/" + missing + ": missing file: frame 0 needs its flow; add it, or");
   }
   EXPECT_EQ(log_.entries().size(), 3u);
 }
 
+TEST_F(Channel, OnlyTheFilesOfAPrefix) {
+  for (const char* name : {"000007_10.flo", "000007_11.flo", "000008_10.flo"})
+    folder_.write(fmt::format("pairs/{}", name), encode_flo(some_flow()));
+  ChannelInputs of_pair = inputs();
+  of_pair.first_frame = 10;
+  of_pair.last_frame = 12;
+  const auto source = make_flow_source("flo:" + (folder_ / "pairs/000007_*"), of_pair);
+  EXPECT_TRUE(source->has(10) && source->has(11));
+  EXPECT_FALSE(source->has(7) || source->has(12));
+  flow_error("flo:" + (folder_ / "pairs"), "pairs: two files of frame 7: 000007_10.flo and 000007_11.flo");
+  expect_error([&] { make_flow_source("flo:" + (folder_ / "pairs/000008_*"), of_pair)->check_file(11); },
+               folder_ / "pairs/000008_11.flo: missing file: frame 11 needs its flow");
+  flow_error("flo:" + (folder_ / "pairs/9*"), "pairs/9*: no .flo files named by frame number in it");
+}
+
 TEST_F(Channel, DepthFiles) {
-  Image<uint16_t> n(kWidth, kHeight, 12800);
+  Image<uint16_t> n(frame_width, frame_height, 12800);
   for (const char* name : {"disparity256", "depth256", "cm"}) {
     folder_.write(fmt::format("{}/000000.png", name), encode_png(n));
   }
@@ -207,8 +225,8 @@ TEST_F(Channel, DepthFiles) {
 }
 
 TEST_F(Channel, MaskFiles) {
-  Image<uint16_t> mask(kWidth, kHeight);
-  Image<uint8_t> small(kWidth, kHeight);
+  Image<uint16_t> mask(frame_width, frame_height);
+  Image<uint8_t> small(frame_width, frame_height);
   mask(5, 6) = 12;
   small(5, 6) = 12;
   folder_.write("wide/000000.png", encode_png(mask));
@@ -247,7 +265,7 @@ TEST_F(Channel, ErrorsNameTheFile) {
   flow_error("flo:" + (folder_ / "nowhere"), "nowhere: no such folder");
   flow_error("flo:" + (folder_ / ""), "no .flo files named by frame number in it");
   folder_.write("small/000000.flo", encode_flo(Image<Flow>(4, 3)));
-  flow_error("flo:" + (folder_ / "small"), "small/000000.flo: 4x3 pixels, but the images have 320x96");
+  flow_error("flo:" + (folder_ / "small"), "small/000000.flo: 4x3 pixels, expected 320x96 as in the images");
   folder_.write("bad/000000.png", "not a PNG");
   depth_error("cm:" + (folder_ / "bad"), "bad/000000.png: ");
   mask_error("instance_png:" + (folder_ / "bad"), "bad/000000.png: ");

@@ -15,8 +15,8 @@ namespace {
 using internal::one_opencv_thread;
 using internal::view;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr int kSteps = 16;  // OpenCV's disparities are in 1/16 px
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr int steps_per_px = 16;  // OpenCV's disparities are in 1/16 px
 
 class DisSource final : public FlowSource {
  public:
@@ -49,6 +49,29 @@ class SgbmSource final : public DepthSource {
  private:
   ChannelInputs inputs_;
 };
+
+/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in it.
+Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height) {
+  const auto farther = [](const LabelBox& a, const LabelBox& b) {
+    return a.depth_m != b.depth_m ? a.depth_m > b.depth_m : a.id > b.id;
+  };
+  std::ranges::sort(boxes, farther);
+  Image<uint16_t> mask(width, height);
+  for (const LabelBox& box : boxes) {
+    const bool finite = std::isfinite(box.left) && std::isfinite(box.top) && std::isfinite(box.right) &&
+                        std::isfinite(box.bottom) && std::isfinite(box.depth_m);
+    if (!finite) fail("masks: the box of object {} is not finite", box.id);
+    if (box.id < 1 || box.id > 65535) fail("masks: a box has id {}: expected 1 to 65535", box.id);
+    const int x0 = static_cast<int>(std::clamp(std::ceil(box.left), 0.0, width * 1.0));
+    const int x1 = static_cast<int>(std::clamp(std::floor(box.right), -1.0, width - 1.0));
+    const int y0 = static_cast<int>(std::clamp(std::ceil(box.top), 0.0, height * 1.0));
+    const int y1 = static_cast<int>(std::clamp(std::floor(box.bottom), -1.0, height - 1.0));
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) mask(x, y) = static_cast<uint16_t>(box.id);
+    }
+  }
+  return mask;
+}
 
 class BoxSource final : public MaskSource {
  public:
@@ -108,46 +131,24 @@ Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& ri
                              options.speckle_range_px, cv::StereoSGBM::MODE_SGBM_3WAY);
   cv::Mat steps;
   matcher->compute(with_border(left, n), with_border(right, n), steps);
-  Image<float> disparity(left.width(), left.height(), kNan);
+  Image<float> disparity(left.width(), left.height(), nan);
   for (int y = 0; y < disparity.height(); ++y) {
     const int16_t* row = steps.ptr<int16_t>(y) + n;
     for (int x = 0; x < disparity.width(); ++x) {
-      const bool matched = row[x] >= 0 && row[x] <= kSteps * x;
-      if (matched) disparity(x, y) = static_cast<float>(row[x]) / kSteps;
+      const bool matched = row[x] >= 0 && row[x] <= steps_per_px * x;
+      if (matched) disparity(x, y) = static_cast<float>(row[x]) / steps_per_px;
     }
   }
   return disparity;
 }
 
 Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf) {
-  Image<float> depth(disparity_px.width(), disparity_px.height(), kNan);
+  Image<float> depth(disparity_px.width(), disparity_px.height(), nan);
   for (size_t i = 0; i < depth.size(); ++i) {
     const float d = disparity_px.data()[i];
     if (d > 0) depth.data()[i] = static_cast<float>(bf / static_cast<double>(d));
   }
   return depth;
-}
-
-Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height) {
-  const auto farther = [](const LabelBox& a, const LabelBox& b) {
-    return a.depth_m != b.depth_m ? a.depth_m > b.depth_m : a.id > b.id;
-  };
-  std::ranges::sort(boxes, farther);
-  Image<uint16_t> mask(width, height);
-  for (const LabelBox& box : boxes) {
-    const bool finite = std::isfinite(box.left) && std::isfinite(box.top) && std::isfinite(box.right) &&
-                        std::isfinite(box.bottom) && std::isfinite(box.depth_m);
-    if (!finite) fail("masks: the box of object {} is not finite", box.id);
-    if (box.id < 1 || box.id > 65535) fail("masks: a box has id {}: expected 1 to 65535", box.id);
-    const int x0 = static_cast<int>(std::clamp(std::ceil(box.left), 0.0, width * 1.0));
-    const int x1 = static_cast<int>(std::clamp(std::floor(box.right), -1.0, width - 1.0));
-    const int y0 = static_cast<int>(std::clamp(std::ceil(box.top), 0.0, height * 1.0));
-    const int y1 = static_cast<int>(std::clamp(std::floor(box.bottom), -1.0, height - 1.0));
-    for (int y = y0; y <= y1; ++y) {
-      for (int x = x0; x <= x1; ++x) mask(x, y) = static_cast<uint16_t>(box.id);
-    }
-  }
-  return mask;
 }
 
 std::unique_ptr<FlowSource> make_dis_source(const ChannelInputs& inputs) {

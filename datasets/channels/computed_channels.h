@@ -34,10 +34,6 @@ Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& ri
 /// bf / disparity, m; NaN stays NaN, and a disparity of 0 (infinity) becomes NaN.
 Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf);
 
-/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in
-/// it.
-Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height);
-
 /// The sources. `inputs` as for make_flow_source.
 std::unique_ptr<FlowSource> make_dis_source(const ChannelInputs& inputs);
 std::unique_ptr<DepthSource> make_sgbm_source(const ChannelInputs& inputs);

@@ -36,12 +36,10 @@ class FolderSource final : public ChannelSource<T> {
     if (may_be_missing(frame)) return {};
     const std::filesystem::path& path = files_.at(frame, kind_.channel);
     Image<T> image = decode_(inputs_.inputs->read(path), path.string());
-    if (image.width() != inputs_.width || image.height() != inputs_.height) {
-      fail("{}: {}x{} pixels, but the images have {}x{}: all files of a sequence need the same size",
-           path.string(), image.width(), image.height(), inputs_.width, inputs_.height);
-    }
+    check_size(image.width(), image.height(), path.string(), inputs_);
     return image;
   }
+  bool has(int frame) const override { return files_.has(frame); }
   void check_file(int frame) const override {
     if (!may_be_missing(frame)) files_.at(frame, kind_.channel);
   }
@@ -153,6 +151,12 @@ std::unique_ptr<MaskSource> make_detections_txt_source(const std::string& path, 
 
 std::unique_ptr<MaskSource> make_vdo_text_source(const std::string& path, const ChannelInputs& inputs) {
   return folder<uint16_t>({"masks", "vdo_text", ".txt"}, path, inputs, decode_mask_text);
+}
+
+std::unique_ptr<MaskSource> make_mask_folder(
+    const std::string& name, const std::string& files, const ChannelInputs& inputs,
+    const std::function<Image<uint16_t>(const std::string& bytes, const std::string& path)>& decode) {
+  return folder<uint16_t>({"masks", name, ".png"}, files, inputs, decode);
 }
 
 }  // namespace sextant

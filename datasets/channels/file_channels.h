@@ -20,4 +20,9 @@ std::unique_ptr<MaskSource> make_mots_txt_source(const std::string& path, const 
 std::unique_ptr<MaskSource> make_detections_txt_source(const std::string& path, const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_vdo_text_source(const std::string& path, const ChannelInputs& inputs);
 
+/// Masks of a data set's own kind, one file a frame; `files` as in frame_files.h.
+std::unique_ptr<MaskSource> make_mask_folder(
+    const std::string& name, const std::string& files, const ChannelInputs& inputs,
+    const std::function<Image<uint16_t>(const std::string& bytes, const std::string& path)>& decode);
+
 }  // namespace sextant

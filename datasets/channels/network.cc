@@ -210,8 +210,8 @@ class NetworkMasks final : public MaskSource {
       const float id = std::round(values[i]);
       if (!(std::abs(values[i] - id) < 1e-3f) || id < 0 || id > 65535) {
         fail(
-            "{}: frame {}: its output has the value {} at column {}, row {}: expected whole numbers 0 to "
-            "65535",
+            "{}: frame {}: its output has the value {} at column "
+            "{}, row {}: expected whole numbers 0 to 65535",
             network_.path(), frame, values[i], i % static_cast<size_t>(mask.width()),
             i / static_cast<size_t>(mask.width()));
       }

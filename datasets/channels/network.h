@@ -5,9 +5,8 @@
 //   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
 //           output  the first: 1x2xhxw, (u, v) in pixels of the network's input
 //   masks   input   one of 1x3xHxW: RGB, float, 0..255
-//           output  the first: 1x1xhxw or 1xhxw instance ids (whole numbers 0..65535), or 1xCxhxw, C > 1,
-//           scores of
-//                   classes, class 0 the background: each 8-connected region of one best class is an
+//           output  the first: 1x1xhxw or 1xhxw instance ids (whole numbers 0..65535), or scores of classes,
+//                   1xCxhxw, C > 1, class 0 the background: each 8-connected region of one best class is an
 //                   instance, numbered from 1 in order of its first pixel
 //
 // Where H or W is not fixed in the file it is the image's. Images are resized to H x W bilinearly; flow is

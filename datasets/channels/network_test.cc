@@ -10,13 +10,13 @@
 namespace sextant {
 namespace {
 
-constexpr int kWidth = 12;
-constexpr int kHeight = 8;
+constexpr int frame_width = 12;
+constexpr int frame_height = 8;
 
 Image<Rgb> image(int frame) {
-  Image<Rgb> out(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  Image<Rgb> out(frame_width, frame_height);
+  for (int y = 0; y < frame_height; ++y) {
+    for (int x = 0; x < frame_width; ++x) {
       out(x, y) = {static_cast<uint8_t>(10 * x + frame), static_cast<uint8_t>(20 * y),
                    static_cast<uint8_t>(x == y ? 255 : frame)};
     }
@@ -29,29 +29,29 @@ class Networks : public testing::Test {
   ChannelInputs inputs() {
     return {.left = image,
             .inputs = &log_,
-            .width = kWidth,
-            .height = kHeight,
+            .width = frame_width,
+            .height = frame_height,
             .first_frame = 0,
             .last_frame = 3};
   }
   std::string file(const OnnxModel& model) { return "onnx:" + folder_.write("net.onnx", model.bytes()); }
 
-  ChannelFolder folder_;
+  TempFolder folder_;
   InputLog log_;
 };
 
 // u = 0.5 R(previous) - 2 B(current) + 3, v = G(current) - 4.
-const std::vector<std::vector<float>> kFlowWeights{{0.5f, 0, 0, 0, 0, -2}, {0, 0, 0, 0, 1, 0}};
-const std::vector<float> kFlowBias{3, -4};
+const std::vector<std::vector<float>> flow_weights{{0.5f, 0, 0, 0, 0, -2}, {0, 0, 0, 0, 1, 0}};
+const std::vector<float> flow_bias{3, -4};
 
 void expect_flow(const FlowSource& source) {
   for (const int frame : {0, 2}) {
     const Image<Rgb> prev = image(frame), curr = image(frame + 1);
     const Image<Flow> flow = source.read(frame);
-    ASSERT_EQ(flow.width(), kWidth);
-    ASSERT_EQ(flow.height(), kHeight);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    ASSERT_EQ(flow.width(), frame_width);
+    ASSERT_EQ(flow.height(), frame_height);
+    for (int y = 0; y < frame_height; ++y) {
+      for (int x = 0; x < frame_width; ++x) {
         EXPECT_EQ(flow(x, y).u, 0.5f * prev(x, y).r - 2.0f * curr(x, y).b + 3.0f);
         EXPECT_EQ(flow(x, y).v, curr(x, y).g - 4.0f);
       }
@@ -62,8 +62,9 @@ void expect_flow(const FlowSource& source) {
 
 TEST_F(Networks, FlowFromOneInputOfSixChannels) {
   OnnxModel model;
-  model.input("images", {1, 6, kHeight, kWidth}).mix("images", "flow", kFlowWeights, kFlowBias);
-  const auto source = make_flow_source(file(model.output("flow", {1, 2, kHeight, kWidth})), inputs());
+  model.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
+  const auto source =
+      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
   expect_flow(*source);
   EXPECT_EQ(source->provenance(), "flow: onnx:" + (folder_ / "net.onnx"));
   EXPECT_TRUE(log_.entries().contains(folder_ / "net.onnx"));
@@ -72,15 +73,16 @@ TEST_F(Networks, FlowFromOneInputOfSixChannels) {
 TEST_F(Networks, FlowFromTwoInputsWithOpenSize) {
   OnnxModel model;
   model.input("first", {1, 3, -1, -1}).input("second", {1, 3, -1, -1}).concat({"first", "second"}, "both");
-  model.mix("both", "flow", kFlowWeights, kFlowBias).output("flow", {1, 2, -1, -1});
+  model.mix("both", "flow", flow_weights, flow_bias).output("flow", {1, 2, -1, -1});
   expect_flow(*make_flow_source(file(model), inputs()));
 }
 
 TEST_F(Networks, FlowIsScaledFromTheNetworksSize) {
   OnnxModel model;  // a constant (1, -3) px at half the width and a quarter of the height
-  model.input("images", {1, 6, kHeight / 4, kWidth / 2});
+  model.input("images", {1, 6, frame_height / 4, frame_width / 2});
   model.mix("images", "flow", {std::vector<float>(6), std::vector<float>(6)}, {1, -3});
-  const auto source = make_flow_source(file(model.output("flow", {1, 2, kHeight / 4, kWidth / 2})), inputs());
+  const auto source =
+      make_flow_source(file(model.output("flow", {1, 2, frame_height / 4, frame_width / 2})), inputs());
   const Image<Flow> flow = source->read(1);
   EXPECT_FLOAT_EQ(flow(5, 5).u, 2.0f);
   EXPECT_FLOAT_EQ(flow(5, 5).v, -12.0f);
@@ -88,25 +90,28 @@ TEST_F(Networks, FlowIsScaledFromTheNetworksSize) {
 
 TEST_F(Networks, FlowOfASmallerOutputIsInPixelsOfTheInput) {
   OnnxModel model;
-  model.input("images", {1, 6, kHeight, kWidth}).halve("images", "small");
+  model.input("images", {1, 6, frame_height, frame_width}).halve("images", "small");
   model.mix("small", "flow", {std::vector<float>(6), std::vector<float>(6)}, {1, -3});
-  const auto source = make_flow_source(file(model.output("flow", {1, 2, kHeight / 2, kWidth / 2})), inputs());
-  EXPECT_EQ(source->read(1).width(), kWidth);
+  const auto source =
+      make_flow_source(file(model.output("flow", {1, 2, frame_height / 2, frame_width / 2})), inputs());
+  EXPECT_EQ(source->read(1).width(), frame_width);
   EXPECT_FLOAT_EQ(source->read(1)(5, 5).u, 1.0f);
 }
 
 TEST_F(Networks, FlowThatIsNotFiniteIsInvalid) {
   OnnxModel model;
-  model.input("images", {1, 6, kHeight, kWidth});
+  model.input("images", {1, 6, frame_height, frame_width});
   model.mix("images", "flow", {std::vector<float>(6), std::vector<float>(6)}, {INFINITY, 0});
-  const auto source = make_flow_source(file(model.output("flow", {1, 2, kHeight, kWidth})), inputs());
+  const auto source =
+      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
   EXPECT_FALSE(source->read(0)(3, 3).valid());
 }
 
 TEST_F(Networks, SameFlowFromManyThreads) {
   OnnxModel model;
-  model.input("images", {1, 6, kHeight, kWidth}).mix("images", "flow", kFlowWeights, kFlowBias);
-  const auto source = make_flow_source(file(model.output("flow", {1, 2, kHeight, kWidth})), inputs());
+  model.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
+  const auto source =
+      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
   parallel_for(40, 4, [&](int i) {
     const Image<Flow> flow = source->read(i % 3);
     EXPECT_EQ(flow(4, 4).v, image(i % 3 + 1)(4, 4).g - 4.0f);
@@ -116,20 +121,23 @@ TEST_F(Networks, SameFlowFromManyThreads) {
 TEST_F(Networks, MasksOfIds) {
   for (const bool squeezed : {false, true}) {
     OnnxModel model;
-    model.input("image", {1, 3, kHeight, kWidth}).mix("image", squeezed ? "wide" : "ids", {{2, 0, 0}}, {1});
+    model.input("image", {1, 3, frame_height, frame_width})
+        .mix("image", squeezed ? "wide" : "ids", {{2, 0, 0}}, {1});
     if (squeezed) model.squeeze("wide", "ids", 1);
-    model.output("ids", squeezed ? std::vector{1, kHeight, kWidth} : std::vector{1, 1, kHeight, kWidth});
+    model.output("ids", squeezed ? std::vector{1, frame_height, frame_width}
+                                 : std::vector{1, 1, frame_height, frame_width});
     const auto source = make_mask_source(file(model), inputs());
     const Image<uint16_t> mask = source->read(2);
-    for (int x = 0; x < kWidth; ++x) EXPECT_EQ(mask(x, 3), 2 * (10 * x + 2) + 1);
+    for (int x = 0; x < frame_width; ++x) EXPECT_EQ(mask(x, 3), 2 * (10 * x + 2) + 1);
   }
 }
 
 TEST_F(Networks, MasksOfClassScores) {
   OnnxModel model;  // background 100, class 1 = G, class 2 = B
-  model.input("image", {1, 3, kHeight, kWidth});
+  model.input("image", {1, 3, frame_height, frame_width});
   model.mix("image", "scores", {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {100, 0, 0});
-  const auto source = make_mask_source(file(model.output("scores", {1, 3, kHeight, kWidth})), inputs());
+  const auto source =
+      make_mask_source(file(model.output("scores", {1, 3, frame_height, frame_width})), inputs());
   const Image<uint16_t> mask = source->read(0);
   // B = 255 on the diagonal (class 2), G > 100 from row 6 on (class 1); (7, 6) and
   // (6, 7) touch across it.
@@ -144,10 +152,13 @@ TEST_F(Networks, MasksOfClassScores) {
 
 TEST_F(Networks, MasksOfAnotherSizeTakeTheNearestPixel) {
   OnnxModel model;
-  model.input("image", {1, 3, kHeight, kWidth}).halve("image", "small").mix("small", "ids", {{0, 0.1f, 0}});
-  const auto source = make_mask_source(file(model.output("ids", {1, 1, kHeight / 2, kWidth / 2})), inputs());
+  model.input("image", {1, 3, frame_height, frame_width})
+      .halve("image", "small")
+      .mix("small", "ids", {{0, 0.1f, 0}});
+  const auto source =
+      make_mask_source(file(model.output("ids", {1, 1, frame_height / 2, frame_width / 2})), inputs());
   const Image<uint16_t> mask = source->read(0);
-  for (int y = 0; y < kHeight; ++y) EXPECT_EQ(mask(3, y), y / 2 * 4 + 1);  // mean of 2 y and 2 y + 2
+  for (int y = 0; y < frame_height; ++y) EXPECT_EQ(mask(3, y), y / 2 * 4 + 1);  // mean of 2 y and 2 y + 2
 }
 
 TEST(ConnectedInstances, AreNumberedByTheirFirstPixel) {
@@ -176,11 +187,11 @@ TEST_F(Networks, Errors) {
     flow_error("onnx:" + folder_.write("net.onnx", bytes), path + ": not an ONNX model");
   }
   OnnxModel good;
-  good.input("images", {1, 6, kHeight, kWidth}).mix("images", "flow", kFlowWeights, kFlowBias);
-  const std::string bytes = OnnxModel(good).output("flow", {1, 2, kHeight, kWidth}).bytes();
+  good.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
+  const std::string bytes = OnnxModel(good).output("flow", {1, 2, frame_height, frame_width}).bytes();
   flow_error("onnx:" + folder_.write("net.onnx", bytes.substr(0, bytes.size() / 2)),
              path + ": not an ONNX model");
-  mask_error(file(OnnxModel(good).output("flow", {1, 2, kHeight, kWidth})),
+  mask_error(file(OnnxModel(good).output("flow", {1, 2, frame_height, frame_width})),
              path + ": its input is images 1x6x8x12, expected one of 1x3xHxW");
   flow_error(
       file(OnnxModel().input("a", {1, 3, 8, -1}).mix("a", "b", {{1, 0, 0}}).output("b", {1, 1, 8, 12})),

@@ -1,41 +1,13 @@
 #pragma once
 
-// Test helpers: channel inputs from images in memory, a folder of its own, and ONNX files of a few nodes.
+// Test helper: ONNX files of a few nodes.
 
-#include <unistd.h>
-
-#include <atomic>
 #include <cstring>
-#include <filesystem>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/channels/channel_source.h"
 
 namespace sextant {
-
-class ChannelFolder {
- public:
-  ChannelFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_channels_{}_{}", getpid(), count++);
-    std::filesystem::create_directories(path_);
-  }
-  ~ChannelFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ChannelFolder(const ChannelFolder&) = delete;
-  ChannelFolder& operator=(const ChannelFolder&) = delete;
-
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string write(const std::string& name, std::string_view bytes) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    write_file(path_ / name, bytes);
-    return (path_ / name).string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A protobuf message under construction: what an ONNX file is made of.
 class Proto {

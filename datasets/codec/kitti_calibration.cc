@@ -13,16 +13,16 @@
 namespace sextant {
 namespace {
 
-constexpr double kOrthonormal = 1e-3;
-constexpr const char* kSpellings =
-    "P0 P1 P2 P3 and either R_rect Tr_velo_cam Tr_imu_velo or R0_rect Tr_velo_to_cam Tr_imu_to_velo, each "
-    "with or without a colon";
+constexpr double orthonormal = 1e-3;
+constexpr const char* spellings =
+    "P0 P1 P2 P3 and either R_rect Tr_velo_cam Tr_imu_velo or R0_rect "
+    "Tr_velo_to_cam Tr_imu_to_velo, each with or without a colon";
 
 // One quantity of the file under its names in both dialects.
 struct Entry {
   std::string tracking, object;
   int columns = 4;
-  int line = 0;          ///< where it was found; 0 = not yet
+  int64_t line = 0;      ///< where it was found; 0 = not yet
   std::string spelling;  ///< as found
   Eigen::Matrix<double, 3, 4> value = Eigen::Matrix<double, 3, 4>::Zero();
 
@@ -51,9 +51,9 @@ void check_projection(const TextRows& rows, const Entry& entry) {
 void check_rotation(const TextRows& rows, const Entry& entry) {
   const Eigen::Matrix3d r = entry.value.leftCols<3>();
   const double error = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (error <= kOrthonormal && r.determinant() > 0) return;
+  if (error <= orthonormal && r.determinant() > 0) return;
   rows.fail_here("{}: expected a rotation, but R R' is off the identity by {:.3g} (limit {}), det R = {:.3g}",
-                 entry.spelling, error, kOrthonormal, r.determinant());
+                 entry.spelling, error, orthonormal, r.determinant());
 }
 
 void read_entry(const TextRows& rows, const std::string& key, Entry& entry) {
@@ -80,7 +80,7 @@ void check_one_dialect(const std::vector<Entry>& found, const std::string& name)
     if (first == nullptr) first = &entry;
     if ((entry.spelling == entry.object) == (first->spelling == first->object)) continue;
     fail("{}:{}: {} and, in line {}, {} are keys of two dialects: expected {}", name, entry.line,
-         entry.spelling, first->line, first->spelling, kSpellings);
+         entry.spelling, first->line, first->spelling, spellings);
   }
 }
 
@@ -111,13 +111,13 @@ KittiCalibration decode_kitti_calibration(std::string_view text, const std::stri
     if (key.ends_with(':')) key.pop_back();
     const auto entry =
         std::ranges::find_if(found, [&](const Entry& e) { return key == e.tracking || key == e.object; });
-    if (entry == found.end()) rows.fail_here("unknown key '{}': expected {}", key, kSpellings);
+    if (entry == found.end()) rows.fail_here("unknown key '{}': expected {}", key, spellings);
     read_entry(rows, key, *entry);
   }
   for (const Entry& entry : found) {
     if (entry.line != 0) continue;
     fail("{}: no key {}{}: expected {}", name, entry.tracking,
-         entry.differs_by_dialect() ? " (or " + entry.object + ")" : "", kSpellings);
+         entry.differs_by_dialect() ? " (or " + entry.object + ")" : "", spellings);
   }
   check_one_dialect(found, name);
   KittiCalibration calibration;

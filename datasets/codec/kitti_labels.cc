@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t kColumns = 17;
+constexpr size_t dynosam_columns = 17;
 
 void read_pose(const TextRows& rows, KittiLabel& label) {
   label.height_m = rows.metres(10, "the height");
@@ -28,11 +28,10 @@ void read_pose(const TextRows& rows, KittiLabel& label) {
 }
 
 KittiLabel read_label(const TextRows& rows) {
-  if (rows.fields().size() != kColumns) {
+  if (rows.fields().size() != dynosam_columns) {
     rows.fail_here(
-        "expected 17 columns (frame track_id type truncated occluded alpha left top right bottom height "
-        "width "
-        "length x y z rotation_y), got {}",
+        "expected 17 columns (frame track_id type truncated occluded alpha "
+        "left top right bottom height width length x y z rotation_y), got {}",
         rows.fields().size());
   }
   KittiLabel label;
@@ -54,7 +53,7 @@ KittiLabel read_label(const TextRows& rows) {
 
 std::vector<KittiLabel> decode_kitti_labels(std::string_view text, const std::string& name) {
   std::vector<KittiLabel> labels;
-  std::map<std::pair<int, int>, int> line_of;
+  std::map<std::pair<int, int>, int64_t> line_of;
   for (TextRows rows(text, name); rows.next();) {
     labels.push_back(read_label(rows));
     const KittiLabel& label = labels.back();
@@ -71,13 +70,12 @@ std::vector<KittiLabel> decode_kitti_labels(std::string_view text, const std::st
 std::string encode_kitti_labels(const std::vector<KittiLabel>& labels) {
   std::string out;
   for (const KittiLabel& l : labels) {
-    fmt::format_to(
-        std::back_inserter(out),
-        "{} {} {} {:.6f} {} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.17g} {:.17g} "
-        "{:.17g} {:.17g}\n",
-        l.frame, l.track_id, l.type, l.truncated, l.occluded, l.alpha_rad, l.left, l.top, l.right, l.bottom,
-        l.height_m, l.width_m, l.length_m, l.position_m.x(), l.position_m.y(), l.position_m.z(),
-        l.rotation_y_rad);
+    fmt::format_to(std::back_inserter(out),
+                   "{} {} {} {:.6f} {} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} "
+                   "{:.6f} {:.6f} {:.6f} {:.17g} {:.17g} {:.17g} {:.17g}\n",
+                   l.frame, l.track_id, l.type, l.truncated, l.occluded, l.alpha_rad, l.left, l.top, l.right,
+                   l.bottom, l.height_m, l.width_m, l.length_m, l.position_m.x(), l.position_m.y(),
+                   l.position_m.z(), l.rotation_y_rad);
   }
   return out;
 }

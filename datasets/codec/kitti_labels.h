@@ -2,8 +2,8 @@
 
 // Object labels of KITTI tracking (label_02/%04d.txt), 17 columns:
 //
-//   frame track_id type truncated occluded alpha  left top right bottom  height width length  x y z
-//   rotation_y
+//   frame track_id type truncated occluded alpha
+//   left top right bottom  height width length  x y z rotation_y
 //
 // Boxes in px; sizes and positions in m; (x, y, z) is the middle of the box's bottom face in rectified camera
 // 0; angles in rad, rotation_y about the camera's y axis, 0 = drives along +x. Rows of type DontCare have

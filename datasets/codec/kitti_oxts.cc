@@ -10,13 +10,13 @@
 namespace sextant {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kEarthRadius_m = 6378137;  // as in the devkit
-constexpr size_t kValues = 30;
-constexpr size_t kFirstOfRest = 11;
+constexpr double pi = std::numbers::pi;
+constexpr double earth_radius_m = 6378137;  // as in the devkit
+constexpr size_t n_values = 30;
+constexpr size_t first_of_rest = 11;
 
 KittiOxts read_sample(const TextRows& rows) {
-  if (rows.fields().size() != kValues) {
+  if (rows.fields().size() != n_values) {
     rows.fail_here("expected 30 values (lat lon alt roll pitch yaw vn ve vf vl vu ...), got {}",
                    rows.fields().size());
   }
@@ -37,7 +37,7 @@ KittiOxts read_sample(const TextRows& rows) {
   s.east_mps = rows.finite(7, "ve");
   s.velocity_mps = {rows.finite(8, "vf"), rows.finite(9, "vl"), rows.finite(10, "vu")};
   for (size_t i = 0; i < s.rest.size(); ++i) {
-    s.rest.at(i) = rows.finite(kFirstOfRest + i, fmt::format("value {}", kFirstOfRest + i + 1));
+    s.rest.at(i) = rows.finite(first_of_rest + i, fmt::format("value {}", first_of_rest + i + 1));
   }
   return s;
 }
@@ -64,12 +64,12 @@ std::string encode_kitti_oxts(const std::vector<KittiOxts>& samples) {
   return out;
 }
 
-double mercator_scale(double first_latitude_deg) { return std::cos(first_latitude_deg * kPi / 180); }
+double mercator_scale(double first_latitude_deg) { return std::cos(first_latitude_deg * pi / 180); }
 
 SE3 pose_from_oxts(const KittiOxts& sample, double scale) {
-  const double r = scale * kEarthRadius_m;
-  const Eigen::Vector3d t(r * sample.longitude_deg * kPi / 180,
-                          r * std::log(std::tan((90 + sample.latitude_deg) * kPi / 360)), sample.altitude_m);
+  const double r = scale * earth_radius_m;
+  const Eigen::Vector3d t(r * sample.longitude_deg * pi / 180,
+                          r * std::log(std::tan((90 + sample.latitude_deg) * pi / 360)), sample.altitude_m);
   const Eigen::Quaterniond rotation = Eigen::AngleAxisd(sample.yaw_rad, Eigen::Vector3d::UnitZ()) *
                                       Eigen::AngleAxisd(sample.pitch_rad, Eigen::Vector3d::UnitY()) *
                                       Eigen::AngleAxisd(sample.roll_rad, Eigen::Vector3d::UnitX());
@@ -77,12 +77,12 @@ SE3 pose_from_oxts(const KittiOxts& sample, double scale) {
 }
 
 KittiOxts oxts_from_pose(const SE3& T_world_imu, double scale) {
-  const double r = scale * kEarthRadius_m;
+  const double r = scale * earth_radius_m;
   const Eigen::Vector3d& t = T_world_imu.translation();
   const Eigen::Matrix3d m = T_world_imu.rotation().toRotationMatrix();
   KittiOxts s;
-  s.longitude_deg = t.x() / r * 180 / kPi;
-  s.latitude_deg = std::atan(std::exp(t.y() / r)) * 360 / kPi - 90;
+  s.longitude_deg = t.x() / r * 180 / pi;
+  s.latitude_deg = std::atan(std::exp(t.y() / r)) * 360 / pi - 90;
   s.altitude_m = t.z();
   s.roll_rad = std::atan2(m(2, 1), m(2, 2));
   s.pitch_rad = std::atan2(-m(2, 0), std::hypot(m(2, 1), m(2, 2)));

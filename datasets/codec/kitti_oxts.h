@@ -6,8 +6,7 @@
 //     t = (s r lon pi/180,  s r ln tan((90 + lat) pi/360),  alt)   (m; Mercator, x east, y north, z up)
 //     r = 6378137 m, s = cos(latitude of the sequence's first sample)
 //   imu: x ahead, y left, z up
-//   velocity: vn, ve, vu by the compass; vf, vl ahead and left, parallel to the ground too: not tilted with
-//   the imu
+//   velocity: vn, ve, vu by the compass; vf, vl ahead and left, parallel to the ground too, not to the imu
 //
 // Source: the raw data development kit (Geiger et al., IJRR 2013).
 

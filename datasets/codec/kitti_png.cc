@@ -6,7 +6,7 @@
 namespace sextant {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 template <typename To, typename From, typename Map>
 Image<To> map_pixels(const Image<From>& image, Map map) {
@@ -26,17 +26,17 @@ uint16_t rounded(double x) { return static_cast<uint16_t>(std::lround(x)); }
 Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf) {
   const double scale = 256.0 * bf;
   return map_pixels<float>(disparity, [scale](uint16_t n) {
-    return n == 0 ? kNan : static_cast<float>(scale / static_cast<double>(n));
+    return n == 0 ? nan : static_cast<float>(scale / static_cast<double>(n));
   });
 }
 
 Image<float> depth_from_depth256(const Image<uint16_t>& depth) {
-  return map_pixels<float>(depth, [](uint16_t n) { return n == 0 ? kNan : static_cast<float>(n) / 256.0f; });
+  return map_pixels<float>(depth, [](uint16_t n) { return n == 0 ? nan : static_cast<float>(n) / 256.0f; });
 }
 
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm) {
   return map_pixels<float>(depth_cm, [](uint16_t n) {
-    return n == 65535 ? kNan : static_cast<float>(static_cast<double>(n) / 100.0);
+    return n == 65535 ? nan : static_cast<float>(static_cast<double>(n) / 100.0);
   });
 }
 

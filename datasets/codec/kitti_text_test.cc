@@ -58,8 +58,8 @@ TEST(KittiCalibrationErrors, NameFileLineKeyAndSpellings) {
     expect_error([&] { decode_kitti_calibration(text, "c.txt"); }, message);
   };
   const char* spellings =
-      "expected P0 P1 P2 P3 and either R_rect Tr_velo_cam Tr_imu_velo or R0_rect Tr_velo_to_cam "
-      "Tr_imu_to_velo";
+      "expected P0 P1 P2 P3 and either R_rect Tr_velo_cam "
+      "Tr_imu_velo or R0_rect Tr_velo_to_cam Tr_imu_to_velo";
   error(replaced(good, "Tr_velo_cam", "Tr_velo"), "c.txt:6: unknown key 'Tr_velo'");
   error(replaced(good, "Tr_velo_cam", "Tr_velo"), spellings);
   error(good.substr(0, good.find("Tr_imu_velo")), "c.txt: no key Tr_imu_velo (or Tr_imu_to_velo): expected");
@@ -162,12 +162,12 @@ TEST(KittiOxtsErrors, NameFileAndLine) {
 
 // ---- labels
 
-constexpr const char* kCar = "3 7 Car 0.5 2 -1.5 10.5 20 30 40.25 1.5 1.6 4.2 -2.1 1.7 15.3 -1.57\n";
-constexpr const char* kDontCare = "3 -1 DontCare -1 -1 -10 1 2 3 4 -1000 -1000 -1000 -10 -1 -1 -1\n";
+constexpr const char* car_row = "3 7 Car 0.5 2 -1.5 10.5 20 30 40.25 1.5 1.6 4.2 -2.1 1.7 15.3 -1.57\n";
+constexpr const char* dont_care_row = "3 -1 DontCare -1 -1 -10 1 2 3 4 -1000 -1000 -1000 -10 -1 -1 -1\n";
 
 TEST(KittiLabels, ReadsAllColumnsAndWritesThem) {
   const std::vector<KittiLabel> labels =
-      decode_kitti_labels(std::string(kCar) + kDontCare + kDontCare, "label.txt");
+      decode_kitti_labels(std::string(car_row) + dont_care_row + dont_care_row, "label.txt");
   ASSERT_EQ(labels.size(), 3u);
   const KittiLabel& car = labels[0];
   EXPECT_EQ(car.frame, 3);
@@ -193,7 +193,7 @@ TEST(KittiLabelsErrors, NameFileAndLine) {
   const auto error = [](const std::string& text, const char* message) {
     expect_error([&] { decode_kitti_labels(text, "label.txt"); }, message);
   };
-  const std::string car = kCar;
+  const std::string car = car_row;
   error(car + "4 7 Car 0 0 0 1 2 3 4\n", "label.txt:2: expected 17 columns (frame track_id type");
   error(car.substr(0, car.size() - 1) + " 0.9\n", "label.txt:1: expected 17 columns");
   error(replaced(car, "-2.1", "nan"), "label.txt:1: expected a finite number for x, got 'nan'");
@@ -201,7 +201,7 @@ TEST(KittiLabelsErrors, NameFileAndLine) {
   error(replaced(car, "3 7", "-3 7"), "label.txt:1: expected a frame number >= 0, got -3");
   error(replaced(car, "3 7", "3 -1"), "label.txt:1: expected a track id >= 0 for a Car, got -1");
   error(replaced(car, "4.2", "0"), "label.txt:1: expected height, width and length > 0 for a Car");
-  error(car + kDontCare + car, "label.txt:3: track 7 is in frame 3 twice, line 1 has it already");
+  error(car + dont_care_row + car, "label.txt:3: track 7 is in frame 3 twice, line 1 has it already");
 }
 
 }  // namespace

@@ -107,8 +107,8 @@ Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name)
     if (n != width) {
       const size_t column = n < width ? n + 1 : width + 1;
       fail(
-          "{}:{}: row has {} instance ids, the first row has {} (see value {}): every row needs the same "
-          "number",
+          "{}:{}: row has {} instance ids, the first row has "
+          "{} (see value {}): every row needs the same number",
           name, parser.line(), n, width, column);
     }
   }

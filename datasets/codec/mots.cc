@@ -7,10 +7,10 @@
 namespace sextant {
 namespace {
 
-constexpr int kIgnored = 10;
-constexpr uint16_t kIgnoredPixel = 65535;  // while painting; larger than any track id + 1
+constexpr int ignored_class = 10;
+constexpr uint16_t ignored_pixel = 65535;  // while painting; larger than any track id + 1
 
-bool is_class(int class_id) { return class_id == 1 || class_id == 2 || class_id == kIgnored; }
+bool is_class(int class_id) { return class_id == 1 || class_id == 2 || class_id == ignored_class; }
 
 // One number of a run length string.
 class RleReader {
@@ -165,8 +165,8 @@ void MotsText::add(int frame, Row row) {
     }
     if (row.id < 0 || row.id / 1000 != row.class_id) {
       fail(
-          "{}:{}: id {} of class {}: expected {} to {}, class_id * 1000 + track id; ids of another kind are "
-          "read with detections_txt",
+          "{}:{}: id {} of class {}: expected {} to {}, class_id * 1000 "
+          "+ track id; ids of another kind are read with detections_txt",
           name_, row.line, row.id, row.class_id, row.class_id * 1000, row.class_id * 1000 + 999);
     }
   } else if (row.id < 1 || row.id > 65535) {
@@ -174,7 +174,7 @@ void MotsText::add(int frame, Row row) {
   }
   std::vector<Row>& others = rows_[frame];
   const auto same = [&](const Row& other) {
-    const bool both_objects = row.class_id != kIgnored && other.class_id != kIgnored;
+    const bool both_objects = row.class_id != ignored_class && other.class_id != ignored_class;
     return row.id == other.id ||
            (ids_ == MotsIds::tracks && both_objects && row.id % 1000 == other.id % 1000);
   };
@@ -207,22 +207,22 @@ Image<uint16_t> MotsText::mask(int frame, int width, int height) const {
       fail("{}: the mask of id {} has {}x{} pixels, but the images have {}x{}", where, row.id, row.width,
            row.height, width, height);
     }
-    const bool ignored = ids_ == MotsIds::tracks && row.class_id == kIgnored;
+    const bool ignored = ids_ == MotsIds::tracks && row.class_id == ignored_class;
     any_ignored |= ignored;
     Brush brush{static_cast<uint16_t>(ids_ == MotsIds::detections ? row.id
-                                      : ignored                   ? kIgnoredPixel
+                                      : ignored                   ? ignored_pixel
                                                                   : row.id % 1000 + 1)};
     paint(decode_rle(row.rle, width, height, where), mask, brush);
     if (brush.n_overlap > 0 && ids_ == MotsIds::tracks) {
       const uint16_t other = mask(brush.overlap_x, brush.overlap_y);
       fail(
-          "{}: the mask of id {} overlaps an earlier one of frame {} ({}) in {} pixels, the first at "
-          "column {}, row {}",
-          where, row.id, frame, other == kIgnoredPixel ? "ignore" : fmt::format("track {}", other - 1),
+          "{}: the mask of id {} overlaps an earlier one of frame "
+          "{} ({}) in {} pixels, the first at column {}, row {}",
+          where, row.id, frame, other == ignored_pixel ? "ignore" : fmt::format("track {}", other - 1),
           brush.n_overlap, brush.overlap_x, brush.overlap_y);
     }
   }
-  if (any_ignored) std::replace(mask.data(), mask.data() + mask.size(), kIgnoredPixel, uint16_t{0});
+  if (any_ignored) std::replace(mask.data(), mask.data() + mask.size(), ignored_pixel, uint16_t{0});
   return mask;
 }
 
@@ -256,7 +256,7 @@ Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& 
       if (number != 0 && !is_class(class_id)) {
         fail("{}: {} is no MOTS id: expected class * 1000 + track id, class 1, 2 or 10", where(), number);
       }
-      const bool object = number != 0 && class_id != kIgnored;
+      const bool object = number != 0 && class_id != ignored_class;
       last_number = number;
       last_id = object ? static_cast<uint16_t>(number % 1000 + 1) : uint16_t{0};
       if (object) {

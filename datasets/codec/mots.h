@@ -1,16 +1,14 @@
 #pragma once
 
-// Instance masks of MOTS (Voigtlaender et al., CVPR 2019; www.vision.rwth-aachen.de/page/mots), as text and
-// PNG.
+// Instance masks of MOTS (Voigtlaender et al., CVPR 2019; www.vision.rwth-aachen.de/page/mots): text and PNG.
 //
 //   text  one line per object and frame: "frame id class_id height width rle"
 //   PNG   16-bit gray: the same ids, 0 = background
 //   id    class_id * 1000 + track id; class 1 car, 2 pedestrian, 10 ignore (a region nobody labelled)
 //   rle   COCO's compressed run lengths: the image column by column, runs of 0 and 1 in turn, the first of 0.
 //         Each number, from the fourth on less the number two before it, is cut into groups of 5 bits, lowest
-//         first, as two's complement: bit 4 of the last group is the sign. Each group is one character: code
-//         48
-//         + group + 32 if another group follows.
+//         first, as two's complement: bit 4 of the last group is the sign. Each group is one character, whose
+//         code is 48 + group, + 32 if another group follows.
 //
 // In the masks here, an object's id is its track id + 1 (as in all of our masks of KITTI); ignored regions
 // are background. Detections in the same text form (TrackR-CNN) have ids of their own and may overlap.
@@ -44,7 +42,7 @@ enum class MotsIds {
 class MotsText {
  public:
   struct Row {
-    int line = 0;
+    int64_t line = 0;
     int id = 0;  ///< as in the file
     int class_id = 0;
     int height = 0;  ///< px

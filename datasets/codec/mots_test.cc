@@ -109,9 +109,8 @@ TEST(MotsErrors, NameFileLineAndSums) {
   error("0 1000 1 2 3 ooooooooooooo\n", "is too large");
   error("0 1000 1 2 3 22O\n", "0003.txt:1: run 3 has a negative length, -1");
   error("0 1000 1 2 3 042\n0 1001 1 2 3 33\n",
-        "0003.txt:2: the mask of id 1001 overlaps an earlier one of frame 0 (track 0) in 1 pixels, the first "
-        "at "
-        "column 1, row 1");
+        "0003.txt:2: the mask of id 1001 overlaps an earlier one of "
+        "frame 0 (track 0) in 1 pixels, the first at column 1, row 1");
   error("0 10000 10 2 3 042\n0 1001 1 2 3 33\n", "frame 0 (ignore) in 1 pixels");
   error("0 1000 1 2 4 044\n", "the mask of id 1000 has 4x2 pixels, but the images have 3x2");
   error("0 1000 1 2 3\n",

@@ -12,12 +12,12 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-constexpr size_t kHeaderEnd = 33;                 // signature + IHDR chunk
-constexpr size_t kMaxRawBytes = size_t{1} << 31;  // larger is no camera image
-constexpr size_t kMaxDeflateRatio = 1032;         // what deflate can reach at best
+constexpr std::string_view signature("\x89PNG\r\n\x1a\n", 8);
+constexpr size_t header_end = 33;                  // signature + IHDR chunk
+constexpr size_t max_raw_bytes = size_t{1} << 31;  // larger is no camera image
+constexpr size_t max_deflate_ratio = 1032;         // what deflate can reach at best
 
-constexpr int kGray = 0, kRgb = 2, kPalette = 3, kGrayAlpha = 4, kRgbAlpha = 6;
+constexpr int gray_kind = 0, rgb = 2, palette_kind = 3, gray_alpha = 4, rgb_alpha = 6;
 
 uint32_t big_endian32(const char* p) {
   uint32_t x;
@@ -31,11 +31,11 @@ uint32_t big_endian32(const char* p) {
 
 int n_channels(int color_type) {
   switch (color_type) {
-    case kRgb:
+    case rgb:
       return 3;
-    case kGrayAlpha:
+    case gray_alpha:
       return 2;
-    case kRgbAlpha:
+    case rgb_alpha:
       return 4;
     default:
       return 1;
@@ -43,19 +43,19 @@ int n_channels(int color_type) {
 }
 
 std::string describe(const PngHeader& header) {
-  const char* kind = header.color_type == kGray        ? "gray"
-                     : header.color_type == kRgb       ? "RGB"
-                     : header.color_type == kPalette   ? "palette"
-                     : header.color_type == kGrayAlpha ? "gray + alpha"
-                                                       : "RGBA";
+  const char* kind = header.color_type == gray_kind      ? "gray"
+                     : header.color_type == rgb          ? "RGB"
+                     : header.color_type == palette_kind ? "palette"
+                     : header.color_type == gray_alpha   ? "gray + alpha"
+                                                         : "RGBA";
   return fmt::format("{}-bit {}", header.bit_depth, kind);
 }
 
 bool known_kind(const PngHeader& h) {
   const int d = h.bit_depth;
-  if (h.color_type == kGray) return d == 1 || d == 2 || d == 4 || d == 8 || d == 16;
-  if (h.color_type == kPalette) return d == 1 || d == 2 || d == 4 || d == 8;
-  return (h.color_type == kRgb || h.color_type == kGrayAlpha || h.color_type == kRgbAlpha) &&
+  if (h.color_type == gray_kind) return d == 1 || d == 2 || d == 4 || d == 8 || d == 16;
+  if (h.color_type == palette_kind) return d == 1 || d == 2 || d == 4 || d == 8;
+  return (h.color_type == rgb || h.color_type == gray_alpha || h.color_type == rgb_alpha) &&
          (d == 8 || d == 16);
 }
 
@@ -83,7 +83,7 @@ void read_chunks(std::string_view bytes, const std::string& name, Chunks& out) {
   out.header = png_header(bytes, name);
   bool has_palette = false;
   size_t n_data = 0;
-  size_t at = kSignature.size();
+  size_t at = signature.size();
   for (std::string_view type; type != "IEND";) {
     if (bytes.size() - at < 12) truncated(name, bytes.size());
     const size_t length = big_endian32(bytes.data() + at);
@@ -113,7 +113,7 @@ void read_chunks(std::string_view bytes, const std::string& name, Chunks& out) {
     at += 12 + length;
   }
   if (n_data == 0) fail("{}: PNG without pixels (no IDAT chunk)", name);
-  if (out.header.color_type == kPalette && !has_palette) fail("{}: palette PNG without a palette", name);
+  if (out.header.color_type == palette_kind && !has_palette) fail("{}: palette PNG without a palette", name);
 }
 
 struct FreeDecompressor {
@@ -147,11 +147,11 @@ void for_each_row(Chunks& chunks, const std::string& name, Consume consume) {
   const size_t bits = static_cast<size_t>(h.bit_depth) * static_cast<size_t>(n_channels(h.color_type));
   const size_t n_row = (static_cast<size_t>(h.width) * bits + 7) / 8;
   const size_t n_raw = (n_row + 1) * static_cast<size_t>(h.height);
-  if (n_raw > kMaxRawBytes) fail("{}: PNG of {}x{} pixels is too large", name, h.width, h.height);
-  if (n_raw / kMaxDeflateRatio > chunks.data().size()) {
+  if (n_raw > max_raw_bytes) fail("{}: PNG of {}x{} pixels is too large", name, h.width, h.height);
+  if (n_raw / max_deflate_ratio > chunks.data().size()) {
     fail("{}: PNG has too few bytes for {}x{} pixels: copy or download it again", name, h.width, h.height);
   }
-  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw + internal::kPngRowSlack);
+  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw + internal::png_row_slack);
   inflate(chunks.data(), name, raw.get(), n_raw);
   const int bytes_per_pixel = bits < 8 ? 1 : static_cast<int>(bits / 8);
   const uint8_t* prior = nullptr;
@@ -193,11 +193,11 @@ bool is_8bit(const PngHeader& h) { return h.bit_depth <= 8; }
 }  // namespace
 
 PngHeader png_header(std::string_view bytes, const std::string& name) {
-  const std::string_view start = bytes.substr(0, kSignature.size());
+  const std::string_view start = bytes.substr(0, signature.size());
   if (bytes.empty()) fail("{}: expected a PNG image, the file is empty", name);
-  if (start != kSignature.substr(0, start.size()))
+  if (start != signature.substr(0, start.size()))
     fail("{}: not a PNG image (its signature is missing)", name);
-  if (bytes.size() < kHeaderEnd) truncated(name, bytes.size());
+  if (bytes.size() < header_end) truncated(name, bytes.size());
   if (bytes.substr(12, 4) != "IHDR" || big_endian32(bytes.data() + 8) != 13) {
     fail("{}: PNG does not start with its header (IHDR)", name);
   }
@@ -224,7 +224,7 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
 
 Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name) {
   Chunks chunks = open(
-      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == kGray; },
+      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == gray_kind; },
       "16-bit gray");
   Image<uint16_t> image(chunks.header.width, chunks.header.height);
   for_each_row(chunks, name, [&](int y, const uint8_t* row) {
@@ -236,8 +236,7 @@ Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name) {
 
 Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name) {
   Chunks chunks = open(
-      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == kRgb; },
-      "16-bit RGB");
+      bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == rgb; }, "16-bit RGB");
   Image<Rgb16> image(chunks.header.width, chunks.header.height);
   for_each_row(chunks, name, [&](int y, const uint8_t* row) {
     static_assert(sizeof(Rgb16) == 6);
@@ -256,11 +255,11 @@ Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name) {
     Rgb* out = image.row(y);
     const int w = image.width();
     static_assert(sizeof(Rgb) == 3);
-    if (type == kRgb) {
+    if (type == rgb) {
       std::memcpy(out, row, 3 * static_cast<size_t>(w));
-    } else if (type == kRgbAlpha) {
+    } else if (type == rgb_alpha) {
       for (int x = 0; x < w; ++x) out[x] = {row[4 * x], row[4 * x + 1], row[4 * x + 2]};
-    } else if (type == kPalette) {
+    } else if (type == palette_kind) {
       for (int x = 0; x < w; ++x) out[x] = chunks.palette[index_at(row, x, depth)];
     } else {
       const int stride = n_channels(type);
@@ -283,11 +282,11 @@ Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name) 
   for_each_row(chunks, name, [&](int y, const uint8_t* row) {
     uint8_t* out = image.row(y);
     const int w = image.width();
-    if (type == kRgb) {
+    if (type == rgb) {
       for (int x = 0; x < w; ++x) out[x] = luminance(row[3 * x], row[3 * x + 1], row[3 * x + 2]);
-    } else if (type == kRgbAlpha) {
+    } else if (type == rgb_alpha) {
       for (int x = 0; x < w; ++x) out[x] = luminance(row[4 * x], row[4 * x + 1], row[4 * x + 2]);
-    } else if (type == kPalette) {
+    } else if (type == palette_kind) {
       for (int x = 0; x < w; ++x) {
         const Rgb c = chunks.palette[index_at(row, x, depth)];
         out[x] = luminance(c.r, c.g, c.b);
@@ -304,7 +303,7 @@ Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name)
   Chunks chunks = open(
       bytes, name,
       [](const PngHeader& h) {
-        return h.bit_depth <= 8 && (h.color_type == kGray || h.color_type == kPalette);
+        return h.bit_depth <= 8 && (h.color_type == gray_kind || h.color_type == palette_kind);
       },
       "palette indices or 8-bit gray");
   Image<uint8_t> image(chunks.header.width, chunks.header.height);

@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-constexpr double kOrthonormal = 1e-3;
+constexpr double orthonormal = 1e-3;
 
 Eigen::Matrix4d read_matrix(const TextRows& rows, size_t first) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
@@ -22,9 +22,9 @@ void check_rigid(const Eigen::Matrix4d& m, const TextRows& rows) {
   }
   const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
   const double error = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(error <= kOrthonormal)) {
+  if (!(error <= orthonormal)) {
     rows.fail_here("expected a rotation in the pose, but R R' is off the identity by {:.3g} (limit {})",
-                   error, kOrthonormal);
+                   error, orthonormal);
   }
   if (r.determinant() < 0) rows.fail_here("expected a rotation in the pose, got a reflection (det R = -1)");
 }

@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-constexpr const char* kIdentity = " 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
+constexpr const char* identity = " 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
 
 TEST(TextRows, ToleratesLayout) {
   TextRows rows("\xef\xbb\xbf# head\r\n\r\n \t1  +2.5\t-3e2 \r\n7", "a.txt", ' ', '#');
@@ -59,7 +59,7 @@ TEST(PoseText, RoundTrips) {
 }
 
 TEST(PoseTextErrors, NameFileAndLine) {
-  const std::string good = std::string("0") + kIdentity;
+  const std::string good = std::string("0") + identity;
   const auto error = [&](const std::string& line, const char* message) {
     expect_error([&] { decode_pose_text(good + line, "pose_gt.txt"); }, message);
   };
@@ -70,7 +70,7 @@ TEST(PoseTextErrors, NameFileAndLine) {
   error("1 1.01 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n", "pose_gt.txt:2: expected a rotation in the pose");
   error("1 1 0 0 0 0 1 0 0 0 0 -1 0 0 0 0 1\n", "reflection");
   error(good, "pose_gt.txt:2: frame 0 has a pose already");
-  error("1.5" + std::string(kIdentity),
+  error("1.5" + std::string(identity),
         "pose_gt.txt:2: expected a whole number for the frame number, got '1.5'");
 }
 

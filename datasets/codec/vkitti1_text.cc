@@ -1,22 +1,21 @@
 #include "sextant/datasets/codec/vkitti1_text.h"
 
 #include <charconv>
-#include <iterator>
 #include <set>
 #include <tuple>
 #include <utility>
 
 #include "sextant/base/text.h"
 #include "sextant/datasets/codec/pose_text.h"
-#include "sextant/datasets/codec/text_table.h"
+#include "sextant/datasets/codec/text_rows.h"
 
 namespace sextant {
 namespace {
 
-const char* const kExtrinsicsHeader = "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1";
-const char* const kObjectsHeader =
-    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
-    "orig_label moving model color";
+const char* const extrinsics_header = "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1";
+const char* const objects_header =
+    "frame tid label truncated occluded alpha l t r b w3d h3d l3d "
+    "x3d y3d z3d ry rx rz truncr occupr orig_label moving model color";
 
 // In the order of the columns above.
 Vkitti1Object read_object(TextTable& row) {
@@ -31,7 +30,7 @@ Vkitti1Object read_object(TextTable& row) {
     *value = row.metres();
   }
   if (!(object.w3d > 0 && object.h3d > 0 && object.l3d > 0)) {
-    row.rows().fail_here("expected w3d, h3d and l3d > 0, got {} {} {}", object.w3d, object.h3d, object.l3d);
+    row.fail_here("expected w3d, h3d and l3d > 0, got {} {} {}", object.w3d, object.h3d, object.l3d);
   }
   for (double* value : {&object.ry, &object.rx, &object.rz, &object.truncr, &object.occupr}) {
     *value = row.finite();
@@ -43,21 +42,15 @@ Vkitti1Object read_object(TextTable& row) {
   return object;
 }
 
-uint8_t read_component(TextTable& row) {
-  const int value = row.integer();
-  if (value < 0 || value > 255) row.rows().fail_here("expected a colour of 0 to 255, got {}", value);
-  return static_cast<uint8_t>(value);
-}
-
 // "Car:12" or "Building".
-void read_category(const std::string& text, const TextRows& rows, Vkitti1Color& color) {
+void read_category(const std::string& text, const TextTable& table, Vkitti1Color& color) {
   const size_t colon = text.rfind(':');
   color.category = text.substr(0, colon);
   if (colon == std::string::npos) return;
   int tid = -1;
   const auto [end, error] = std::from_chars(text.data() + colon + 1, text.data() + text.size(), tid);
   if (error != std::errc() || end != text.data() + text.size() || tid < 0) {
-    rows.fail_here("expected a track id of 0 or more after ':', got '{}'", text);
+    table.fail_here("expected a track id of 0 or more after ':', got '{}'", text);
   }
   color.tid = tid;
 }
@@ -65,68 +58,64 @@ void read_category(const std::string& text, const TextRows& rows, Vkitti1Color& 
 }  // namespace
 
 std::map<int, SE3> decode_vkitti1_extrinsics(std::string_view text, const std::string& name) {
-  TextRows rows(text, name);
-  TextTable table(rows, {"frame", "r1,1", "t3"});
+  TextTable table(text, name, {"frame", "r1,1", "t3"});
   if (table.n_columns() != 17 || table.column(0) != 0 || table.column(1) != 1 || table.column(2) != 12) {
-    rows.fail_here("expected the 17 columns {}", kExtrinsicsHeader);
+    table.fail_here("expected the 17 columns {}", extrinsics_header);
   }
   std::map<int, SE3> poses;
   while (table.next()) {
     const int frame = table.frame();
-    if (!poses.emplace(frame, read_pose_fields(rows, 1)).second) {
-      rows.fail_here("frame {} has a pose already: every frame may appear once", frame);
+    if (!poses.emplace(frame, read_pose_fields(table.rows(), 1)).second) {
+      table.fail_here("frame {} has a pose already: every frame may appear once", frame);
     }
   }
   return poses;
 }
 
 std::string encode_vkitti1_extrinsics(const std::map<int, SE3>& T_camera_world) {
-  return kExtrinsicsHeader + ("\n" + encode_pose_text(T_camera_world));
+  std::string out;
+  put_line(out, extrinsics_header);
+  return out += encode_pose_text(T_camera_world);
 }
 
 std::vector<Vkitti1Object> decode_vkitti1_objects(std::string_view text, const std::string& name) {
-  TextRows rows(text, name);
-  TextTable table(rows, split(kObjectsHeader, ' '));
+  TextTable table(text, name, split(objects_header, ' '));
   std::vector<Vkitti1Object> objects;
   std::set<std::pair<int, int>> seen;
   while (table.next()) {
     objects.push_back(read_object(table));
     const Vkitti1Object& object = objects.back();
     if (!seen.emplace(object.frame, object.tid).second) {
-      rows.fail_here("track {} appears twice in frame {}", object.tid, object.frame);
+      table.fail_here("track {} appears twice in frame {}", object.tid, object.frame);
     }
   }
   return objects;
 }
 
 std::string encode_vkitti1_objects(const std::vector<Vkitti1Object>& objects) {
-  std::string out = std::string(kObjectsHeader) + "\n";
+  std::string out;
+  put_line(out, objects_header);
   for (const Vkitti1Object& o : objects) {
-    fmt::format_to(std::back_inserter(out),
-                   "{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {:d} {} {}\n", o.frame,
-                   o.tid, o.label, o.truncated, o.occluded, o.alpha, o.l, o.t, o.r, o.b, o.w3d, o.h3d, o.l3d,
-                   o.x3d, o.y3d, o.z3d, o.ry, o.rx, o.rz, o.truncr, o.occupr, o.orig_label, o.moving, o.model,
-                   o.color);
+    put_line(out, o.frame, o.tid, o.label, o.truncated, o.occluded, o.alpha, o.l, o.t, o.r, o.b, o.w3d, o.h3d,
+             o.l3d, o.x3d, o.y3d, o.z3d, o.ry, o.rx, o.rz, o.truncr, o.occupr, o.orig_label, int{o.moving},
+             o.model, o.color);
   }
   return out;
 }
 
 std::vector<Vkitti1Color> decode_vkitti1_colors(std::string_view text, const std::string& name) {
-  TextRows rows(text, name);
-  TextTable table(rows, {"Category(:id)", "r", "g", "b"});
+  TextTable table(text, name, {"Category(:id)", "r", "g", "b"});
   std::vector<Vkitti1Color> colors;
-  std::map<std::tuple<int, int, int>, std::pair<int, bool>> line_of;  // and whether it is a track's
+  std::map<std::tuple<int, int, int>, std::pair<int64_t, bool>> line_of;  // and whether it is a track's
   while (table.next()) {
     Vkitti1Color color;
-    read_category(table.word(), rows, color);
-    color.color.r = read_component(table);
-    color.color.g = read_component(table);
-    color.color.b = read_component(table);
+    read_category(table.word(), table, color);
+    for (uint8_t* value : {&color.color.r, &color.color.g, &color.color.b}) *value = table.component();
     const auto [at, is_new] = line_of.emplace(std::tuple(color.color.r, color.color.g, color.color.b),
-                                              std::pair(rows.line(), color.tid.has_value()));
+                                              std::pair(table.rows().line(), color.tid.has_value()));
     if (!is_new && (at->second.second || color.tid)) {
-      rows.fail_here("colour {} {} {} is that of line {} already: a track's colour may appear once",
-                     color.color.r, color.color.g, color.color.b, at->second.first);
+      table.fail_here("colour {} {} {} is that of line {} already: a track's colour may appear once",
+                      color.color.r, color.color.g, color.color.b, at->second.first);
     }
     colors.push_back(std::move(color));
   }
@@ -137,7 +126,7 @@ std::string encode_vkitti1_colors(const std::vector<Vkitti1Color>& colors) {
   std::string out = "Category(:id) r g b\n";
   for (const Vkitti1Color& c : colors) {
     const std::string id = c.tid ? fmt::format(":{}", *c.tid) : "";
-    out += fmt::format("{}{} {} {} {}\n", c.category, id, c.color.r, c.color.g, c.color.b);
+    put_line(out, c.category + id, c.color.r, c.color.g, c.color.b);
   }
   return out;
 }

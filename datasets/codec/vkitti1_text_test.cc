@@ -6,10 +6,9 @@
 namespace sextant {
 namespace {
 
-constexpr const char* kHeader =
-    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
-    "orig_label "
-    "moving model color\n";
+constexpr const char* header_row =
+    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d "
+    "y3d z3d ry rx rz truncr occupr orig_label moving model color\n";
 
 // Two poses and their inverse order of the world: rows as the data set has them, header mangled by a table
 // reader.
@@ -55,9 +54,10 @@ TEST(Vkitti1Text, BadExtrinsics) {
 
 TEST(Vkitti1Text, ObjectsAsTheDataSetHasThem) {
   const auto objects = decode_vkitti1_objects(
-      kHeader + std::string(
-                    "0 1 DontCare 0 2 -1.796513 722 186 866 281 1.612032 1.404795 3.772344 3.008632 1.41593 "
-                    "13.15864 -1.571733 0.001502285 -0.07224336 0 0.3971491 Car 1 Hatchback Black\n"),
+      header_row +
+          std::string(
+              "0 1 DontCare 0 2 -1.796513 722 186 866 281 1.612032 1.404795 3.772344 3.008632 1.41593 "
+              "13.15864 -1.571733 0.001502285 -0.07224336 0 0.3971491 Car 1 Hatchback Black\n"),
       "motgt.txt");
   ASSERT_EQ(objects.size(), 1u);
   const Vkitti1Object& o = objects[0];
@@ -81,7 +81,7 @@ TEST(Vkitti1Text, ObjectsAsTheDataSetHasThem) {
 }
 
 TEST(Vkitti1Text, ObjectColumnsGoByName) {
-  std::string header = kHeader;
+  std::string header = header_row;
   const std::string row =
       "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 -1.5 0.1 -0.2 0 0.4 Van 0 M C\n";
   const auto plain = decode_vkitti1_objects(header + row, "x")[0];
@@ -89,8 +89,8 @@ TEST(Vkitti1Text, ObjectColumnsGoByName) {
                                             "x")[0];  // every column one further to the right
   EXPECT_EQ(encode_vkitti1_objects({plain}), encode_vkitti1_objects({moved}));
   EXPECT_EQ(encode_vkitti1_objects({plain}), header +
-                                                 "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 3 1.4 13.1 "
-                                                 "-1.5 0.1 -0.2 0 0.4 Van 0 M C\n");
+                                                 "0 1 Car 0 2 -1.5 722 186 866 281 1.6 1.4 3.7 "
+                                                 "3 1.4 13.1 -1.5 0.1 -0.2 0 0.4 Van 0 M C\n");
 }
 
 TEST(Vkitti1Text, BadObjects) {
@@ -99,18 +99,18 @@ TEST(Vkitti1Text, BadObjects) {
   const auto error = [&](const std::string& text, const char* message) {
     expect_error([&] { decode_vkitti1_objects(text, "x.txt"); }, message);
   };
-  std::string older = kHeader;
+  std::string older = header_row;
   older.replace(older.find(" moving model color"), 19, "");
   error(older + row, "x.txt:1: the first row names no column moving, model, color: expected frame tid");
-  error(kHeader + row + row, "x.txt:3: track 1 appears twice in frame 0");
-  error(kHeader + row.substr(0, row.size() - 5), "x.txt:2: expected 25 values");
+  error(header_row + row + row, "x.txt:3: track 1 appears twice in frame 0");
+  error(header_row + row.substr(0, row.size() - 5), "x.txt:2: expected 25 values");
   const auto with = [&](const std::string& from, const std::string& to) {
     const size_t at = row.find(from);
-    return kHeader + row.substr(0, at) + to + row.substr(at + from.size());
+    return header_row + row.substr(0, at) + to + row.substr(at + from.size());
   };
   error(with("13.1", "inf"), "x.txt:2: expected a finite number for z3d");
   error(with("0 M", "2 M"), "x.txt:2: expected 0, 1, True or False for moving, got '2'");
-  error(kHeader + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected a track id >= 0, got -1");
+  error(header_row + fmt::format("0 -1{}", row.substr(3)), "x.txt:2: expected a track id >= 0, got -1");
 }
 
 TEST(Vkitti1Text, Colors) {

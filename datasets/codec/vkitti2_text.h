@@ -7,7 +7,7 @@
 //   pose.txt       3-D box of one object in one frame and camera, see Vkitti2Pose
 //   bbox.txt       2-D box of the same, see Vkitti2Box
 //   info.txt       trackID label model color
-//   colors.txt     Category r g b: the colours of classSegmentation
+//   colors.txt     Category r g b: the colours of classSegmentation, written only
 //
 // Decoders accept CRLF, a byte order mark and empty lines, find columns by name, and throw Error "NAME:LINE:
 // ..." on columns that are missing (with their names), rows of another length, values that are not finite,
@@ -20,7 +20,6 @@
 
 #include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
-#include "sextant/measurement/image.h"
 
 namespace sextant {
 
@@ -66,26 +65,18 @@ struct Vkitti2Info {
   std::string label, model, color;  ///< "Car", "Sedan4Door", "Silver"
 };
 
-struct Vkitti2Color {
-  std::string category;
-  Rgb color;
-};
-
 std::vector<Vkitti2Extrinsic> decode_vkitti2_extrinsics(std::string_view text, const std::string& name);
 std::vector<Vkitti2Intrinsic> decode_vkitti2_intrinsics(std::string_view text, const std::string& name);
 std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::string& name);
 std::vector<Vkitti2Box> decode_vkitti2_boxes(std::string_view text, const std::string& name);
 std::vector<Vkitti2Info> decode_vkitti2_infos(std::string_view text, const std::string& name);
-std::vector<Vkitti2Color> decode_vkitti2_colors(std::string_view text, const std::string& name);
 
 std::string encode_vkitti2_extrinsics(const std::vector<Vkitti2Extrinsic>& rows);
 std::string encode_vkitti2_intrinsics(const std::vector<Vkitti2Intrinsic>& rows);
 std::string encode_vkitti2_poses(const std::vector<Vkitti2Pose>& rows);
 std::string encode_vkitti2_boxes(const std::vector<Vkitti2Box>& rows);
 std::string encode_vkitti2_infos(const std::vector<Vkitti2Info>& rows);
-std::string encode_vkitti2_colors(const std::vector<Vkitti2Color>& rows);
-
-/// The categories and colours of the release.
-const std::vector<Vkitti2Color>& vkitti2_categories();
+/// colors.txt: the categories and colours of the release.
+std::string_view vkitti2_colors();
 
 }  // namespace sextant

@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-const std::string kPoseHeader =
+const std::string pose_header =
     "frame cameraID trackID alpha width height length world_space_X world_space_Y world_space_Z "
     "rotation_world_space_y rotation_world_space_x rotation_world_space_z camera_space_X camera_space_Y "
     "camera_space_Z rotation_camera_space_y rotation_camera_space_x rotation_camera_space_z\n";
@@ -13,7 +13,7 @@ const std::string kPoseHeader =
 TEST(Vkitti2Text, PosesAsTheDataSetHasThem) {
   // The first row of Scene18/clone/pose.txt.
   const auto poses = decode_vkitti2_poses(
-      kPoseHeader +
+      pose_header +
           "25 0 0 1.69414 1.776562 1.421875 3.617188 53.18796 -106 79.85496 2.263542 0 0 -3.088518 "
           "1.056862 55.55215 1.638601 -0.01539355 0.03731001\r\n\r\n",
       "pose.txt");
@@ -30,7 +30,7 @@ TEST(Vkitti2Text, PosesAsTheDataSetHasThem) {
   EXPECT_EQ(poses[0].camera_rx, -0.01539355);
   EXPECT_EQ(poses[0].camera_rz, 0.03731001);
   EXPECT_EQ(encode_vkitti2_poses(poses),
-            kPoseHeader +
+            pose_header +
                 "25 0 0 1.69414 1.776562 1.421875 3.617188 53.18796 -106 79.85496 2.263542 0 0 -3.088518 "
                 "1.056862 55.55215 1.638601 -0.01539355 0.03731001\n");
 }
@@ -69,9 +69,6 @@ TEST(Vkitti2Text, BoxesInfosAndColorsRoundTrip) {
   EXPECT_EQ(encode_vkitti2_boxes(rows), boxes);
   const std::string infos = "trackID label model color\n0 Car Sedan4Door Silver\n4 Van Van White\n";
   EXPECT_EQ(encode_vkitti2_infos(decode_vkitti2_infos(infos, "x.txt")), infos);
-  const std::string colors = encode_vkitti2_colors(vkitti2_categories());
-  EXPECT_THAT(colors, testing::StartsWith("Category r g b\nTerrain 210 0 200\n"));
-  EXPECT_EQ(encode_vkitti2_colors(decode_vkitti2_colors(colors, "x.txt")), colors);
 }
 
 TEST(Vkitti2Text, BadRows) {
@@ -89,9 +86,9 @@ TEST(Vkitti2Text, BadRows) {
   expect_error([&] { decode_vkitti2_intrinsics(intrinsic + "0 0 -725 725 620.5 187\n", "x.txt"); },
                "x.txt:2: expected positive focal lengths");
   const std::string pose = "25 0 0 1 1 1 1 1 1 1 1 0 0 1 1 1 1 1 1\n";
-  expect_error([&] { decode_vkitti2_poses(kPoseHeader + pose + pose, "x.txt"); },
+  expect_error([&] { decode_vkitti2_poses(pose_header + pose + pose, "x.txt"); },
                "x.txt:3: track 0 appears twice in frame 25 of camera 0");
-  expect_error([&] { decode_vkitti2_poses(kPoseHeader + "25 0 0 1\n", "x.txt"); },
+  expect_error([&] { decode_vkitti2_poses(pose_header + "25 0 0 1\n", "x.txt"); },
                "x.txt:2: expected 19 values");
   const std::string bbox =
       "frame cameraID trackID left right top bottom number_pixels truncation_ratio occupancy_ratio "
@@ -100,8 +97,6 @@ TEST(Vkitti2Text, BadRows) {
                "x.txt:2: expected 0, 1, True or False for isMoving, got 'yes'");
   expect_error([&] { decode_vkitti2_infos("trackID label model color\n1 Car a b\n1 Car a b\n", "x.txt"); },
                "x.txt:3: track 1 appears twice");
-  expect_error([&] { decode_vkitti2_colors("Category r g b\nCar 1 2 256\n", "x.txt"); },
-               "x.txt:2: expected a colour of 0 to 255");
 }
 
 }  // namespace

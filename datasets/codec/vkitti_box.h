@@ -12,7 +12,7 @@
 
 namespace sextant {
 
-inline constexpr double kVkittiYawOffset_rad = 1.57079632679489661923;
+inline constexpr double vkitti_yaw_offset_rad = 1.57079632679489661923;
 
 struct VkittiAngles {
   double ry = 0, rx = 0, rz = 0;  ///< rad

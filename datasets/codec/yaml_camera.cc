@@ -3,23 +3,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <vector>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
 
 // A reader of our own for lines "KEY: number": OpenCV's hangs on damaged files, and wraps large integers
 // around.
-
-std::string_view trimmed(std::string_view text) {
-  const size_t begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
 
 /// The text behind each key that begins a line, without comments.
 std::map<std::string, std::string_view> top_level(std::string_view text, const std::string& name) {
@@ -42,12 +36,11 @@ std::map<std::string, std::string_view> top_level(std::string_view text, const s
 }
 
 double positive(std::string_view text, const std::string& name, const char* key) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) fail("{}: {}: expected a number", name, key);
-  if (!(value > 0 && value < 1e9))
-    fail("{}: {} = {}: expected a positive number below 1e9", name, key, value);
-  return value;
+  const std::optional<double> value = number_in(text);
+  if (!value) fail("{}: {}: expected a number", name, key);
+  if (!(*value > 0 && *value < 1e9))
+    fail("{}: {} = {}: expected a positive number below 1e9", name, key, *value);
+  return *value;
 }
 
 }  // namespace

@@ -143,15 +143,15 @@ class CarBuilder {
   }
 
   void wheel(double side, double z_share) {
-    constexpr int kSpokes = 16;
+    constexpr int spokes = 16;
     const double radius_m = 0.215 * shape_.height_m;
     const Vector3d hub(side * (0.5 * shape_.width_m + 0.015), -radius_m, z_share * shape_.length_m);
     const Vector3d inner = hub - Vector3d(side * 0.22, 0, 0);
     const Look tyre = look(Material::tyre, {0.07F, 0.07F, 0.07F});
     const Look rim = look(Material::metal, {0.55F, 0.56F, 0.58F});
-    mesh_.add_tube(tyre, inner, hub, radius_m, radius_m, kSpokes);
-    disc(tyre, hub, radius_m, kSpokes);
-    disc(rim, hub + Vector3d(side * 0.012, 0, 0), 0.62 * radius_m, kSpokes);
+    mesh_.add_tube(tyre, inner, hub, radius_m, radius_m, spokes);
+    disc(tyre, hub, radius_m, spokes);
+    disc(rim, hub + Vector3d(side * 0.012, 0, 0), 0.62 * radius_m, spokes);
     disc(tyre, hub + Vector3d(side * 0.02, 0, 0), 0.16 * radius_m, 6);
   }
 

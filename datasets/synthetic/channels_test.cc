@@ -116,9 +116,9 @@ TEST_P(RenderedChannels, RightImageIsTheLeftOneShiftedByDisparity) {
 }
 
 TEST_P(RenderedChannels, FirstAndLastFramesLackTheirNeighbours) {
-  constexpr Channels kNeighbours{.flow = true, .backward_flow = true, .occlusion = true};
-  const Frame first = sequence_->read(info_.first_frame, kNeighbours),
-              last = sequence_->read(info_.last_frame, kNeighbours);
+  constexpr Channels neighbours{.flow = true, .backward_flow = true, .occlusion = true};
+  const Frame first = sequence_->read(info_.first_frame, neighbours),
+              last = sequence_->read(info_.last_frame, neighbours);
   EXPECT_TRUE(first.backward_flow.empty());
   EXPECT_FALSE(first.flow.empty());
   EXPECT_FALSE(first.occlusion.empty());

@@ -6,7 +6,7 @@
 namespace sextant::synthetic {
 namespace {
 
-constexpr double kCameraHeight_m = 1.65;
+constexpr double camera_height_m = 1.65;
 
 /// By the chord of an arc.
 Stance moved(Stance at, double ahead_m, double turn_rad) {
@@ -54,7 +54,7 @@ std::vector<SE3> camera_on(const std::vector<Stance>& stances, double bounce) {
     const double pitch = bounce * 0.0012 * std::sin(0.9 * t + 0.4);
     const double roll = bounce * 0.0008 * std::sin(0.61 * t + 1.1);
     const Eigen::Quaterniond sway = so3_exp({pitch, 0, roll});
-    poses.push_back(pose(stances[i], -kCameraHeight_m + bounce * 0.006 * std::sin(0.75 * t)) *
+    poses.push_back(pose(stances[i], -camera_height_m + bounce * 0.006 * std::sin(0.75 * t)) *
                     SE3(sway, Eigen::Vector3d::Zero()));
   }
   return poses;

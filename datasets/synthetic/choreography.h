@@ -11,7 +11,7 @@
 
 namespace sextant::synthetic {
 
-inline constexpr double kDegree = std::numbers::pi / 180;
+inline constexpr double degree = std::numbers::pi / 180;
 
 /// A place on the ground and a heading: 0 looks along z, positive turns right (towards x).
 struct Stance {
@@ -50,9 +50,9 @@ SE3 pose(const Stance& at, double y_m);
 /// The camera on a car: it also nods and sways a little on its springs, in proportion to `bounce`.
 std::vector<SE3> camera_on(const std::vector<Stance>& stances, double bounce);
 
-inline const Eigen::Vector3f kRed(0.62F, 0.10F, 0.09F), kBlue(0.13F, 0.22F, 0.48F),
-    kWhite(0.80F, 0.80F, 0.79F), kSilver(0.52F, 0.54F, 0.56F), kGreen(0.16F, 0.33F, 0.24F),
-    kBlack(0.10F, 0.10F, 0.11F), kYellow(0.75F, 0.62F, 0.16F);
+inline const Eigen::Vector3f red(0.62F, 0.10F, 0.09F), blue(0.13F, 0.22F, 0.48F), white(0.80F, 0.80F, 0.79F),
+    silver(0.52F, 0.54F, 0.56F), green(0.16F, 0.33F, 0.24F), black(0.10F, 0.10F, 0.11F),
+    yellow(0.75F, 0.62F, 0.16F);
 CarShape saloon(const Eigen::Vector3f& colour);
 CarShape small(const Eigen::Vector3f& colour);
 CarShape wagon(const Eigen::Vector3f& colour);

@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "sextant/base/error.h"
 #include "sextant/base/cache_root.h"
+#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 
 namespace sextant::synthetic {
@@ -116,11 +116,11 @@ bool FrameCache::load_bytes(int frame, const char* channel, const std::string& h
   } catch (const Error&) {
     return false;  // deleted in the meantime
   }
-  constexpr size_t kHashSize = 64;
-  const size_t start = header.size() + kHashSize + 1;
+  constexpr size_t hash_size = 64;
+  const size_t start = header.size() + hash_size + 1;
   if (bytes.size() != start + size || !bytes.starts_with(header)) return false;
   const std::string_view pixels = std::string_view(bytes).substr(start);
-  if (sha256(pixels) != std::string_view(bytes).substr(header.size(), kHashSize)) return false;
+  if (sha256(pixels) != std::string_view(bytes).substr(header.size(), hash_size)) return false;
   std::memcpy(data, pixels.data(), size);
   return true;
 }

@@ -34,7 +34,7 @@ class Cache : public testing::Test {
 
   fs::path folder_ = fs::path(testing::TempDir()) /
                      fmt::format("cache_{}", testing::UnitTest::GetInstance()->current_test_info()->name());
-  static constexpr Channels kAll = Channels::all();
+  static constexpr Channels all_channels = Channels::all();
 };
 
 template <typename T>
@@ -56,10 +56,10 @@ void expect_same(const Frame& a, const Frame& b) {
 }
 
 TEST_F(Cache, GivesBackWhatWasRendered) {
-  const Frame rendered = open("")->read(3, kAll);
-  expect_same(open(folder_.string())->read(3, kAll), rendered);
+  const Frame rendered = open("")->read(3, all_channels);
+  expect_same(open(folder_.string())->read(3, all_channels), rendered);
   EXPECT_EQ(files().size(), 7U);  // gray follows from rgb
-  expect_same(open(folder_.string())->read(3, kAll), rendered);
+  expect_same(open(folder_.string())->read(3, all_channels), rendered);
 }
 
 TEST_F(Cache, WhatIsFoundIsNotRendered) {
@@ -76,8 +76,8 @@ TEST_F(Cache, WhatIsFoundIsNotRendered) {
 }
 
 TEST_F(Cache, DamagedFilesAreRenderedAnew) {
-  const Frame rendered = open("")->read(3, kAll);
-  open(folder_.string())->read(3, kAll);
+  const Frame rendered = open("")->read(3, all_channels);
+  open(folder_.string())->read(3, all_channels);
   for (const fs::path& path : files()) {
     std::string bytes = read_file(path);
     const std::string name = path.filename().string();
@@ -88,16 +88,16 @@ TEST_F(Cache, DamagedFilesAreRenderedAnew) {
     if (name.find("occlusion") != std::string::npos) bytes += "x";
     write_file(path, bytes);
   }
-  expect_same(open(folder_.string())->read(3, kAll), rendered);
+  expect_same(open(folder_.string())->read(3, all_channels), rendered);
   // And mended.
   for (const fs::path& path : files()) EXPECT_GT(fs::file_size(path), 400000U) << path;
 }
 
 TEST_F(Cache, TwoAtOnce) {
-  const Frame rendered = open("")->read(3, kAll);
+  const Frame rendered = open("")->read(3, all_channels);
   Frame one, two;
-  std::thread first([&] { one = open(folder_.string())->read(3, kAll); });
-  std::thread second([&] { two = open(folder_.string())->read(3, kAll); });
+  std::thread first([&] { one = open(folder_.string())->read(3, all_channels); });
+  std::thread second([&] { two = open(folder_.string())->read(3, all_channels); });
   first.join();
   second.join();
   expect_same(one, rendered);

@@ -6,7 +6,7 @@
 
 namespace sextant::synthetic {
 
-inline constexpr double kKerb_m = 0.14;  ///< height of a pavement over the road
+inline constexpr double kerb_m = 0.14;  ///< height of a pavement over the road
 
 class Furnisher {
  public:

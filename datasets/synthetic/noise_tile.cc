@@ -9,8 +9,8 @@
 namespace sextant::synthetic {
 namespace {
 
-constexpr float kRange = 4.0F;
-constexpr int kSide = NoiseTile::kSide;
+constexpr float range = 4.0F;
+constexpr int tile_side = NoiseTile::tile_side;
 
 /// A level of the tile: side texels each way.
 struct Level {
@@ -20,15 +20,15 @@ struct Level {
 };
 
 Level octaves(int finest, int coarsest, unsigned seed) {
-  Level level{kSide, std::vector<float>(static_cast<size_t>(kSide) * kSide)};
+  Level level{tile_side, std::vector<float>(static_cast<size_t>(tile_side) * tile_side)};
   for (int cell = finest; cell <= coarsest; cell *= 2) {
-    const int n = kSide / cell;
+    const int n = tile_side / cell;
     const auto value = [&](int i, int j) {
       const uint32_t h = hash3(static_cast<uint32_t>(i % n), static_cast<uint32_t>(j % n), seed * 64 + cell);
       return static_cast<float>(h) * 0x1p-31F - 1.0F;
     };
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < tile_side; ++y) {
+      for (int x = 0; x < tile_side; ++x) {
         float a = static_cast<float>(x % cell) / static_cast<float>(cell);
         float b = static_cast<float>(y % cell) / static_cast<float>(cell);
         a = a * a * (3 - 2 * a);
@@ -36,7 +36,7 @@ Level octaves(int finest, int coarsest, unsigned seed) {
         const int i = x / cell, j = y / cell;
         const float upper = value(i, j) * (1 - a) + value(i + 1, j) * a;
         const float lower = value(i, j + 1) * (1 - a) + value(i + 1, j + 1) * a;
-        level.values[static_cast<size_t>(y) * kSide + x] += upper * (1 - b) + lower * b;
+        level.values[static_cast<size_t>(y) * tile_side + x] += upper * (1 - b) + lower * b;
       }
     }
   }
@@ -56,17 +56,17 @@ Level halved(const Level& finer) {
 
 /// Where bilinear look-ups of both levels fall: words of the corners, and shares between them.
 struct Places {
-  alignas(32) int32_t index[2][NoiseTile::kBatch];
-  alignas(32) uint32_t word[2][NoiseTile::kBatch];
-  alignas(32) float a[2][NoiseTile::kBatch];
-  alignas(32) float b[2][NoiseTile::kBatch];
-  alignas(32) float part[NoiseTile::kBatch];  ///< of the coarser level
+  alignas(32) int32_t index[2][NoiseTile::batch];
+  alignas(32) uint32_t word[2][NoiseTile::batch];
+  alignas(32) float a[2][NoiseTile::batch];
+  alignas(32) float b[2][NoiseTile::batch];
+  alignas(32) float part[NoiseTile::batch];  ///< of the coarser level
 };
 
 SEXTANT_INLINED void place(Places& p, int which, int i, float x, float y, int32_t level) {
   // Levels follow each other: 0, 65536, 65536 + 16384, ...
-  constexpr int32_t kAll = 0x15555;
-  const int32_t first = kAll - (kAll >> 2 * level), mask = (kSide - 1) >> level;
+  constexpr int32_t all_channels = 0x15555;
+  const int32_t first = all_channels - (all_channels >> 2 * level), mask = (tile_side - 1) >> level;
   const auto scale = std::bit_cast<float>((127 - level) << 23);
   const float offset = 0.5F * scale - 0.5F;  // texel centres of a level lie between those of the one below
   const float at_x = x * scale + offset, at_y = y * scale + offset;
@@ -81,7 +81,7 @@ SEXTANT_SIMD void find(const float* __restrict x, const float* __restrict y, con
   for (int i = 0; i < n; ++i) {
     // The logarithm to base 2, linear between powers of two: enough to choose a level smoothly.
     const auto bits = std::bit_cast<int32_t>(wide::max(width[i], 1.0F));
-    const float level = wide::min(static_cast<float>(bits) * 0x1p-23F - 127.0F, NoiseTile::kLevels - 1.001F);
+    const float level = wide::min(static_cast<float>(bits) * 0x1p-23F - 127.0F, NoiseTile::levels - 1.001F);
     const auto low = static_cast<int32_t>(level);
     p.part[i] = level - static_cast<float>(low);
     place(p, 0, i, x[i], y[i], low);
@@ -102,7 +102,7 @@ SEXTANT_SIMD void blend_all(const Places& p, const float* __restrict weight, int
   for (int i = 0; i < n; ++i) {
     const float fine = blend(p.word[0][i], p.a[0][i], p.b[0][i]);
     const float coarse = blend(p.word[1][i], p.a[1][i], p.b[1][i]);
-    sum[i] += weight[i] * (wide::mix(fine, coarse, p.part[i]) - 127.5F) * (kRange / 127.5F);
+    sum[i] += weight[i] * (wide::mix(fine, coarse, p.part[i]) - 127.5F) * (range / 127.5F);
   }
 }
 
@@ -111,10 +111,9 @@ SEXTANT_SIMD void blend_all(const Places& p, const float* __restrict weight, int
 NoiseTile::NoiseTile(int finest, int coarsest, unsigned seed) {
   Level level = octaves(finest, coarsest, seed);
   const auto byte = [&](int x, int y) {
-    return static_cast<uint32_t>(
-        std::lround(std::clamp(level(x, y) / kRange, -1.0F, 1.0F) * 127.5F + 127.5F));
+    return static_cast<uint32_t>(std::lround(std::clamp(level(x, y) / range, -1.0F, 1.0F) * 127.5F + 127.5F));
   };
-  for (int i = 0; i < kLevels; ++i) {
+  for (int i = 0; i < levels; ++i) {
     for (int y = 0; y < level.side; ++y) {
       for (int x = 0; x < level.side; ++x) {
         corners_.push_back(byte(x, y) | byte(x + 1, y) << 8 | byte(x, y + 1) << 16 |
@@ -127,7 +126,7 @@ NoiseTile::NoiseTile(int finest, int coarsest, unsigned seed) {
 
 void NoiseTile::add_means(const float* x, const float* y, const float* width, const float* weight, int n,
                           float* sum) const {
-  SEXTANT_CHECK(n <= kBatch);
+  SEXTANT_CHECK(n <= batch);
   const int whole = wide::whole(n);
   Places p;
   find(x, y, width, whole, p);

@@ -12,21 +12,21 @@ namespace sextant::synthetic {
 
 class NoiseTile {
  public:
-  static constexpr int kSide = 256;  ///< texels
-  static constexpr int kLevels = 7;
-  static constexpr int kBatch = 256;  ///< samples that are looked up together, at most
+  static constexpr int tile_side = 256;  ///< texels
+  static constexpr int levels = 7;
+  static constexpr int batch = 256;  ///< samples that are looked up together, at most
 
   /// Octaves with cells of `finest`, 2 `finest`, ... up to `coarsest` texels, powers of two.
   NoiseTile(int finest, int coarsest, unsigned seed);
 
   /// Adds `weight` times the mean over round samples of about `width` texels at each of `n` places (x, y), in
-  /// texels. `n` <= kBatch; all arrays have room for wide::whole(n).
+  /// texels. `n` <= batch; all arrays have room for wide::whole(n).
   void add_means(const float* x, const float* y, const float* width, const float* weight, int n,
                  float* sum) const;
 
  private:
   /// Four neighbours in one word, (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) from the lowest byte; a byte
-  /// is the value from -kRange to kRange.
+  /// is the value from -range to range.
   std::vector<uint32_t> corners_;
 };
 

@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 /// Places in a pixel: a triangle around its centre, turned so that no two share a row or column.
-constexpr int kSamples = 3;
-constexpr std::array<std::array<double, 2>, kSamples> kPlaces = {
+constexpr int n_samples = 3;
+constexpr std::array<std::array<double, 2>, n_samples> places = {
     {{0.066, -0.374}, {0.291, 0.244}, {-0.357, 0.130}}};
 
 /// Display curve: a little contrast, highlights roll off. Red is the lowest byte.
@@ -82,7 +82,7 @@ class Painter final : private Shader::Sink {
   /// A pixel on an edge, and what is seen at its samples.
   struct Edge {
     Pixel pixel;
-    std::array<uint32_t, kSamples> surfaces;
+    std::array<uint32_t, n_samples> surfaces;
   };
   /// Samples of an edge that look the same: one of them, and its share of the pixel.
   struct Part {
@@ -96,12 +96,12 @@ class Painter final : private Shader::Sink {
   };
 
   Vector3d sample_ray(const Pixel& p, int i) const {
-    return camera_.ray(p.x + kPlaces[i][0], p.y + kPlaces[i][1]);
+    return camera_.ray(p.x + places[i][0], p.y + places[i][1]);
   }
   /// Two surfaces that look the same side by side.
   bool same_look(uint32_t a, uint32_t b) const {
     if (a == b) return true;
-    if (a == Bodies::kSky || b == Bodies::kSky) return false;
+    if (a == Bodies::sky_surface || b == Bodies::sky_surface) return false;
     return &bodies_.patch(a) == &bodies_.patch(b);
   }
 
@@ -121,7 +121,7 @@ class Painter final : private Shader::Sink {
     sun_ = Image<uint8_t>(width_, height_, unknown);
     std::vector<Pixel> ask;
     const auto want = [&](int x, int y) {
-      if (view_.seen(x, y) == Bodies::kSky) {
+      if (view_.seen(x, y) == Bodies::sky_surface) {
         sun_(x, y) = lit;
       } else {
         ask.push_back({x, y});
@@ -190,14 +190,14 @@ class Painter final : private Shader::Sink {
   void find_edges() {
     on_edge_ = changes();
     const Spots spots(on_edge_);
-    std::array<std::vector<uint32_t>, kSamples> samples;
-    for (int i = 0; i < kSamples; ++i) {
-      samples[i] = view_.surfaces.seen_at(spots, kPlaces[i][0], kPlaces[i][1]);
+    std::array<std::vector<uint32_t>, n_samples> samples;
+    for (int i = 0; i < n_samples; ++i) {
+      samples[i] = view_.surfaces.seen_at(spots, places[i][0], places[i][1]);
     }
     for (int y = 0; y < height_; ++y) {
       for (uint32_t spot = spots.first(y); spot < spots.first(y + 1); ++spot) {
         Edge edge{{static_cast<int>(spots.x()[spot]), y}, {}};
-        for (int i = 0; i < kSamples; ++i) edge.surfaces[i] = samples[i][spot];
+        for (int i = 0; i < n_samples; ++i) edge.surfaces[i] = samples[i][spot];
         const bool is_edge = on_edge(edge);
         on_edge_(edge.pixel.x, y) = is_edge ? 1 : 0;
         if (is_edge) edges_.push_back(edge);
@@ -235,32 +235,32 @@ class Painter final : private Shader::Sink {
     const auto states = edge_states();
     for (uint32_t e = 0; e < edges_.size(); ++e) {
       const auto& [pixel, surfaces] = edges_[e];
-      std::array<bool, kSamples> done{};
-      for (int i = 0; i < kSamples; ++i) {
+      std::array<bool, n_samples> done{};
+      for (int i = 0; i < n_samples; ++i) {
         if (done[i]) continue;
         const bool is_lit = states[e][i] == lit;
         int n = 0;
-        for (int j = i; j < kSamples; ++j) {
+        for (int j = i; j < n_samples; ++j) {
           if (surfaces[j] != surfaces[i] || (states[e][j] == lit) != is_lit) continue;
           done[j] = true;
           ++n;
         }
-        parts_.push_back({surfaces[i], e, static_cast<float>(pixel.x + kPlaces[i][0]),
-                          static_cast<float>(pixel.y + kPlaces[i][1]), is_lit ? 1.0F : 0.0F,
-                          static_cast<float>(n) / kSamples});
+        parts_.push_back({surfaces[i], e, static_cast<float>(pixel.x + places[i][0]),
+                          static_cast<float>(pixel.y + places[i][1]), is_lit ? 1.0F : 0.0F,
+                          static_cast<float>(n) / n_samples});
       }
     }
   }
 
   /// Whether the sun shines on every sample of every edge.
-  std::vector<std::array<uint8_t, kSamples>> edge_states() const {
-    std::vector<std::array<uint8_t, kSamples>> states(edges_.size());
+  std::vector<std::array<uint8_t, n_samples>> edge_states() const {
+    std::vector<std::array<uint8_t, n_samples>> states(edges_.size());
     std::vector<Vector3f> points;
     std::vector<Ray> rays;
     for (size_t e = 0; e < edges_.size(); ++e) {
-      for (int i = 0; i < kSamples; ++i) {
+      for (int i = 0; i < n_samples; ++i) {
         const uint32_t surface = edges_[e].surfaces[i];
-        states[e][i] = surface == Bodies::kSky ? uint8_t{lit} : near_state(edges_[e].pixel, surface);
+        states[e][i] = surface == Bodies::sky_surface ? uint8_t{lit} : near_state(edges_[e].pixel, surface);
         if (states[e][i] != unknown) continue;
         const auto origin = shadow_origin(surface, sample_ray(edges_[e].pixel, i));
         states[e][i] = shadowed;
@@ -306,7 +306,7 @@ class Painter final : private Shader::Sink {
     }
     for (uint32_t i = 0; i < parts_.size(); ++i) {
       const Part& part = parts_[i];
-      function(part.surface, part.x, part.y, part.sun, kPart | i);
+      function(part.surface, part.x, part.y, part.sun, part_vertices | i);
     }
   }
 
@@ -332,34 +332,34 @@ class Painter final : private Shader::Sink {
     for (uint32_t surface = 0, from = 0; surface <= sky; from = ends[surface++]) {
       const size_t count = ends[surface] - from;
       if (count == 0) continue;
-      shader.shade(surface == sky ? Bodies::kSky : surface,
+      shader.shade(surface == sky ? Bodies::sky_surface : surface,
                    {{&xs[from], count}, {&ys[from], count}, {&suns[from], count}, {&targets[from], count}});
     }
     shader.flush();
   }
 
   void take(std::span<const uint32_t> targets, const Colours& colours) override {
-    uint32_t packed[NoiseTile::kBatch];
+    uint32_t packed[NoiseTile::batch];
     const auto n = static_cast<int>(targets.size());
     tone(colours, wide::whole(n), packed);
     for (int i = 0; i < n; ++i) {
-      if ((targets[i] & kPart) == 0) {
+      if ((targets[i] & part_vertices) == 0) {
         image_.data()[targets[i]] = unpacked(packed[i]);
         continue;
       }
-      const Part& part = parts_[targets[i] ^ kPart];
+      const Part& part = parts_[targets[i] ^ part_vertices];
       std::array<float, 3>& sum = sums_[part.edge];
-      sum[0] += part.share * std::min(colours.red[i], kBrightest);
-      sum[1] += part.share * std::min(colours.green[i], kBrightest);
-      sum[2] += part.share * std::min(colours.blue[i], kBrightest);
+      sum[0] += part.share * std::min(colours.red[i], brightest);
+      sum[1] += part.share * std::min(colours.green[i], brightest);
+      sum[2] += part.share * std::min(colours.blue[i], brightest);
     }
   }
 
   void tone_edges() {
     Colours colours;
-    uint32_t packed[NoiseTile::kBatch];
-    for (size_t from = 0; from < edges_.size(); from += NoiseTile::kBatch) {
-      const auto n = static_cast<int>(std::min<size_t>(NoiseTile::kBatch, edges_.size() - from));
+    uint32_t packed[NoiseTile::batch];
+    for (size_t from = 0; from < edges_.size(); from += NoiseTile::batch) {
+      const auto n = static_cast<int>(std::min<size_t>(NoiseTile::batch, edges_.size() - from));
       for (int i = 0; i < n; ++i) {
         colours.red[i] = sums_[from + i][0];
         colours.green[i] = sums_[from + i][1];
@@ -372,8 +372,8 @@ class Painter final : private Shader::Sink {
     }
   }
 
-  static constexpr uint32_t kPart = 0x80000000U;  ///< in a target: a part of an edge, not a pixel
-  static constexpr float kBrightest = 1.5F;       ///< of a part: a highlight does not outshine the rest
+  static constexpr uint32_t part_vertices = 0x80000000U;  ///< in a target: a part of an edge, not a pixel
+  static constexpr float brightest = 1.5F;  ///< of a part: a highlight does not outshine the rest
 
   const Bodies& bodies_;
   const View& view_;

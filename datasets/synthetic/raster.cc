@@ -13,10 +13,10 @@ using Eigen::Vector3d;
 namespace {
 
 /// First and last columns of rows of a triangle.
-constexpr int kRows = 64;
+constexpr int band_rows = 64;
 struct Columns {
-  double from[kRows], to[kRows];
-  int32_t first[kRows], last[kRows];
+  double from[band_rows], to[band_rows];
+  int32_t first[band_rows], last[band_rows];
 };
 
 /// For samples at (x + dx, y + dy), `n` rows from y0 on.
@@ -56,12 +56,12 @@ SEXTANT_INLINED void find_columns(const Surfaces::Scan& scan, int width, int y0,
 template <typename Row>
 SEXTANT_INLINED void each_row(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
                               const Row& row) {
-  constexpr double kMargin_px = 1e-4;  // the corners' projection is rounded otherwise than the edges
-  const int y0 = std::max(0, static_cast<int>(std::ceil(scan.top - dy - kMargin_px)));
-  const int y1 = std::min(height - 1, static_cast<int>(std::floor(scan.bottom - dy + kMargin_px)));
+  constexpr double margin_px = 1e-4;  // the corners' projection is rounded otherwise than the edges
+  const int y0 = std::max(0, static_cast<int>(std::ceil(scan.top - dy - margin_px)));
+  const int y1 = std::min(height - 1, static_cast<int>(std::floor(scan.bottom - dy + margin_px)));
   Columns c;
-  for (int y = y0; y <= y1; y += kRows) {
-    const int n = std::min(kRows, y1 - y + 1);
+  for (int y = y0; y <= y1; y += band_rows) {
+    const int n = std::min(band_rows, y1 - y + 1);
     find_columns(scan, width, y, n, dx, dy, c);
     for (int k = 0; k < n; ++k) {
       if (c.first[k] <= c.last[k]) row(y + k, c.first[k], c.last[k]);
@@ -151,13 +151,13 @@ void Surfaces::add_body(const Bodies& bodies, size_t body, const SE3& T_camera_b
 
 void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector3d& normal,
                             uint32_t surface) {
-  constexpr double kNear_m = 0.05;
+  constexpr double near_m = 0.05;
   const auto [nearest_m, farthest_m] = std::minmax({corners[0].z(), corners[1].z(), corners[2].z()});
-  if (farthest_m < kNear_m) return;
+  if (farthest_m < near_m) return;
   Scan scan;
   scan.top = -1;
   scan.bottom = height_;
-  if (nearest_m > kNear_m) {
+  if (nearest_m > near_m) {
     double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
     for (const Vector3d& corner : corners) {
       const double per_z = 1 / corner.z();
@@ -175,7 +175,7 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
   const double distance = normal.dot(corners[0]);
   const double determinant = corners[0].dot(corners[1].cross(corners[2]));
   if (determinant == 0 || distance == 0) return;  // seen edge-on
-  planes_[surface] = {normal, distance, std::max(nearest_m, kNear_m), farthest_m};
+  planes_[surface] = {normal, distance, std::max(nearest_m, near_m), farthest_m};
   const double per_fx = 1 / camera_.fx, per_fy = 1 / camera_.fy;
   const auto in_pixels = [&](const Vector3d& n) {
     const double x = n.x() * per_fx, y = n.y() * per_fy;
@@ -197,14 +197,14 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
 }
 
 Image<uint32_t> Surfaces::seen() const {
-  Image<uint32_t> surfaces(width_, height_, Bodies::kSky);
+  Image<uint32_t> surfaces(width_, height_, Bodies::sky_surface);
   Image<float> nearest(width_, height_, 0.0F);  // 1 / m
   for (const Scan& scan : scans_) fill(scan, width_, height_, nearest.data(), surfaces.data());
   return surfaces;
 }
 
 std::vector<uint32_t> Surfaces::seen_at(const Spots& spots, double dx, double dy) const {
-  std::vector<uint32_t> surfaces(spots.size(), Bodies::kSky);
+  std::vector<uint32_t> surfaces(spots.size(), Bodies::sky_surface);
   std::vector<float> nearest(spots.size(), 0.0F);  // 1 / m
   for (const Scan& scan : scans_) {
     fill_at(scan, width_, height_, dx, dy, spots, nearest.data(), surfaces.data());

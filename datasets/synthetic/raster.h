@@ -23,7 +23,7 @@ namespace sextant::synthetic {
 /// The meshes of a scene, with one number for every triangle of all of them: its surface.
 class Bodies {
  public:
-  static constexpr uint32_t kSky = 0xffffffffU;
+  static constexpr uint32_t sky_surface = 0xffffffffU;
 
   explicit Bodies(std::vector<Mesh> meshes);
   Bodies(const Bodies&) = delete;  // patches_ point into meshes_
@@ -98,7 +98,7 @@ class Surfaces {
   const Plane& plane(uint32_t surface) const { return planes_[surface]; }
   const Eigen::Vector3d& normal(uint32_t surface) const { return planes_[surface].normal; }
 
-  /// The surface seen at every pixel's centre, kSky where there is none.
+  /// The surface seen at every pixel's centre, sky_surface where there is none.
   Image<uint32_t> seen() const;
   /// The surfaces seen at (x + dx, y + dy) for some pixels (x, y).
   std::vector<uint32_t> seen_at(const Spots& spots, double dx, double dy) const;

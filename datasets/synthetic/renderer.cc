@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNearestFlow_m = 0.1;
+constexpr double nearest_flow_m = 0.1;
 
 std::vector<Mesh> meshes_of(const Scenario& scenario) {
   std::vector<Mesh> meshes = {scenario.world};
@@ -38,12 +38,12 @@ class Views {
     std::shared_ptr<const View> view = make();  // two threads may make the same one
     const std::lock_guard lock(mutex_);
     views_.push_back(view);
-    if (views_.size() > kKept) views_.pop_front();
+    if (views_.size() > kept) views_.pop_front();
     return view;
   }
 
  private:
-  static constexpr size_t kKept = 6;
+  static constexpr size_t kept = 6;
   std::mutex mutex_;
   std::deque<std::shared_ptr<const View>> views_;
 };
@@ -124,7 +124,7 @@ class Reprojection {
       const uint32_t body = body_of(seen[first]);
       end = first + 1;
       while (end < width && (seen[end] == seen[end - 1] || body_of(seen[end]) == body)) ++end;
-      if (body == kNone || !motions_[body]) {
+      if (body == none || !motions_[body]) {
         std::fill(&targets.z_m[first], targets.z_m.data() + end, std::numeric_limits<double>::quiet_NaN());
         continue;
       }
@@ -134,9 +134,9 @@ class Reprojection {
   }
 
  private:
-  static constexpr uint32_t kNone = 0xffffffffU;
+  static constexpr uint32_t none = 0xffffffffU;
   uint32_t body_of(uint32_t surface) const {
-    return surface == Bodies::kSky ? kNone : bodies_.body_of(surface);
+    return surface == Bodies::sky_surface ? none : bodies_.body_of(surface);
   }
 
   const Bodies& bodies_;
@@ -149,7 +149,7 @@ class Reprojection {
 SEXTANT_SIMD void row_flow(const double* __restrict x, const double* __restrict y,
                            const double* __restrict z_m, int row, int n, Flow* __restrict flow) {
   for (int i = 0; i < n; ++i) {
-    const bool ahead = z_m[i] >= kNearestFlow_m;
+    const bool ahead = z_m[i] >= nearest_flow_m;
     const auto u = static_cast<float>(x[i] - i), v = static_cast<float>(y[i] - row);
     flow[i].u = ahead ? u : std::numeric_limits<float>::quiet_NaN();
     flow[i].v = ahead ? v : std::numeric_limits<float>::quiet_NaN();
@@ -189,7 +189,7 @@ Image<float> Renderer::Parts::depth(const View& v) const {
     for (int first = 0, end = 0; first < width; first = end) {
       end = first + 1;
       while (end < width && seen[end] == seen[first]) ++end;
-      if (seen[first] == Bodies::kSky) continue;
+      if (seen[first] == Bodies::sky_surface) continue;
       row_depths(v.surfaces.plane(seen[first]), &rays.x[first], rays.y[y], end - first,
                  depth_m.row(y) + first);
     }
@@ -201,7 +201,7 @@ Image<uint16_t> Renderer::Parts::mask(const View& v) const {
   Image<uint16_t> mask(scenario.width, scenario.height, 0);
   for (size_t i = 0; i < mask.size(); ++i) {
     const uint32_t surface = v.seen.data()[i];
-    if (surface < bodies.first_surface(1) || surface == Bodies::kSky) continue;
+    if (surface < bodies.first_surface(1) || surface == Bodies::sky_surface) continue;
     mask.data()[i] = static_cast<uint16_t>(scenario.actors[bodies.body_of(surface) - 1].id);
   }
   return mask;
@@ -235,7 +235,7 @@ Image<Occlusion> Renderer::Parts::occlusion(const View& from, const Image<float>
 Occlusion Renderer::Parts::visibility(uint32_t surface, double x, double y, double z_m,
                                       const View& to) const {
   if (std::isnan(z_m)) return Occlusion::unknown;
-  if (z_m < kNearestFlow_m || x < -0.5 || y < -0.5 || x >= scenario.width - 0.5 ||
+  if (z_m < nearest_flow_m || x < -0.5 || y < -0.5 || x >= scenario.width - 0.5 ||
       y >= scenario.height - 0.5) {
     return Occlusion::outside;
   }
@@ -247,7 +247,7 @@ Occlusion Renderer::Parts::visibility(uint32_t surface, double x, double y, doub
   const Vector3d ray = scenario.camera.left.ray(x, y);
   const double tolerance_m = std::max(0.03, 0.005 * z_m);
   for (const uint32_t other : others) {
-    if (other == Bodies::kSky || bodies.body_of(other) != bodies.body_of(surface)) continue;
+    if (other == Bodies::sky_surface || bodies.body_of(other) != bodies.body_of(surface)) continue;
     if (std::abs(to.surfaces.depth_m(other, ray) - z_m) < tolerance_m) return Occlusion::visible;
   }
   return Occlusion::hidden;
@@ -303,7 +303,7 @@ SequenceTruth Renderer::truth(int first, int last) const {
     std::vector<Box> boxes(bodies.size());
     for (int y = 0; y < view->seen.height(); ++y) {
       for (int x = 0; x < view->seen.width(); ++x) {
-        if (view->seen(x, y) < bodies.first_surface(1) || view->seen(x, y) == Bodies::kSky) continue;
+        if (view->seen(x, y) < bodies.first_surface(1) || view->seen(x, y) == Bodies::sky_surface) continue;
         Box& box = boxes[bodies.body_of(view->seen(x, y))];
         box = {std::min(box.left, x), std::min(box.top, y), std::max(box.right, x), std::max(box.bottom, y)};
       }

@@ -13,10 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCameraHeight_m = 1.65;  // KITTI's; also that of Virtual KITTI
-constexpr double kNearGround_m = 25;      // an object's wheels nearer than that tell the height of the camera
-constexpr double kSight_m = 60;           // objects farther away may be hidden by houses
-constexpr double kMovingStep_m = 0.05;    // a frame
+constexpr double usual_camera_height_m = 1.65;  // KITTI's; also that of Virtual KITTI
+constexpr double near_ground_m = 25;    // an object's wheels nearer than that tell the height of the camera
+constexpr double sight_m = 60;          // objects farther away may be hidden by houses
+constexpr double moving_step_m = 0.05;  // a frame
 
 /// Usual width, height, length (m) of what labels name.
 Vector3d usual_size_m(const std::string& type) {
@@ -52,7 +52,7 @@ bool moves(const Actor& actor) {
   for (size_t i = 1; i < actor.T_world_object.size(); ++i) {
     const auto& before = actor.T_world_object[i - 1];
     const auto& after = actor.T_world_object[i];
-    if (before && after && (after->translation() - before->translation()).norm() > kMovingStep_m) return true;
+    if (before && after && (after->translation() - before->translation()).norm() > moving_step_m) return true;
   }
   return false;
 }
@@ -85,10 +85,10 @@ double camera_height_m(const Scenario& scenario) {
     for (size_t i = 0; i < actor.T_world_object.size(); ++i) {
       if (!actor.T_world_object[i]) continue;
       const Vector3d d = actor.T_world_object[i]->translation() - scenario.T_world_camera[i].translation();
-      if (d.norm() < kNearGround_m) heights_m.push_back(d.y());
+      if (d.norm() < near_ground_m) heights_m.push_back(d.y());
     }
   }
-  if (heights_m.size() < 5) return kCameraHeight_m;
+  if (heights_m.size() < 5) return usual_camera_height_m;
   return std::clamp(middle_of(heights_m), 1.0, 3.0);
 }
 
@@ -117,7 +117,7 @@ Mesh make_world(const Scenario& scenario) {
       std::ranges::move(footprint(actor, *actor.T_world_object[i]), std::back_inserter(way.keep_free));
       const Vector3d from = scenario.T_world_camera[i].translation();
       const Vector3d to = actor.T_world_object[i]->translation();
-      if ((to - from).norm() < kSight_m) way.sight.push_back({from, to});
+      if ((to - from).norm() < sight_m) way.sight.push_back({from, to});
     }
   }
   return make_street_along(way);
@@ -136,9 +136,8 @@ Scenario replay_scenario(const SequenceTruth& truth, int first, int last, Scenar
   const Vector3d down = scenario.T_world_camera.front().rotation() * Vector3d::UnitY();
   if (down.y() < std::cos(std::numbers::pi / 6)) {
     fail(
-        "{}: the camera's down axis points to ({:.2f}, {:.2f}, {:.2f}) in the world, expected (0, 1, 0) "
-        "within "
-        "30 degrees",
+        "{}: the camera's down axis points to ({:.2f}, {:.2f}, "
+        "{:.2f}) in the world, expected (0, 1, 0) within 30 degrees",
         scenario.name, down.x(), down.y(), down.z());
   }
   const SE3 T_ours_world(Eigen::Quaterniond::Identity(), -scenario.T_world_camera.front().translation());

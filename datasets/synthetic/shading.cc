@@ -133,15 +133,15 @@ Shader::Facet Shader::facet(uint32_t surface, float x, float y) const {
 }
 
 void Shader::shade(uint32_t surface, const Samples& samples) {
-  const bool sky = surface == Bodies::kSky;
+  const bool sky = surface == Bodies::sky_surface;
   const Look* look = sky ? nullptr : &bodies_.patch(surface).look;
   if (!same(look, look_)) flush();
   look_ = look;
   Facet facet;
   if (!sky) facet = this->facet(surface, samples.x[0], samples.y[0]);
   for (size_t from = 0; from < samples.x.size();) {
-    if (n_ == NoiseTile::kBatch) flush();
-    const size_t n = std::min(samples.x.size() - from, static_cast<size_t>(NoiseTile::kBatch - n_));
+    if (n_ == NoiseTile::batch) flush();
+    const size_t n = std::min(samples.x.size() - from, static_cast<size_t>(NoiseTile::batch - n_));
     if (sky) {
       directions(rays_, &samples.x[from], &samples.y[from], n_, static_cast<int>(n), footprints_);
     } else {

@@ -11,7 +11,7 @@
 
 namespace sextant::synthetic {
 
-/// Samples of one surface (or kSky): places in the image (pixels), 1 where the sun shines, else 0, and
+/// Samples of one surface (or sky_surface): places in the image (pixels), 1 where the sun shines, else 0, and
 /// numbers that say what each sample is for. All of one length.
 struct Samples {
   std::span<const float> x, y, sun;
@@ -81,7 +81,7 @@ class Shader {
   Footprints footprints_;
   Light light_;
   Colours colours_;
-  uint32_t targets_[NoiseTile::kBatch] = {};
+  uint32_t targets_[NoiseTile::batch] = {};
 };
 
 }  // namespace sextant::synthetic

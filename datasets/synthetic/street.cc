@@ -12,7 +12,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-const Vector3f kAsphalt(0.34F, 0.34F, 0.35F);
+const Vector3f asphalt_grey(0.34F, 0.34F, 0.35F);
 
 /// A block of houses: a rectangle on the ground, and which of its sides face a road.
 struct Block {
@@ -40,12 +40,12 @@ class StreetBuilder : Furnisher {
     }
     for (const Block& block : blocks) furnish(block);
     // Houses across the ends of the roads.
-    house({-far, -kKerb_m, plan_.z_to_m}, {far, -kKerb_m, plan_.z_to_m + 14}, 17);
-    house({-far, -kKerb_m, plan_.z_from_m - 14}, {far, -kKerb_m, plan_.z_from_m}, 15);
+    house({-far, -kerb_m, plan_.z_to_m}, {far, -kerb_m, plan_.z_to_m + 14}, 17);
+    house({-far, -kerb_m, plan_.z_from_m - 14}, {far, -kerb_m, plan_.z_from_m}, 15);
     if (plan_.crossing_z_m) {
       const double c = *plan_.crossing_z_m;
-      house({far, -kKerb_m, c - 30}, {far + 14, -kKerb_m, c + 30}, 16);
-      house({-far - 14, -kKerb_m, c - 30}, {-far, -kKerb_m, c + 30}, 18);
+      house({far, -kerb_m, c - 30}, {far + 14, -kerb_m, c + 30}, 16);
+      house({-far - 14, -kerb_m, c - 30}, {-far, -kerb_m, c + 30}, 18);
     }
     return std::move(mesh);
   }
@@ -62,9 +62,9 @@ class StreetBuilder : Furnisher {
   void roads() {
     const double r = plan_.road_half_m;
     const auto marked = static_cast<float>(r - 2.3);  // a parking strip lies outside of the lanes
-    const Look road{Material::road, kAsphalt, 101, marked};
-    const Look plain{Material::asphalt, kAsphalt, 101, 0};
-    const Look stripes{Material::stripes, kAsphalt, 101, 0};
+    const Look road{Material::road, asphalt_grey, 101, marked};
+    const Look plain{Material::asphalt, asphalt_grey, 101, 0};
+    const Look stripes{Material::stripes, asphalt_grey, 101, 0};
     // Far below everything: whatever lies beyond the blocks.
     ground({Material::grass, {0.30F, 0.36F, 0.20F}, 103, 0}, -400, 400, plan_.z_from_m - 300,
            plan_.z_to_m + 300, 0.3);
@@ -94,7 +94,7 @@ class StreetBuilder : Furnisher {
   void furnish(const Block& b) {
     const Look kerb{Material::plaster, {0.55F, 0.54F, 0.52F}, next_seed(), 0};
     const Look slabs{Material::paving, {0.52F, 0.50F, 0.47F}, next_seed(), 0};
-    mesh.add_box(kerb, slabs, {b.x0, -kKerb_m, b.z0}, {b.x1, 0, b.z1});
+    mesh.add_box(kerb, slabs, {b.x0, -kerb_m, b.z0}, {b.x1, 0, b.z1});
     const double p = plan_.pavement_m;
     const double depth = 11;
     const bool right = b.x0 > 0;
@@ -103,7 +103,7 @@ class StreetBuilder : Furnisher {
     double z0 = b.z0 + (faces_crossing(b.z0) ? p : 0.0);
     const double z1 = b.z1 - (faces_crossing(b.z1) ? p : 0.0);
     row(z0, z1, [&](double from, double to, double height_m) {
-      house({std::min(front, back), -kKerb_m, from}, {std::max(front, back), -kKerb_m, to}, height_m);
+      house({std::min(front, back), -kerb_m, from}, {std::max(front, back), -kerb_m, to}, height_m);
     });
     plant_row(right ? b.x0 + 0.8 : b.x1 - 0.8, b.z0 + 6, b.z1 - 6);
     for (const double edge : {b.z0, b.z1}) {
@@ -112,9 +112,9 @@ class StreetBuilder : Furnisher {
       const double zf = edge + inwards * p, zb = zf + inwards * depth;
       const double from_x = right ? back + 1 : b.x0, to_x = right ? b.x1 : back - 1;
       row(from_x, to_x, [&](double from, double to, double height_m) {
-        house({from, -kKerb_m, std::min(zf, zb)}, {to, -kKerb_m, std::max(zf, zb)}, height_m);
+        house({from, -kerb_m, std::min(zf, zb)}, {to, -kerb_m, std::max(zf, zb)}, height_m);
       });
-      for (double x = from_x; x < to_x; x += draw(9, 13)) tree({x, -kKerb_m, edge + inwards * 0.8});
+      for (double x = from_x; x < to_x; x += draw(9, 13)) tree({x, -kerb_m, edge + inwards * 0.8});
     }
   }
 
@@ -135,9 +135,9 @@ class StreetBuilder : Furnisher {
   void plant_row(double x, double z0, double z1) {
     for (double z = z0; z < z1; z += draw(7, 11)) {
       if (draw(0, 1) < 0.62) {
-        tree({x, -kKerb_m, z});
+        tree({x, -kerb_m, z});
       } else {
-        post({x, -kKerb_m, z}, x < 0 ? 1.0 : -1.0);
+        post({x, -kerb_m, z}, x < 0 ? 1.0 : -1.0);
       }
     }
   }

@@ -14,10 +14,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kStep_m = 1.5;
-constexpr double kLower_m = 0.02;
-constexpr double kMargin_m = 70;
-constexpr double kHouseDepth_m = 11;
+constexpr double step_m = 1.5;
+constexpr double lower_m = 0.02;
+constexpr double margin_m = 70;
+constexpr double house_depth_m = 11;
 
 Vector2d flat(const Vector3d& p) { return {p.x(), p.z()}; }
 
@@ -62,14 +62,14 @@ class Builder : Furnisher {
     std::vector<Terrain::Support> supports;
     std::vector<Terrain::Disc> road;
     for (const Vector3d& place : samples_) {
-      supports.push_back({place + Vector3d(0, kLower_m, 0), 1});
+      supports.push_back({place + Vector3d(0, lower_m, 0), 1});
       road.push_back({place, way_.road_half_m});
     }
     for (const Vector3d& place : free_) {
-      supports.push_back({place + Vector3d(0, kLower_m, 0), 0.3});
+      supports.push_back({place + Vector3d(0, lower_m, 0), 0.3});
       road.push_back({place, 3.2});
     }
-    const Terrain terrain(supports, road, kMargin_m);
+    const Terrain terrain(supports, road, margin_m);
     terrain_ = &terrain;
     terrain.add_to(mesh, way_.pavement_m);
     far_ground(supports);
@@ -82,7 +82,7 @@ class Builder : Furnisher {
   }
 
  private:
-  /// The way in steps of about kStep_m, with straight ends.
+  /// The way in steps of about step_m, with straight ends.
   void sample_way() {
     if (way_.points.empty()) fail("street along a way: it has no points");
     const auto heading = [](const StreetWay::Point& point) -> Vector3d {
@@ -93,7 +93,7 @@ class Builder : Furnisher {
       return ahead.normalized();
     };
     const Vector3d back = -heading(way_.points.front());
-    for (double s = way_.before_m; s > 0.5 * kStep_m; s -= kStep_m) {
+    for (double s = way_.before_m; s > 0.5 * step_m; s -= step_m) {
       samples_.push_back(way_.points.front().ground + s * back);
     }
     for (const StreetWay::Point& point : way_.points) {
@@ -101,17 +101,17 @@ class Builder : Furnisher {
       if (!samples_.empty()) {
         const Vector3d last = samples_.back();
         const double gap_m = (flat(point.ground) - flat(last)).norm();
-        if (gap_m < kStep_m) continue;
+        if (gap_m < step_m) continue;
         if (gap_m > 1000) fail("street along a way: a step of {:.0f} m; expected less than 1 km", gap_m);
-        const int n = static_cast<int>(gap_m / kStep_m);
+        const int n = static_cast<int>(gap_m / step_m);
         for (int i = 1; i < n; ++i) samples_.push_back(last + (point.ground - last) * i / n);
       }
       samples_.push_back(point.ground);
     }
     const Vector3d on = heading(way_.points.back());
     const Vector3d end = samples_.back();
-    for (double s = kStep_m; s <= way_.after_m; s += kStep_m) samples_.push_back(end + s * on);
-    while (samples_.size() < 2) samples_.push_back(samples_.back() + kStep_m * on);
+    for (double s = step_m; s <= way_.after_m; s += step_m) samples_.push_back(end + s * on);
+    while (samples_.size() < 2) samples_.push_back(samples_.back() + step_m * on);
   }
 
   void thin_out_free() {
@@ -183,13 +183,13 @@ class Builder : Furnisher {
     while (i + 3 < samples_.size()) {
       const double length_m = 2.7 * std::round(draw(4, 9));
       const double height_m = house_height_m();
-      const size_t j = std::min(i + static_cast<size_t>(length_m / kStep_m), samples_.size() - 1);
+      const size_t j = std::min(i + static_cast<size_t>(length_m / step_m), samples_.size() - 1);
       const Vector2d a = flat(samples_[i]), b = flat(samples_[j]);
       i = j;
       if ((b - a).norm() < 2) continue;
       const double front_m = way_.road_half_m + way_.pavement_m;
       for (const double back_m : {0.0, 5.0, 12.0, 22.0}) {
-        const double near_m = front_m + back_m, far_m = near_m + kHouseDepth_m;
+        const double near_m = front_m + back_m, far_m = near_m + house_depth_m;
         const Plot plot{
             (a + b) / 2,         (b - a).normalized(), side < 0 ? -far_m : near_m, side < 0 ? -near_m : far_m,
             -(b - a).norm() / 2, (b - a).norm() / 2};

@@ -92,13 +92,13 @@ SunRays::SunRays(const ShadowCasters& casters, std::span<const std::optional<SE3
 SunRays::~SunRays() = default;
 
 void SunRays::cast(std::span<const Vector3f> points, std::span<uint8_t> shadowed) const {
-  constexpr size_t kRays = 8;
+  constexpr size_t rays = 8;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  for (size_t from = 0; from < points.size(); from += kRays) {
-    const size_t n = std::min(kRays, points.size() - from);
-    alignas(32) std::array<int, kRays> valid{};
+  for (size_t from = 0; from < points.size(); from += rays) {
+    const size_t n = std::min(rays, points.size() - from);
+    alignas(32) std::array<int, rays> valid{};
     RTCRay8 packet{};
     for (size_t i = 0; i < n; ++i) {
       valid[i] = -1;

@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr Channels kAll = Channels::all();
+constexpr Channels all_channels = Channels::all();
 
 /// Rendered anew: nothing from the cache.
 std::unique_ptr<Sequence> open(const std::string& source) {
@@ -144,10 +144,10 @@ TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
 TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
   const auto again = open("synthetic:" + GetParam());
   const int k = sequence_->info().first_frame + 2;
-  const Frame expected = again->read(k, kAll);
+  const Frame expected = again->read(k, all_channels);
   Frame one, two;
-  std::thread first([&] { one = sequence_->read(k, kAll); });
-  std::thread second([&] { two = sequence_->read(k, kAll); });
+  std::thread first([&] { one = sequence_->read(k, all_channels); });
+  std::thread second([&] { two = sequence_->read(k, all_channels); });
   first.join();
   second.join();
   EXPECT_TRUE(same_bytes(one, expected));
@@ -195,16 +195,16 @@ double motion_error(const SE3& truth, const SE3& estimate) {
 
 TEST_P(SyntheticScenario, EstimatorsOnExactDataFindTheTruth) {
   const SequenceInfo& info = sequence_->info();
-  constexpr Channels kPrev{.gray = true, .depth = true, .flow = true, .mask = true};
-  constexpr Channels kCurr{.depth = true, .mask = true};
+  constexpr Channels previous_frame{.gray = true, .depth = true, .flow = true, .mask = true};
+  constexpr Channels current_frame{.depth = true, .mask = true};
   double worst_ego = 0, worst_object = 0;
   int n_pairs = 0, n_objects = 0;
   for (const int before : some_frames(8, 1)) {
     const int k = before + 1;
     ++n_pairs;
     const auto sequence = open_frames(before, k);
-    const Frame prev = sequence->read(before, kPrev);
-    const Frame curr = sequence->read(k, kCurr);
+    const Frame prev = sequence->read(before, previous_frame);
+    const Frame curr = sequence->read(k, current_frame);
     const FramePair pair = extract_frame_pair(prev, curr, info.camera, 1 / info.rate_hz, {});
     for (const char* name : {"motion_only", "joint_flow"}) {
       FrameEstimator estimator({}, make_estimator(name));

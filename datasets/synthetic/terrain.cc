@@ -10,9 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCell_m = 3;
-constexpr double kSmooth_m2 = 4;     // of the weights
-constexpr double kDistances_m = 12;  // distances to the road's edge are exact up to here
+constexpr double cell_m = 3;
+constexpr double smooth_m2 = 4;     // of the weights
+constexpr double distances_m = 12;  // distances to the road's edge are exact up to here
 
 }  // namespace
 
@@ -26,15 +26,15 @@ Terrain::Terrain(const std::vector<Support>& supports, const std::vector<Disc>& 
     z0_ = std::min(z0_, support.place.z() - margin_m);
     z1 = std::max(z1, support.place.z() + margin_m);
   }
-  n_x_ = static_cast<int>((x1 - x0_) / kCell_m) + 2;
-  n_z_ = static_cast<int>((z1 - z0_) / kCell_m) + 2;
+  n_x_ = static_cast<int>((x1 - x0_) / cell_m) + 2;
+  n_z_ = static_cast<int>((z1 - z0_) / cell_m) + 2;
   if (static_cast<int64_t>(n_x_) * n_z_ > 4'000'000) {
     fail("street: its way spans {:.0f} m x {:.0f} m; expected less than 6 km x 6 km", x1 - x0_, z1 - z0_);
   }
   nodes_.resize(static_cast<size_t>(n_x_) * n_z_);
   for (const Support& support : supports) {
     visit_near(support.place, margin_m, [&](Node& node, double d2) {
-      const double w = support.weight / ((d2 + kSmooth_m2) * (d2 + kSmooth_m2));
+      const double w = support.weight / ((d2 + smooth_m2) * (d2 + smooth_m2));
       node.weight += w;
       node.y += w * support.place.y();
       node.drawn = true;
@@ -44,7 +44,7 @@ Terrain::Terrain(const std::vector<Support>& supports, const std::vector<Disc>& 
     if (node.drawn) node.y /= node.weight;
   }
   for (const Disc& disc : road) {
-    visit_near(disc.place, disc.radius_m + kDistances_m, [&](Node& node, double d2) {
+    visit_near(disc.place, disc.radius_m + distances_m, [&](Node& node, double d2) {
       node.edge_m = std::min(node.edge_m, std::sqrt(d2) - disc.radius_m);
     });
   }
@@ -53,12 +53,12 @@ Terrain::Terrain(const std::vector<Support>& supports, const std::vector<Disc>& 
 template <typename Visit>
 void Terrain::visit_near(const Vector3d& place, double radius_m, const Visit& visit) {
   const auto index = [](double from, double at, int n) {
-    return static_cast<int>(std::clamp((at - from) / kCell_m, 0.0, static_cast<double>(n - 1)));
+    return static_cast<int>(std::clamp((at - from) / cell_m, 0.0, static_cast<double>(n - 1)));
   };
   const int i1 = index(x0_, place.x() + radius_m, n_x_), j1 = index(z0_, place.z() + radius_m, n_z_);
   for (int j = index(z0_, place.z() - radius_m, n_z_); j <= j1; ++j) {
     for (int i = index(x0_, place.x() - radius_m, n_x_); i <= i1; ++i) {
-      const double dx = x0_ + i * kCell_m - place.x(), dz = z0_ + j * kCell_m - place.z();
+      const double dx = x0_ + i * cell_m - place.x(), dz = z0_ + j * cell_m - place.z();
       const double d2 = dx * dx + dz * dz;
       if (d2 <= radius_m * radius_m) visit(nodes_[static_cast<size_t>(j) * n_x_ + i], d2);
     }
@@ -67,12 +67,12 @@ void Terrain::visit_near(const Vector3d& place, double radius_m, const Visit& vi
 
 Terrain::Corner Terrain::corner(int i, int j) const {
   const Node& node = nodes_[static_cast<size_t>(j) * n_x_ + i];
-  return {{x0_ + i * kCell_m, node.y, z0_ + j * kCell_m}, node.edge_m};
+  return {{x0_ + i * cell_m, node.y, z0_ + j * cell_m}, node.edge_m};
 }
 
 double Terrain::height(double x, double z) const {
-  const double u = std::clamp((x - x0_) / kCell_m, 0.0, n_x_ - 1.001);
-  const double v = std::clamp((z - z0_) / kCell_m, 0.0, n_z_ - 1.001);
+  const double u = std::clamp((x - x0_) / cell_m, 0.0, n_x_ - 1.001);
+  const double v = std::clamp((z - z0_) / cell_m, 0.0, n_z_ - 1.001);
   const int i = static_cast<int>(u), j = static_cast<int>(v);
   const double a = u - i, b = v - j;
   const double y00 = corner(i, j).at.y(), y11 = corner(i + 1, j + 1).at.y();

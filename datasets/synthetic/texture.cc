@@ -14,8 +14,8 @@ using wide::max;
 using wide::min;
 using wide::mix;
 
-constexpr int kBatch = NoiseTile::kBatch;
-constexpr int kMaxSamples = 3;
+constexpr int batch = NoiseTile::batch;
+constexpr int max_samples = 3;
 
 /// Random bits of a cell of a pattern.
 SEXTANT_INLINED uint32_t cell_bits(int32_t x, int32_t y, uint32_t seed) {
@@ -52,24 +52,24 @@ struct NoiseSamples {
 
 SEXTANT_SIMD void fine_samples(const Footprints& f, int n, int which, float shift_u, float shift_v,
                                NoiseSamples& s) {
-  constexpr float kPer_m = 1.0F / 0.012F;
+  constexpr float texels_per_m = 1.0F / 0.012F;
   for (int i = 0; i < n; ++i) {
     const float each = 1.0F / f.count[i];
     const float along = (static_cast<float>(which) + 0.5F) * each - 0.5F;
-    s.x[i] = (f.u[i] + along * f.along_u[i]) * kPer_m + shift_u;
-    s.y[i] = (f.v[i] + along * f.along_v[i]) * kPer_m + shift_v;
-    s.width[i] = f.width[i] * kPer_m;
+    s.x[i] = (f.u[i] + along * f.along_u[i]) * texels_per_m + shift_u;
+    s.y[i] = (f.v[i] + along * f.along_v[i]) * texels_per_m + shift_v;
+    s.width[i] = f.width[i] * texels_per_m;
     s.weight[i] = static_cast<float>(which) < f.count[i] ? each : 0.0F;
   }
 }
 
 SEXTANT_SIMD void coarse_samples(const Footprints& f, int n, float shift_u, float shift_v, NoiseSamples& s) {
-  constexpr float kPer_m = 1.0F / 0.26F;
+  constexpr float texels_per_m = 1.0F / 0.26F;
   for (int i = 0; i < n; ++i) {
     // Turned, so that the tiles' edges do not line up.
-    s.x[i] = (0.8F * f.u[i] - 0.6F * f.v[i]) * kPer_m + shift_v;
-    s.y[i] = (0.6F * f.u[i] + 0.8F * f.v[i]) * kPer_m + shift_u;
-    s.width[i] = f.width[i] * kPer_m;
+    s.x[i] = (0.8F * f.u[i] - 0.6F * f.v[i]) * texels_per_m + shift_v;
+    s.y[i] = (0.6F * f.u[i] + 0.8F * f.v[i]) * texels_per_m + shift_u;
+    s.width[i] = f.width[i] * texels_per_m;
     s.weight[i] = 1.0F;
   }
 }
@@ -106,9 +106,9 @@ SEXTANT_SIMD void plain(float mean, float contrast, float darkest, int n, Lane& 
 
 /// Smooth noise in [-1, 1) with one random value per cell of 1.7 m: where it crosses zero there are cracks.
 SEXTANT_SIMD void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
-  constexpr float kPer_m = 1.0F / 1.7F;
+  constexpr float texels_per_m = 1.0F / 1.7F;
   for (int i = 0; i < n; ++i) {
-    const float x = f.u[i] * kPer_m, y = f.v[i] * kPer_m;
+    const float x = f.u[i] * texels_per_m, y = f.v[i] * texels_per_m;
     const int32_t ix = floor_int(x), iy = floor_int(y);
     float a = x - static_cast<float>(ix), b = y - static_cast<float>(iy);
     a = a * a * (3 - 2 * a);
@@ -117,7 +117,7 @@ SEXTANT_SIMD void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise
       return unit(cell_bits(ix + dx, iy + dy, seed) & 0xffffU) * 2 - 1;
     };
     const float crack = mix(mix(value(0, 0), value(1, 0), a), mix(value(0, 1), value(1, 1), a), b);
-    const float crack_width = 0.02F + f.width[i] * kPer_m;
+    const float crack_width = 0.02F + f.width[i] * texels_per_m;
     const float dark = max(0.0F, 1.0F - wide::abs(crack) / crack_width) * 0.02F / crack_width;
     noise_to_shade[i] = max(0.2F, 1.0F + 0.16F * noise_to_shade[i] - 0.5F * dark);
   }
@@ -173,29 +173,29 @@ struct Windows {
 };
 
 SEXTANT_SIMD void window_shares(const Footprints& f, int n, Windows& w) {
-  constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
+  constexpr float bay_m = 2.7F, storey_m = 3.1F;
   for (int i = 0; i < n; ++i) {
     const float u = f.u[i], v = f.v[i], width_u = f.width_u[i], width_v = f.width_v[i];
-    w.frame[i] = cover_periodic(u, width_u, kBay_m, 0.65F, 2.05F) *
-                 cover_periodic(v, width_v, kStorey_m, 0.85F, 2.55F);
-    w.pane[i] = min(1.0F, (cover_periodic(u, width_u, kBay_m, 0.73F, 1.31F) +
-                           cover_periodic(u, width_u, kBay_m, 1.39F, 1.97F)) *
-                              cover_periodic(v, width_v, kStorey_m, 0.93F, 2.47F));
-    w.sill[i] = min(1.0F, cover_periodic(u, width_u, kBay_m, 0.5F, 2.2F) *
-                              cover_periodic(v, width_v, kStorey_m, 0.70F, 0.85F));
+    w.frame[i] =
+        cover_periodic(u, width_u, bay_m, 0.65F, 2.05F) * cover_periodic(v, width_v, storey_m, 0.85F, 2.55F);
+    w.pane[i] = min(1.0F, (cover_periodic(u, width_u, bay_m, 0.73F, 1.31F) +
+                           cover_periodic(u, width_u, bay_m, 1.39F, 1.97F)) *
+                              cover_periodic(v, width_v, storey_m, 0.93F, 2.47F));
+    w.sill[i] = min(1.0F, cover_periodic(u, width_u, bay_m, 0.5F, 2.2F) *
+                              cover_periodic(v, width_v, storey_m, 0.70F, 0.85F));
   }
 }
 
 /// Every window has its own darkness and curtain.
 SEXTANT_SIMD void window_light(const Footprints& f, const Lane& noise, uint32_t seed, int n, Windows& w) {
-  constexpr float kBay_m = 2.7F, kStorey_m = 3.1F;
+  constexpr float bay_m = 2.7F, storey_m = 3.1F;
   for (int i = 0; i < n; ++i) {
-    const int32_t bay = floor_int(f.u[i] * (1 / kBay_m)), storey = floor_int(f.v[i] * (1 / kStorey_m));
-    const float sharp = clamp(kBay_m / max(f.width_u[i], f.width_v[i]) - 1.0F, 0.0F, 1.0F);
+    const int32_t bay = floor_int(f.u[i] * (1 / bay_m)), storey = floor_int(f.v[i] * (1 / storey_m));
+    const float sharp = clamp(bay_m / max(f.width_u[i], f.width_v[i]) - 1.0F, 0.0F, 1.0F);
     const uint32_t bits = cell_bits(bay, storey, seed);
     const float lit = 1.2F + 0.5F * sharp * (unit(bits & 0xffffU) * 2 - 1);
     const float blind = 2.47F - 1.2F * unit(bits >> 16);
-    const float height = f.v[i] - static_cast<float>(storey) * kStorey_m;
+    const float height = f.v[i] - static_cast<float>(storey) * storey_m;
     const float bright = sharp * cover(height, f.width_v[i], blind, 2.47F) * 0.55F + 0.10F * noise[i];
     w.red[i] = max(0.03F, 0.14F * lit + bright);
     w.green[i] = max(0.03F, 0.18F * lit + bright);
@@ -242,7 +242,7 @@ SEXTANT_SIMD void measure_all(Footprints& f, int n) {
     const bool x_longer = along_x > along_y;
     const float major_m = x_longer ? along_x : along_y;
     const float minor_m = max(x_longer ? along_y : along_x, 1e-6F);
-    const float ratio = min(major_m / minor_m * 0.7F, kMaxSamples - 1.0F);
+    const float ratio = min(major_m / minor_m * 0.7F, max_samples - 1.0F);
     const auto count = static_cast<float>(static_cast<int32_t>(ratio) + 1);
     f.count[i] = count;
     f.along_u[i] = x_longer ? f.u_x[i] : f.u_y[i];
@@ -305,7 +305,7 @@ Plain plain_of(Material material) {
 void Footprints::measure(int n) { measure_all(*this, wide::whole(n)); }
 
 void surface_colours(const Look& look, const Footprints& f, int n, Colours& c) {
-  SEXTANT_CHECK(n > 0 && n <= kBatch);
+  SEXTANT_CHECK(n > 0 && n <= batch);
   const int whole = wide::whole(n);
   Lane noise, shade;
   grain(f, n, look.seed, noise);

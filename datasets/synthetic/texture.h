@@ -11,7 +11,7 @@ namespace sextant::synthetic {
 
 /// Values of samples that are shaded together.
 struct Lane {
-  alignas(32) float at[NoiseTile::kBatch] = {};
+  alignas(32) float at[NoiseTile::batch] = {};
   float& operator[](int i) { return at[i]; }
   float operator[](int i) const { return at[i]; }
 };
@@ -33,7 +33,7 @@ struct Colours {
   Lane red, green, blue;
 };
 
-/// The surface, unlit, at `n` places, at most NoiseTile::kBatch.
+/// The surface, unlit, at `n` places, at most NoiseTile::batch.
 void surface_colours(const Look& look, const Footprints& footprints, int n, Colours& colours);
 
 /// The sky in the world directions (u, v, u_x), of any length.

@@ -9,9 +9,9 @@
 
 namespace sextant::synthetic::wide {
 
-constexpr int kLanes = 8;
-/// Loops may run past the end up to the next multiple of kLanes; arrays have room for that.
-constexpr int whole(int n) { return (n + kLanes - 1) / kLanes * kLanes; }
+constexpr int lanes = 8;
+/// Loops may run past the end up to the next multiple of lanes; arrays have room for that.
+constexpr int whole(int n) { return (n + lanes - 1) / lanes * lanes; }
 
 SEXTANT_INLINED float min(float a, float b) { return a < b ? a : b; }
 SEXTANT_INLINED float max(float a, float b) { return a > b ? a : b; }

@@ -302,8 +302,8 @@ void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceChec
 /// What to know beside the checks: the truth's own accuracy, and what the adapter warns of.
 void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
   if (const auto floor = sequence.truth().camera_step_floor_m) {
-    lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m (RMS): no "
-                                                    "estimator can be measured to be better",
+    lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m "
+                                                    "(RMS): no estimator can be measured to be better",
                                                     *floor)));
   }
   for (const std::string& warning : sequence.info().warnings) lines.push_back(note("note", warning));

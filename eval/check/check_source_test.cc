@@ -15,7 +15,7 @@ namespace sextant {
 namespace {
 
 using testing::HasSubstr;
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 /// A source in memory, so that a mistake is a change of values.
 class MemorySequence final : public Sequence {
@@ -233,13 +233,13 @@ std::vector<Seed> seeds() {
       {"PosesMissingAsIdentity", "identity",
        [](MemorySequence& s) { s.truth_.camera.set(s.info_.first_frame + 2, SE3()); }},
       {"YawOffByHalfPi", "yaw is off by pi/2",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + kPi / 2; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + pi / 2; }); })},
       {"YawOffByMinusHalfPi", "yaw is off by pi/2",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a - kPi / 2; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a - pi / 2; }); })},
       {"YawOffByPi", "yaw is off by pi",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + kPi; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + pi; }); })},
       {"YawNegated", "wrong sign",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return kPi - a; }); }), turning},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return pi - a; }); }), turning},
       {"ObjectsInTheWorld", "world frame",
        object([](ObjectTruth& o, const SE3& T) { o.T_camera_object = T * o.T_camera_object; }), turning},
       {"ObjectsAtTheBoxCentre", "box centre", object([](ObjectTruth& o, const SE3&) {
@@ -439,11 +439,11 @@ std::vector<Seed> real_seeds() {
        })},
       {"PosesInverted", "inverted", pose([](const SE3& T) { return T.inverse(); })},
       {"YawOffByHalfPi", "yaw is off by pi/2",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + kPi / 2; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + pi / 2; }); })},
       {"YawOffByMinusHalfPi", "yaw is off by pi/2",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a - kPi / 2; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a - pi / 2; }); })},
       {"YawOffByPi", "yaw is off by pi",
-       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + kPi; }); })},
+       object([](ObjectTruth& o, const SE3&) { turn(o, [](double a) { return a + pi; }); })},
       {"MaskIdsWithoutPlusOne", "mask ids are off by one", mask([](int id) { return id - 1; })},
       {"ObjectsInTheWorld", "world frame",
        object([](ObjectTruth& o, const SE3& T) { o.T_camera_object = T * o.T_camera_object; })},

@@ -6,11 +6,11 @@
 namespace sextant {
 namespace {
 
-constexpr double kSamplesPerFrame = 5000;
+constexpr double samples_per_frame = 5000;
 
 int choose_step(const SequenceInfo& info) {
   const double area = static_cast<double>(info.width) * info.height;
-  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / kSamplesPerFrame))));
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / samples_per_frame))));
 }
 
 }  // namespace

@@ -50,8 +50,8 @@ TEST(DenseTruth, IsMeasuredWhereThereIsTruth) {
   EXPECT_EQ(errors.n_depth_frames, 1);
   EXPECT_NEAR(errors.disparity.value().mean_px, 1, 1e-5);
   EXPECT_EQ(errors.flow_text(),
-            "EPE 3 px (3 along x, 0 along y), outliers 0.00 %, over 16 pixels of 1 frame, 100.0 "
-            "% of those with truth");
+            "EPE 3 px (3 along x, 0 along y), outliers 0.00 %, "
+            "over 16 pixels of 1 frame, 100.0 % of those with truth");
   sequence.hide_ = false;
   EXPECT_DOUBLE_EQ(dense_truth_errors(sequence, 1).flow.value().epe_px, 3.5);
   EXPECT_DOUBLE_EQ(dense_truth_errors(sequence, 1).flow.value().outlier_share, 0.5);

@@ -10,12 +10,12 @@
 namespace sextant {
 namespace {
 
-constexpr double kMaxPenalty = 6;
-constexpr double kLost = 3;      // a check that can no longer be made
-constexpr double kAlike = 0.25;  // penalties that do not tell two hypotheses apart
-constexpr size_t kMaxCauses = 3;
-constexpr double kNegligible = 0.002;  // of the limit: a residual not worth explaining
-constexpr double kTakenAway = 0.1;     // of its residual is left to a sharp check whose cause is found
+constexpr double max_penalty = 6;
+constexpr double lost = 3;      // a check that can no longer be made
+constexpr double alike = 0.25;  // penalties that do not tell two hypotheses apart
+constexpr size_t max_causes = 3;
+constexpr double negligible = 0.002;  // of the limit: a residual not worth explaining
+constexpr double taken_away = 0.1;    // of its residual is left to a sharp check whose cause is found
 
 /// A hypothesis and what the checks say under it.
 struct Trial {
@@ -26,8 +26,8 @@ struct Trial {
 
 /// Grows from 0 with the distance from passing, slower and slower.
 double penalty(const Finding& before, const Finding& after) {
-  if (!after.checkable()) return before.checkable() ? kLost : 0;
-  return std::min(kMaxPenalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
+  if (!after.checkable()) return before.checkable() ? lost : 0;
+  return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
 }
 
 bool breaks_another(const std::vector<Finding>& before, const std::vector<Finding>& after) {
@@ -52,8 +52,8 @@ Trial try_out(const Hypothesis& hypothesis, const ConventionData& data, const st
 std::string told(std::vector<const Trial*> fits) {
   std::ranges::stable_sort(fits, {}, &Trial::penalty);
   std::string causes;
-  for (size_t i = 0; i < std::min(fits.size(), kMaxCauses); ++i) {
-    if (fits[i]->penalty > fits[0]->penalty + kAlike) break;
+  for (size_t i = 0; i < std::min(fits.size(), max_causes); ++i) {
+    if (fits[i]->penalty > fits[0]->penalty + alike) break;
     causes += (i > 0 ? "; or: " : "") + fits[i]->cause;
   }
   return causes;
@@ -64,12 +64,12 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
   Diagnosis out{finding, finding.outcome(), ""};
   if (!finding.checkable()) return out;
   const bool passes = finding.passes();
-  if (passes && (!finding.sharp || finding.ratio() < kNegligible)) return out;
+  if (passes && (!finding.sharp || finding.ratio() < negligible)) return out;
   std::vector<const Trial*> fits, perfect;
   for (const Trial& trial : trials) {
     if (trial.findings.empty() || !trial.findings[check].passes()) continue;
     fits.push_back(&trial);
-    if (*trial.findings[check].value < kTakenAway * *finding.value) perfect.push_back(&trial);
+    if (*trial.findings[check].value < taken_away * *finding.value) perfect.push_back(&trial);
   }
   if (!passes) out.cause = fits.empty() ? "no known cause fits" : told(fits);
   if (!perfect.empty() && finding.sharp) {

@@ -8,33 +8,33 @@ namespace sextant {
 namespace {
 
 // Limits: docs/data-check.md.
-constexpr double kStill_px = 0.5;         // median flow below which a pair says nothing
-constexpr double kStaticFloor_px = 0.75;  // residual of a good flow network
-constexpr double kStaticShare = 0.25;     // of the parallax
-constexpr double kStaticFailFactor = 1.6;
-constexpr double kScaleLimit_percent = 3;
-constexpr double kScaleFail_percent = 6;
-constexpr double kObjectLimit_m = 0.3;
-constexpr double kObjectFail_m = 0.6;
-constexpr double kMinParallax_px = 1;
-constexpr int kMinPointsOfPair = 50;
-constexpr int kMinPointsOfObject = 8;
-constexpr double kFarOff_px = 1e6;    // stands for a point that ends behind the camera
-constexpr double kStepJitter = 0.05;  // of true steps: KITTI's
+constexpr double still_px = 0.5;          // median flow below which a pair says nothing
+constexpr double static_floor_px = 0.75;  // residual of a good flow network
+constexpr double static_share = 0.25;     // of the parallax
+constexpr double static_fail_factor = 1.6;
+constexpr double scale_limit_percent = 3;
+constexpr double scale_fail_percent = 6;
+constexpr double object_limit_m = 0.3;
+constexpr double object_fail_m = 0.6;
+constexpr double min_parallax_px = 1;
+constexpr int min_points_of_pair = 50;
+constexpr int min_points_of_object = 8;
+constexpr double far_off_px = 1e6;    // stands for a point that ends behind the camera
+constexpr double step_jitter = 0.05;  // of true steps: KITTI's
 
 double length(const Flow& flow) { return std::hypot(double{flow.u}, double{flow.v}); }
 
-/// Where the flow of a point goes when it moves by T_to_from; kFarOff_px when it ends behind the camera.
+/// Where the flow of a point goes when it moves by T_to_from; far_off_px when it ends behind the camera.
 Eigen::Vector2d predicted_flow(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
   const Eigen::Vector3d p = T_to_from * camera.backproject(s.u, s.v, s.z_m);
-  if (p.z() <= 0.01) return Eigen::Vector2d::Constant(kFarOff_px);
+  if (p.z() <= 0.01) return Eigen::Vector2d::Constant(far_off_px);
   return camera.project(p) - Eigen::Vector2d(s.u, s.v);
 }
 
 double residual_px(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
   const Eigen::Vector2d r = predicted_flow(camera, s, T_to_from) - Eigen::Vector2d(s.flow.u, s.flow.v);
   const double length = r.norm();
-  return std::isfinite(length) ? std::min(length, kFarOff_px) : kFarOff_px;
+  return std::isfinite(length) ? std::min(length, far_off_px) : far_off_px;
 }
 
 /// The least value up to which the weights sum to half of all; by bisection of the order, without sorting.
@@ -68,7 +68,7 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   if (!motion) return std::nullopt;
   StaticPair pair{*motion, flow_samples(data, k)};
   std::erase_if(pair.points, [](const FlowSample& s) { return s.id != 0; });
-  if (static_cast<int>(pair.points.size()) < kMinPointsOfPair) return std::nullopt;
+  if (static_cast<int>(pair.points.size()) < min_points_of_pair) return std::nullopt;
   return pair;
 }
 
@@ -104,7 +104,7 @@ Finding check_static_flow(const ConventionData& data) {
       truth.push_back(predicted_flow(camera, s, pair->T_to_from).norm());
       without_rotation.push_back(residual_px(camera, s, rotation));
     }
-    if (median(given) < kStill_px && median(truth) < kStill_px) continue;
+    if (median(given) < still_px && median(truth) < still_px) continue;
     residuals.insert(residuals.end(), r.begin(), r.end());
     parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
   }
@@ -118,8 +118,8 @@ Finding check_static_flow(const ConventionData& data) {
   }
   finding.value = median(residuals);
   const double typical = median(parallax);
-  finding.limit = std::max(kStaticFloor_px, typical < kFarOff_px ? kStaticShare * typical : 0);
-  finding.fail_limit = kStaticFailFactor * finding.limit;
+  finding.limit = std::max(static_floor_px, typical < far_off_px ? static_share * typical : 0);
+  finding.fail_limit = static_fail_factor * finding.limit;
   return finding;
 }
 
@@ -138,10 +138,10 @@ double step_share(const PinholeCamera& camera, const StaticPair& pair) {
       const Eigen::Vector2d turned = predicted_flow(camera, sample, rotation);
       const Eigen::Vector2d expected = predicted_flow(camera, sample, pair.T_to_from) - turned;
       const Eigen::Vector2d given = Eigen::Vector2d(sample.flow.u, sample.flow.v) - turned;
-      if (!(expected.norm() >= kMinParallax_px && expected.norm() < kFarOff_px / 2)) continue;
+      if (!(expected.norm() >= min_parallax_px && expected.norm() < far_off_px / 2)) continue;
       weighted.emplace_back(given.dot(expected) / expected.squaredNorm(), given.norm());
     }
-    if (static_cast<int>(weighted.size()) < kMinPointsOfPair) return NAN;
+    if (static_cast<int>(weighted.size()) < min_points_of_pair) return NAN;
     const double step = weighted_median(std::move(weighted));
     if (!(step > 0.05 && step < 20)) return NAN;
     share *= step;
@@ -166,11 +166,11 @@ DepthFactor fit_depth_factor(const ConventionData& data) {
     squares += share * share;
   }
   if (fit.n == 0) return fit;
-  // Few pairs whose true steps jitter do not decide on per cents: kStepJitter is assumed as firmly as two
+  // Few pairs whose true steps jitter do not decide on per cents: step_jitter is assumed as firmly as two
   // pairs would show it.
   const double n = fit.n, mean = sum / n;
   const double spread = std::max(0.0, squares - n * mean * mean);
-  fit.error = std::sqrt((spread + 2 * kStepJitter * kStepJitter) / (n + 1) / n);
+  fit.error = std::sqrt((spread + 2 * step_jitter * step_jitter) / (n + 1) / n);
   fit.factor = length_m / shown_m;
   return fit;
 }
@@ -213,16 +213,16 @@ Finding check_depth_scale(const ConventionData& data) {
     return finding;
   }
   finding.value = 100 * std::abs(fit.factor - 1);
-  finding.limit = kScaleLimit_percent + 200 * fit.error;
-  finding.fail_limit = std::max(finding.limit, kScaleFail_percent + 100 * fit.error);
+  finding.limit = scale_limit_percent + 200 * fit.error;
+  finding.fail_limit = std::max(finding.limit, scale_fail_percent + 100 * fit.error);
   finding.message = fmt::format("depth x {:.4f} agrees best with flow and poses", fit.factor);
   return finding;
 }
 
 Finding check_object_flow(const ConventionData& data) {
   Finding finding{.check = "object flow",
-                  .limit = kObjectLimit_m,
-                  .fail_limit = kObjectFail_m,
+                  .limit = object_limit_m,
+                  .fail_limit = object_fail_m,
                   .unit = "m",
                   .counted = "objects",
                   .sharp = true};
@@ -235,7 +235,7 @@ Finding check_object_flow(const ConventionData& data) {
     }
     for (const auto& [id, samples] : by_id) {
       const auto motion = data.truth.object_motion(id, k + data.flow_from, k + data.flow_to);
-      if (!motion || static_cast<int>(samples.size()) < kMinPointsOfObject) continue;
+      if (!motion || static_cast<int>(samples.size()) < min_points_of_object) continue;
       std::vector<double> metres;
       for (const FlowSample& s : samples)
         metres.push_back(residual_px(camera, s, *motion) * s.z_m / camera.fx);

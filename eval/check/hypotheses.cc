@@ -11,9 +11,9 @@ namespace {
 
 using namespace undo;  // NOLINT: this file is a table in its terms
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kMinRangeShare = 0.5;
-constexpr double kFitPrice = 0.6;  // a number that is fitted explains more than it should
+constexpr double pi = std::numbers::pi;
+constexpr double min_range_share = 0.5;
+constexpr double fit_price = 0.6;  // a number that is fitted explains more than it should
 
 using Table = std::vector<Hypothesis>;
 
@@ -24,7 +24,7 @@ struct Meaning {
   const char* name;
   double (*z_m)(double n, double bf);
 };
-constexpr Meaning kMeanings[] = {
+constexpr Meaning meanings[] = {
     {"disparity * 256", [](double n, double bf) { return bf * 256 / n; }},
     {"disparity in whole px", [](double n, double bf) { return bf / n; }},
     {"centimetres", [](double n, double) { return n / 100; }},
@@ -40,7 +40,7 @@ struct Reader {
   const char* meaning;
   double (*n)(double z_m, double bf);
 };
-constexpr Reader kReaders[] = {
+constexpr Reader readers[] = {
     {"disparity256", "disparity * 256", [](double z, double bf) { return 256 * bf / z; }},
     {"cm", "centimetres", [](double z, double) { return 100 * z; }},
     {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
@@ -48,7 +48,7 @@ constexpr Reader kReaders[] = {
 
 /// Back through the reader to the integers of the file, and forth with another meaning of them.
 void add_codings(const Reader& reader, Table& table) {
-  for (const Meaning& meaning : kMeanings) {
+  for (const Meaning& meaning : meanings) {
     if (std::string_view(reader.meaning) == meaning.name) continue;
     table.push_back(
         {fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
@@ -82,7 +82,7 @@ void add_depth(const ConventionData& data, Table& table) {
         [](D, double z, double, double) { return z * 256; });
   }
   // What is computed by stereo matching has no files to be misread.
-  for (const Reader& reader : kReaders) {
+  for (const Reader& reader : readers) {
     const bool usual = std::string_view(reader.kind) != "depth256";
     if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
   }
@@ -90,19 +90,19 @@ void add_depth(const ConventionData& data, Table& table) {
   table.push_back({"depth looks like the range along the ray, not z",
                    [](ConventionData& d, double& ignored) {
                      const auto share = range_share(d);
-                     if (share && *share < kMinRangeShare) return false;
+                     if (share && *share < min_range_share) return false;
                      return depth([](D c, double r, double u, double v) {
                        return r / c.camera.left.ray(u, v).norm();
                      })(d, ignored);
                    },
-                   kFitPrice});
+                   fit_price});
   table.push_back({"depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth)});
   table.push_back({"depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth)});
   table.push_back(
       {"depth is too large by a factor {:.4g}: wrong baseline or focal length?",
        fitted_factor(
            1e4, [](double s) { return depth([s](D, double z, double, double) { return z * s; }); }, 1),
-       kFitPrice, true});
+       fit_price, true});
 }
 
 void add_flow(Table& table) {
@@ -142,7 +142,7 @@ void add_flow(Table& table) {
       {"flow is too large by a factor {:.4g}",
        fitted_factor(1e3,
                      [](double s) { return flow([s](D, double u, double v) { return V(u * s, v * s); }); }),
-       2 * kFitPrice, true});
+       2 * fit_price, true});
 }
 
 SE3 axes(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
@@ -176,7 +176,7 @@ void add_poses(Table& table) {
   add("camera positions are in centimetres", scaled(0.01));
   add("camera positions are in millimetres", scaled(0.001));
   table.push_back(
-      {"camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), kFitPrice, true});
+      {"camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), fit_price, true});
 }
 
 void add_objects(const ConventionData& data, Table& table) {
@@ -184,10 +184,10 @@ void add_objects(const ConventionData& data, Table& table) {
   const auto add = [&](std::string cause, Undo undo, double price = 0) {
     table.push_back({std::move(cause), std::move(undo), price});
   };
-  add("object yaw is off by pi/2 (too large)", yaw([](double a) { return a - kPi / 2; }));
-  add("object yaw is off by pi/2 (too small)", yaw([](double a) { return a + kPi / 2; }));
-  add("object yaw is off by pi", yaw([](double a) { return a + kPi; }));
-  add("object yaw has the wrong sign (ry negated)", yaw([](double a) { return kPi - a; }));
+  add("object yaw is off by pi/2 (too large)", yaw([](double a) { return a - pi / 2; }));
+  add("object yaw is off by pi/2 (too small)", yaw([](double a) { return a + pi / 2; }));
+  add("object yaw is off by pi", yaw([](double a) { return a + pi; }));
+  add("object yaw has the wrong sign (ry negated)", yaw([](double a) { return pi - a; }));
   add("object yaw has the wrong sign (about an axis that points up)", yaw([](double a) { return -a; }));
   add("object poses are in the world frame instead of the camera's",
       objects([](ObjectTruth& object, const std::optional<SE3>& T_world_camera) {
@@ -241,7 +241,7 @@ void add_masks(Table& table) {
   add("masks are of the next frame (files shifted by one)", shifted_channel(-1, take_mask));
   add("masks are of the previous frame (files shifted by one)", shifted_channel(1, take_mask));
   add("mask ids are renumbered: one to one, but other numbers than the tracks'", renumbered_masks(),
-      kFitPrice);
+      fit_price);
 }
 
 void add_camera(Table& table) {
@@ -262,7 +262,7 @@ void add_camera(Table& table) {
   add("camera: the calibration is of images twice as large", calibration(0.5));
   add("camera: the calibration is of images half as large", calibration(2));
   table.push_back(
-      {"camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), kFitPrice, true});
+      {"camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), fit_price, true});
 }
 
 Undo renumbered_masks() {

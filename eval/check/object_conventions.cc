@@ -11,18 +11,18 @@ namespace sextant {
 namespace {
 
 // Limits: docs/data-check.md.
-constexpr double kMaxDistance_m = 50;
-constexpr double kMinBox_px = 12;
-constexpr double kNearest_m = 0.5;
-constexpr double kBorder_px = 3;
-constexpr double kMinOverlap = 0.3;
-constexpr double kHiddenShare = 0.1;
-constexpr double kBoxQuantile = 0.4;  // in the first frames of the demo half of the boxes are off
-constexpr double kFullShare = 0.5;    // of its box: what the mask of a car that is seen in full has at least
-constexpr double kMinDisplacement_m = 1;
-constexpr int kMaxSteps = 5;
-constexpr size_t kMinMaskSamples = 6;
-const Eigen::Vector3d kTypicalCar_m(1.7, 1.5, 4.2);  // width, height, length
+constexpr double max_distance_m = 50;
+constexpr double min_box_px = 12;
+constexpr double nearest_m = 0.5;
+constexpr double border_px = 3;
+constexpr double min_overlap = 0.3;
+constexpr double hidden_share = 0.1;
+constexpr double box_quantile = 0.4;  // in the first frames of the demo half of the boxes are off
+constexpr double full_share = 0.5;    // of its box: what the mask of a car that is seen in full has at least
+constexpr double min_displacement_m = 1;
+constexpr int max_steps = 5;
+constexpr size_t min_mask_samples = 6;
+const Eigen::Vector3d typical_car_m(1.7, 1.5, 4.2);  // width, height, length
 
 struct Box {
   double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
@@ -31,13 +31,13 @@ struct Box {
 std::optional<Box> label_box(const ObjectTruth& object) {
   if (!object.left || !object.top || !object.right || !object.bottom) return std::nullopt;
   const Box box{*object.left, *object.top, *object.right, *object.bottom};
-  if (box.right - box.left < kMinBox_px || box.bottom - box.top < kMinBox_px) return std::nullopt;
+  if (box.right - box.left < min_box_px || box.bottom - box.top < min_box_px) return std::nullopt;
   return box;
 }
 
 bool cut_by_border(const Box& box, const ConventionData& data) {
-  return box.left < kBorder_px || box.top < kBorder_px || box.right > data.width - 1 - kBorder_px ||
-         box.bottom > data.height - 1 - kBorder_px;
+  return box.left < border_px || box.top < border_px || box.right > data.width - 1 - border_px ||
+         box.bottom > data.height - 1 - border_px;
 }
 
 /// Whether a nearer object's box covers more than a tenth of this one: its mask is smaller, and rightly so.
@@ -47,7 +47,7 @@ bool hidden(const ObjectTruth& object, const Box& box, const std::vector<ObjectT
     if (other.T_camera_object.translation().z() >= object.T_camera_object.translation().z()) return false;
     const double w = std::min(box.right, *other.right) - std::max(box.left, *other.left);
     const double h = std::min(box.bottom, *other.bottom) - std::max(box.top, *other.top);
-    return w > 0 && h > 0 && w * h > kHiddenShare * (box.right - box.left) * (box.bottom - box.top);
+    return w > 0 && h > 0 && w * h > hidden_share * (box.right - box.left) * (box.bottom - box.top);
   });
 }
 
@@ -76,7 +76,7 @@ double overlap(const Box& box, const MaskOutline& mask) {
 /// The mask whose outline fits the box best; 0 when none fits.
 int id_in_box(const GridFrame& frame, const Box& box) {
   int best = 0;
-  double most = kMinOverlap;
+  double most = min_overlap;
   for (const auto& [id, mask] : frame.extents) {
     if (const double o = overlap(box, mask); o > most) best = id, most = o;
   }
@@ -85,14 +85,14 @@ int id_in_box(const GridFrame& frame, const Box& box) {
 
 /// The eight corners projected; empty when one is not clearly ahead of the camera.
 std::optional<Box> projected_box(const PinholeCamera& camera, const ObjectTruth& object) {
-  const Eigen::Vector3d size = object.size_m.value_or(kTypicalCar_m);
+  const Eigen::Vector3d size = object.size_m.value_or(typical_car_m);
   Box box;
   for (const double x : {-0.5, 0.5}) {
     for (const double y : {-1.0, 0.0}) {
       for (const double z : {-0.5, 0.5}) {
         const Eigen::Vector3d corner =
             object.T_camera_object * Eigen::Vector3d(x * size.x(), y * size.y(), z * size.z());
-        if (corner.z() < kNearest_m) return std::nullopt;
+        if (corner.z() < nearest_m) return std::nullopt;
         const Eigen::Vector2d p = camera.project(corner);
         box = {std::min(box.left, p.x()), std::min(box.top, p.y()), std::max(box.right, p.x()),
                std::max(box.bottom, p.y())};
@@ -118,7 +118,7 @@ BoxOffsets box_offsets(const ConventionData& data) {
     out.sizes_known &= object.size_m.has_value();
     const double z = object.T_camera_object.translation().z();
     const auto box = projected_box(camera, object);
-    if (z > kMaxDistance_m && box) return;
+    if (z > max_distance_m && box) return;
     const double label_x = (label->left + label->right) / 2;
     // An object behind the camera cannot have a box: as wrong as can be, rather than left out.
     out.sideways_m.push_back(box ? ((box->left + box->right) / 2 - label_x) * z / camera.fx : 1e3);
@@ -145,7 +145,7 @@ void judge_offsets(const BoxOffsets& offsets, const std::vector<double>& metres,
 
 /// Where the ray through (u, v) enters the object's box: z in the camera frame; NaN when it misses.
 double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, double u, double v) {
-  const Eigen::Vector3d size = object.size_m.value_or(kTypicalCar_m);
+  const Eigen::Vector3d size = object.size_m.value_or(typical_car_m);
   const SE3 T_object_camera = object.T_camera_object.inverse();
   const Eigen::Vector3d origin = T_object_camera.translation();
   const Eigen::Vector3d ray = T_object_camera.rotation() * camera.ray(u, v);
@@ -202,7 +202,7 @@ Finding check_mask_boxes(const ConventionData& data) {
     const MaskOutline& mask = found->second;
     // A mask may lack what is hidden, but not stick out.
     const double area = (box->right - box->left) * (box->bottom - box->top);
-    const bool may_lack = static_cast<double>(mask.n_pixels) < kFullShare * area ||
+    const bool may_lack = static_cast<double>(mask.n_pixels) < full_share * area ||
                           hidden(object, *box, data.truth.objects.at(frame));
     const auto off = [&](double outwards) { return may_lack ? std::max(outwards, 0.0) : std::abs(outwards); };
     const double x = std::max(off(std::max(box->left, 0.0) - mask.left),
@@ -217,7 +217,7 @@ Finding check_mask_boxes(const ConventionData& data) {
         any_masks(data) ? "not checkable: no true 2-D box has a mask of its id" : "not checkable: no masks";
     return finding;
   }
-  finding.value = quantile(shares, kBoxQuantile);
+  finding.value = quantile(shares, box_quantile);
   return finding;
 }
 
@@ -248,7 +248,7 @@ Finding check_object_depth(const ConventionData& data) {
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const GridFrame& grid = data.at(frame);
     if (grid.depth_m.empty() || grid.depth_m.width() != grid.mask.width()) return;
-    if (object.T_camera_object.translation().norm() > kMaxDistance_m) return;
+    if (object.T_camera_object.translation().norm() > max_distance_m) return;
     const auto extent = grid.extents.find(object.id);
     if (extent == grid.extents.end()) return;
     std::vector<double> given, expected;
@@ -260,11 +260,11 @@ Finding check_object_depth(const ConventionData& data) {
         if (std::isfinite(z)) expected.push_back(z);
       }
     }
-    if (given.size() < kMinMaskSamples) return;
+    if (given.size() < min_mask_samples) return;
     sizes_known &= object.size_m.has_value();
     // Where the mask misses the box altogether, the box is as far as its middle says.
     const double z =
-        expected.size() < kMinMaskSamples / 2 ? object.T_camera_object.translation().z() : median(expected);
+        expected.size() < min_mask_samples / 2 ? object.T_camera_object.translation().z() : median(expected);
     ratios.push_back(median(given) / std::max(z, 1e-3));
   });
   finding.n = static_cast<int>(ratios.size());
@@ -290,14 +290,14 @@ Finding check_heading(const ConventionData& data) {
   std::vector<double> angles;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto T_world_a = data.truth.camera.pose(frame);
-    for (int later = frame + 1; T_world_a && later <= std::min(frame + kMaxSteps, data.last_frame());
+    for (int later = frame + 1; T_world_a && later <= std::min(frame + max_steps, data.last_frame());
          ++later) {
       const ObjectTruth* end = data.truth.find(later, object.id);
       const auto T_world_b = data.truth.camera.pose(later);
       if (end == nullptr || !T_world_b) return;
       const SE3 a = *T_world_a * object.T_camera_object, b = *T_world_b * end->T_camera_object;
       const Eigen::Vector3d way = b.translation() - a.translation();
-      if (way.norm() < kMinDisplacement_m) continue;
+      if (way.norm() < min_displacement_m) continue;
       const Eigen::Vector3d ahead =
           (a.rotation() * Eigen::Vector3d::UnitZ() + b.rotation() * Eigen::Vector3d::UnitZ());
       angles.push_back(std::atan2(way.cross(ahead).norm(), way.dot(ahead)) * 180 / std::numbers::pi);

@@ -10,9 +10,9 @@ namespace sextant {
 namespace {
 
 // Limits: docs/data-check.md.
-constexpr double kMoves_m = 0.1;
-constexpr double kMovingFlow_px = 1;
-constexpr double kNever = 1e9;  // the check cannot fail, only be suspect
+constexpr double moves_m = 0.1;
+constexpr double moving_flow_px = 1;
+constexpr double never = 1e9;  // the check cannot fail, only be suspect
 
 /// How far a ratio is from 1, in factors of `factor`.
 double factors_off(double ratio, double factor) {
@@ -25,7 +25,7 @@ bool same(const SE3& a, const SE3& b) {
 
 bool moves(const Trajectory& camera, int prev, int curr) {
   const auto motion = camera.motion(prev, curr);
-  return motion && motion->translation().norm() > kMoves_m;
+  return motion && motion->translation().norm() > moves_m;
 }
 
 /// Whether the background's flow from `frame` shows that the camera moved.
@@ -36,7 +36,7 @@ bool flow_shows_motion(const GridFrame& frame) {
     const bool background = frame.mask.size() != frame.flow.size() || frame.mask.data()[i] == 0;
     if (flow.valid() && background) lengths.push_back(std::hypot(double{flow.u}, double{flow.v}));
   }
-  return !lengths.empty() && median(lengths) > kMovingFlow_px;
+  return !lengths.empty() && median(lengths) > moving_flow_px;
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ Finding check_camera_model(const ConventionData& data) {
 
 Finding check_camera_path(const ConventionData& data) {
   Finding finding{
-      .check = "camera path", .limit = 45, .fail_limit = kNever, .unit = "deg", .counted = "steps"};
+      .check = "camera path", .limit = 45, .fail_limit = never, .unit = "deg", .counted = "steps"};
   std::vector<double> angles;
   for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
     if (!moves(data.truth.camera, frame, frame + 1)) continue;
@@ -157,7 +157,7 @@ Finding check_speed(const ConventionData& data) {
 }
 
 Finding check_times(const ConventionData& data) {
-  Finding finding{.check = "times", .limit = 50, .fail_limit = kNever, .unit = "%", .counted = "stamps"};
+  Finding finding{.check = "times", .limit = 50, .fail_limit = never, .unit = "%", .counted = "stamps"};
   std::vector<double> steps;
   for (auto it = data.times_s.begin(); it != data.times_s.end(); ++it) {
     if (!data.has(it->first)) continue;

@@ -5,7 +5,7 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -27,7 +27,7 @@ Image<Flow> true_flow() {
 }
 
 TEST(DenseFiles, FlowOverMasksAndOcclusion) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   Image<Flow> estimate(4, 1, Flow{2, 0});
   estimate(0, 0) = Flow{5, 4};  // off by 5 px
   estimate(1, 0) = Flow{};      // none
@@ -57,7 +57,7 @@ TEST(DenseFiles, FlowOverMasksAndOcclusion) {
 }
 
 TEST(DenseFiles, FoldersArePooledOverPixels) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   DenseOptions o;
   for (int i = 0; i < 2; ++i) {
     Image<Flow> estimate(4, 3, Flow{2, 0});
@@ -74,7 +74,7 @@ TEST(DenseFiles, FoldersArePooledOverPixels) {
 }
 
 TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   DenseOptions o;
   const Image<Flow> estimate(4, 1, Flow{2, 1}), other(4, 1, Flow{2, 8});
   folder.write("est/0.flo", encode_flo(estimate));
@@ -95,7 +95,7 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
 }
 
 TEST(DenseFiles, Depth) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   Image<float> truth(2, 1, 10.0F), estimate(2, 1, 10.0F);
   estimate(1, 0) = 8;
   DenseOptions o;
@@ -115,7 +115,7 @@ TEST(DenseFiles, Depth) {
 }
 
 TEST(DenseFiles, BadInputIsTold) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const std::string flow = folder.write("a.flo", encode_flo(true_flow()));
   const std::string wide = folder.write("b.flo", encode_flo(Image<Flow>(5, 1, Flow{1, 1})));
   const std::string none = folder.write("c.flo", encode_flo(Image<Flow>(4, 1)));

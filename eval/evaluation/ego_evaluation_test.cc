@@ -7,7 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/ego_json.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/options.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -37,7 +37,7 @@ TEST(EvoResult, NpyHasNumpysLayout) {
 }
 
 TEST(EvoResult, HoldsWhatEvoReads) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   TrajectoryFile estimate;
   EgoReference reference;
   for (int i = 0; i < 5; ++i) {

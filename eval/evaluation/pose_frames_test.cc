@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/testing.h"
 
@@ -69,7 +69,7 @@ TEST(BodyFromCamera, IsReadFromTextAndFiles) {
   EXPECT_EQ(parse_body_from_camera("1 2 3").position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(parse_body_from_camera("1,2,3").rotation);
   EXPECT_EQ(parse_body_from_camera("0 -1 0 1 1 0 0 2 0 0 1 3").position_m, Eigen::Vector3d(1, 2, 3));
-  ScratchFolder folder;
+  TempFolder folder;
   const std::string file = folder.write("T.txt", "# T_body_camera\n0 -1 0 1\n1 0 0 2\n0 0 1 3\n0 0 0 1\n");
   EXPECT_EQ((*parse_body_from_camera(file).rotation)(0, 1), -1);
   EXPECT_EQ(parse_body_from_camera(file).position_m, Eigen::Vector3d(1, 2, 3));
@@ -84,7 +84,7 @@ TEST(BodyFromCamera, BadOnesAreNamed) {
   EXPECT_THAT(error("1 0 0 1 0 1 0 2 0 0 2 3"), HasSubstr("rotation matrix"));
   EXPECT_THAT(error("1 0 0 1 0 1 0 2 0 0 -1 3"), HasSubstr("reflection"));
   EXPECT_THAT(error("1 0 0 1 0 1 0 2 0 0 1 3 0 0 1 1"), HasSubstr("0 0 0 1 as the last row"));
-  ScratchFolder folder;
+  TempFolder folder;
   EXPECT_THAT(error(folder.path().string()), HasSubstr("expected a file"));
   EXPECT_THAT(error(folder.write("empty.txt", "")), HasSubstr("got 0"));
   EXPECT_THAT(error(folder.write("long.txt", std::string(100000, '1'))), HasSubstr("beyond"));

@@ -8,7 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/evaluation/source_reference.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/testing.h"
 

@@ -14,6 +14,9 @@ static_assert(std::endian::native == std::endian::little, "packs are written as 
 
 constexpr std::string_view magic = "SEXTPACK";
 constexpr size_t digest_bytes = 64;  // hexadecimal
+// Of one without points and objects.
+constexpr size_t object_bytes = 24;
+constexpr size_t pair_bytes = 105;
 
 class Writer {
  public:
@@ -55,6 +58,13 @@ class Reader {
     const auto n = get<uint64_t>();
     if (n > rest_.size() / size) damaged();
     return static_cast<size_t>(n);
+  }
+  /// Things that follow, of at least `size` bytes each: memory grows with what is there, not with their number.
+  template <typename T, typename Get>
+  std::vector<T> list(size_t size, const Get& get) {
+    std::vector<T> things;
+    for (size_t n = count(size); n > 0; --n) things.push_back(get(*this));
+    return things;
   }
   std::string_view text() { return raw(count(1)); }
   std::vector<double> floats(size_t n) {
@@ -141,6 +151,15 @@ void put_pair(const ExtractedPair& extracted, Writer& out) {
   }
 }
 
+FlowSamples::Sample get_sample(Reader& in) {
+  FlowSamples::Sample sample;
+  sample.x = in.get<int32_t>();
+  sample.y = in.get<int32_t>();
+  sample.flow.u = in.get<float>();
+  sample.flow.v = in.get<float>();
+  return sample;
+}
+
 ExtractedPair get_pair(Reader& in) {
   ExtractedPair extracted;
   FramePair& pair = extracted.pair;
@@ -151,19 +170,10 @@ ExtractedPair get_pair(Reader& in) {
     *value = in.get<double>();
   }
   pair.background = get_points(in);
-  pair.objects.resize(in.count(sizeof(double)));
-  for (ObjectObservation& object : pair.objects) object = get_object(in);
-  pair.lost_instances.resize(in.count(sizeof(int32_t)));
-  for (int& instance : pair.lost_instances) instance = in.get<int32_t>();
+  pair.objects = in.list<ObjectObservation>(object_bytes, get_object);
+  pair.lost_instances = in.list<int>(sizeof(int32_t), [](Reader& r) { return r.get<int32_t>(); });
   if (in.get<uint8_t>() == 0) return extracted;
-  std::vector<FlowSamples::Sample> samples(in.count(4 * sizeof(int32_t)));
-  for (FlowSamples::Sample& sample : samples) {
-    sample.x = in.get<int32_t>();
-    sample.y = in.get<int32_t>();
-    sample.flow.u = in.get<float>();
-    sample.flow.v = in.get<float>();
-  }
-  extracted.true_flow = FlowSamples(std::move(samples));
+  extracted.true_flow = FlowSamples(in.list<FlowSamples::Sample>(4 * sizeof(int32_t), get_sample));
   return extracted;
 }
 
@@ -197,8 +207,7 @@ Pack decode_pack(std::string_view bytes, const std::string& name) {
   pack.manifest = parse_json(in.text(), name + ": manifest");
   Reader pairs(in.text(), name);
   in.expect_end();
-  pack.pairs.resize(pairs.count(sizeof(double)));
-  for (ExtractedPair& pair : pack.pairs) pair = get_pair(pairs);
+  pack.pairs = pairs.list<ExtractedPair>(pair_bytes, get_pair);
   pairs.expect_end();
   return pack;
 }

@@ -1,7 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <new>
 
 #include "sextant/base/error.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -68,6 +74,31 @@ TEST_F(PackTest, DamageIsSeen) {
     EXPECT_THROW(decode_pack(bytes.substr(0, n), "p"), Error) << n;
   }
   EXPECT_THROW(decode_pack(bytes + "x", "p"), Error);
+}
+
+// 8 MB of zeros that claim to be a million pairs, of which 105 bytes are the least.
+TEST_F(PackTest, AForgedNumberTakesNoMemory) {
+  const auto number = [](uint64_t n) { return std::string(reinterpret_cast<const char*>(&n), sizeof n); };
+  const std::string pairs = number(1'000'000) + std::string(8'000'000, '\0');
+  const auto version = static_cast<uint32_t>(pack_version);
+  std::string bytes = "SEXTPACK" + std::string(reinterpret_cast<const char*>(&version), sizeof version) +
+                      number(2) + "{}" + number(pairs.size()) + pairs;
+  bytes += sha256(bytes);
+  const auto decode_in_100_mb_more = [&] {
+    uint64_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlimit limit{pages * static_cast<uint64_t>(::getpagesize()) + 100'000'000, RLIM_INFINITY};
+    ::setrlimit(RLIMIT_AS, &limit);
+    try {
+      decode_pack(bytes, "forged");
+    } catch (const Error& error) {
+      std::fputs(error.what(), stderr);
+      ::_exit(0);
+    } catch (const std::bad_alloc&) {
+    }
+    ::_exit(1);
+  };
+  EXPECT_EXIT(decode_in_100_mb_more(), testing::ExitedWithCode(0), "forged: damaged");
 }
 
 TEST_F(PackTest, ASecondLoadDecodesNothing) {

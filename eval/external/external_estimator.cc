@@ -240,8 +240,6 @@ class ExternalEstimator final : public CaseEstimator {
       : config_(std::move(config)), config_folder_(std::move(config_folder)) {
     if (config_.settings.empty() || !is_run) return;
     template_ = config_folder_ / config_.settings;
-    check_size(template_.string(), fs::exists(template_) ? fs::file_size(template_) : 0,
-               {most_template_bytes});
     fill_template(any_placeholders());  // here rather than in the first case
   }
 
@@ -270,11 +268,11 @@ class ExternalEstimator final : public CaseEstimator {
   std::string label() const override { return config_.name; }
 
  private:
-  static constexpr uint64_t most_template_bytes = 1'000'000;
+  static constexpr FileKind template_file = {"a template of settings", 1'000'000};
 
   std::string fill_template(const Placeholders& values) const {
     try {
-      return fill_in(read_file(template_), values);
+      return fill_in(read_file(template_, template_file), values);
     } catch (const Error& error) {
       const std::string path = template_.string(), what = error.what();
       fail("{}{}", what.starts_with(path) ? "" : path + ": ", what);

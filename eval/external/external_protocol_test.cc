@@ -221,12 +221,12 @@ TEST_F(ExternalProtocolTest, WhatAProgramWroteIsNotTouched) {
 
 TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
   EXPECT_THAT(problem_of("truncate -s 60G $output/camera.txt"),
-              HasSubstr("camera.txt: has 64424 MB: a file of this kind may have 100 MB at most"));
+              HasSubstr("camera.txt: has 64.4 GB, expected at most 0.10 GB for a file of poses or times"));
   EXPECT_EQ(statuses("ego"), diverged4);
   write_right_results();
   last_ = run_with(
       config("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/obj_1.txt; exit 3", motions_));
-  EXPECT_THAT(last_.sources.front().problems.at(1), HasSubstr("obj_1.txt: has 64424 MB"));
+  EXPECT_THAT(last_.sources.front().problems.at(1), HasSubstr("obj_1.txt: has 64.4 GB"));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), diverged4);
   // One that nobody asked for is not looked at, nor is a log of another kind.
@@ -236,10 +236,10 @@ TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_THAT(problem_of("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/obj_mot_stereo_rf_new.txt",
                          vdo_set("refined")),
-              HasSubstr("may have 1000 MB at most"));
+              HasSubstr("expected at most 1.00 GB for a log"));
   EXPECT_THAT(problem_of("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/ms.txt",
                          {{"times", {{"file", "ms.txt"}}}}),
-              HasSubstr("ms.txt: has 64424 MB"));
+              HasSubstr("ms.txt: has 64.4 GB"));
 }
 
 // ---- the input

@@ -62,7 +62,7 @@ class Files {
     return false;
   }
 
-  ReadRules rules(uint64_t most_bytes) const { return {most_bytes, !folder_.finished}; }
+  ReadRules rules(const FileKind& kind) const { return {kind, !folder_.finished}; }
 
  private:
   const ResultFolder& folder_;
@@ -121,7 +121,7 @@ class Reader {
            found.front().path.filename().string(), found.back().path.filename().string());
     }
     const std::string path = found.front().path.string();
-    const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(most_pose_file_bytes));
+    const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(pose_file));
     for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
       out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
   }
@@ -169,7 +169,7 @@ class Reader {
   }
 
   void read_object(const std::string& path, int id) {
-    const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(most_pose_file_bytes));
+    const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(pose_file));
     const std::map<int, SE3> poses = by_frame(read, folder_.numbers, path, out_);
     if (set_.objects.format == ObjectsFormat::motions) {
       if (read.poses.frames.empty() && read.poses.stamps_s.empty())
@@ -188,7 +188,7 @@ class Reader {
     const std::vector<ObjectLog> logs =
         read_object_logs(folder, {.format = std::string(to_string(set_.objects.format)),
                                   .stage = set_.objects.stage,
-                                  .rules = files_.rules(most_log_file_bytes),
+                                  .rules = files_.rules(log_file),
                                   .accept = [&](const fs::path& path) { return files_.accepts(path); }});
     if (logs.size() > 1) fail("{}: holds logs of {} modules: expected those of one", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
@@ -318,7 +318,7 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
   }
   const double ms_per_unit = times.unit == TimeUnit::s ? 1000 : 1;
   try {
-    NumberFile file(found.front().path.string(), ' ', files.rules(most_pose_file_bytes));
+    NumberFile file(found.front().path.string(), ' ', files.rules(pose_file));
     for (size_t row = 0; file.next(); ++row) {
       const auto values = file.values();
       const bool numbered = values.size() == 2;

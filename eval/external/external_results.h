@@ -38,7 +38,8 @@ struct ResultFolder {
 };
 
 /// How much is read of a file: of poses or motions of one body and of times; of logs of all objects.
-inline constexpr uint64_t most_pose_file_bytes = 100'000'000, most_log_file_bytes = 1'000'000'000;
+inline constexpr FileKind pose_file = {"a file of poses or times", 100'000'000};
+inline constexpr FileKind log_file = {"a log", 1'000'000'000};
 
 struct ExternalResults {
   Trajectory camera;  ///< T_world_camera, the world being the program's own

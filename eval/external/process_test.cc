@@ -12,7 +12,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -50,7 +50,7 @@ class Process : public testing::Test {
   }
   static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
 
-  ScratchFolder folder_;
+  TempFolder folder_;
 };
 
 TEST_F(Process, OutputAndExitCode) {

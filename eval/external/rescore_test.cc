@@ -5,7 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/external/external_estimator.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using testing::HasSubstr;
 
 TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const auto error = [&](const char* level, const char* seeds) {
     folder.write(
         "run.json",
@@ -22,7 +22,7 @@ TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
                     level, seeds));
     return error_of([&] { rescored_run({.folder = folder.path()}); });
   };
-  EXPECT_EQ(error("0.5", "2"), "");
+  EXPECT_EQ(error("0.5", "2"), "no error");
   for (const char* seeds : {"4294967298", "2.5", "true"})
     EXPECT_THAT(error("0.5", seeds), HasSubstr("run.json: key 'seeds': expected")) << seeds;
   EXPECT_THAT(error("true", "2"), HasSubstr("run.json: key 'level': expected"));
@@ -30,7 +30,7 @@ TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
 
 TEST(Rescore, ShardOfASweepIsOneOfThem) {
   add_external_estimators();
-  const ScratchFolder folder;
+  const TempFolder folder;
   const auto error = [&](const char* shard) {
     folder.write(
         "plan.json",
@@ -40,7 +40,7 @@ TEST(Rescore, ShardOfASweepIsOneOfThem) {
                     shard));
     return error_of([&] { rescored_sweep({.folder = folder.path()}); });
   };
-  EXPECT_EQ(error("[1, 2]"), "");
+  EXPECT_EQ(error("[1, 2]"), "no error");
   for (const char* shard : {"[0, 0]", "[-1, 2]", "[0.5, 2]", "[2, 2]", "[0, 2, 3]", "[true, 2]"})
     EXPECT_THAT(error(shard), HasSubstr("plan.json: key 'shard': expected [I, N]")) << shard;
 }

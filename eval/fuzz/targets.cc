@@ -434,7 +434,6 @@ std::vector<FuzzTarget> make_targets() {
       {"vkitti2_poses", both_ways(decode_vkitti2_poses, encode_vkitti2_poses)},
       {"vkitti2_boxes", both_ways(decode_vkitti2_boxes, encode_vkitti2_boxes)},
       {"vkitti2_infos", both_ways(decode_vkitti2_infos, encode_vkitti2_infos)},
-      {"vkitti2_colors", both_ways(decode_vkitti2_colors, encode_vkitti2_colors)},
       {"source", source},
       {"trajectory_auto", [](Bytes bytes) { trajectory("auto", bytes); }},
       {"object_log_dynosam", [](Bytes bytes) { object_log("dynosam", bytes); }},

@@ -71,14 +71,14 @@ void expect(const NumberFile& file, size_t n, const char* what) {
   if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
 }
 
-constexpr const char* kDynosamObject =
+constexpr const char* dynosam_object =
     "frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
 
 /// Calls add(id and frame, estimate, truth unless it is an exact identity) for each line.
 template <typename Add>
 void read_dynosam_objects(const LogFolder& folder, const std::string& name, ObjectLog& out, const Add& add) {
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
-    expect(file, 16, kDynosamObject);
+    expect(file, 16, dynosam_object);
     const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
     const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
     if (is_identity(truth)) repairs.note("truth is an exact identity: taken as missing", file.line());
@@ -97,12 +97,12 @@ void read_dynosam_cameras(const LogFolder& folder, const std::string& name, Obje
 }
 
 std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
-  constexpr std::string_view kEnd = "_object_motion_log.csv";
+  constexpr std::string_view suffix = "_object_motion_log.csv";
   std::vector<ObjectLog> logs;
   for (const std::string& name : folder.names()) {
-    if (!name.ends_with(kEnd)) continue;
+    if (!name.ends_with(suffix)) continue;
     ObjectLog log;
-    log.estimator = name.substr(0, name.size() - kEnd.size());
+    log.estimator = name.substr(0, name.size() - suffix.size());
     const std::string poses = log.estimator + "_object_pose_log.csv";
     const std::string cameras = log.estimator + "_camera_pose_log.csv";
     read_dynosam_objects(folder, name, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
@@ -116,7 +116,7 @@ std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
     }
     if (log.motions.empty())
       fail("{}: holds no motion: expected lines {}", (fs::path(folder.path()) / name).string(),
-           kDynosamObject);
+           dynosam_object);
     if (folder.has(cameras)) read_dynosam_cameras(folder, cameras, log);
     logs.push_back(std::move(log));
   }
@@ -185,9 +185,8 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   }
   if (wanted == LogStage::any && !initial.motions.empty() && !refined.motions.empty()) {
     fail(
-        "{}: holds motions of two stages, {} (initial) and {} (refined): choose one: --stage, or "
-        "objects.stage in "
-        "a configuration",
+        "{}: holds motions of two stages, {} (initial) and {} (refined): "
+        "choose one: --stage, or objects.stage in a configuration",
         folder.path(), initial.motions, refined.motions);
   }
   const bool take_refined =
@@ -240,21 +239,21 @@ double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& ca
 /// else by motion.
 double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
                  const Trajectory& camera, ObjectFrame key) {
-  constexpr double kNear_m = 3, kAgrees_m = 0.5;
+  constexpr double near_m = 3, agrees_m = 0.5;
   const auto H = true_motion(poses, key);
   if (!H) return 0;
   if (log.poses.contains(logged))
-    return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / kNear_m);
+    return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / near_m);
   const SE3& L = poses.at({key.first, key.second - 1});
   const SE3& motion = log.motions.at(logged).estimate;
   const SE3 body = log.frame == MotionFrame::world ? body_motion(motion, L) : motion;
-  return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / kAgrees_m);
+  return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / agrees_m);
 }
 
 /// Logged id -> true id.
 std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
                                const Trajectory& camera) {
-  constexpr int kFewest = 3;
+  constexpr int fewest = 3;
   std::set<int> true_ids;
   for (const auto& [key, pose] : poses) true_ids.insert(key.first);
   struct Shared {
@@ -272,7 +271,7 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
   }
   std::vector<std::tuple<double, bool, int, int>> best;  // most agreement first, then equal ids, small ids
   for (const auto& [ids, both] : shared) {
-    if (both.steps >= kFewest)
+    if (both.steps >= fewest)
       best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
   }
   std::sort(best.begin(), best.end());

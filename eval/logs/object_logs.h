@@ -4,8 +4,7 @@
 //
 //   dynosam  a folder with <m>_object_motion_log.csv and, where they are, <m>_object_pose_log.csv and
 //            <m>_camera_pose_log.csv; lines frame_id,object_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw (camera:
-//            no object_id). Motions from frame k-1 to k in the world. An exact identity as truth is missing
-//            truth
+//            no object_id). Motions from frame k-1 to k in the world. An exact identity as truth is none
 //   vdo      a folder as VDO-SLAM writes it, of two stages of one run: the front end (`initial`),
 //            <p>obj_mot_<what>.txt and <p>initial_<what>.txt, and after its batch optimisation (`refined`),
 //            <p>obj_mot_<what>_rf<what>.txt and <p>refined_<what>.txt. Motions: lines frame label and 16

@@ -4,7 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
 
@@ -14,7 +14,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr double kDt = 0.1;
+constexpr double dt = 0.1;
 
 /// A car that drives and turns, seen from a moving camera; the estimate is off by `error` in its own frame.
 SE3 car(int frame) {
@@ -25,8 +25,8 @@ SE3 camera(int frame) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * frame, Eigen::Vector3d::UnitY())),
           Eigen::Vector3d(0, 0, 0.9 * frame)};
 }
-const SE3 kError(Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX())),
-                 Eigen::Vector3d(0.03, 0, 0.04));
+const SE3 reported(Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX())),
+                   Eigen::Vector3d(0.03, 0, 0.04));
 
 std::string row(const SE3& T) {
   const Eigen::Quaterniond& q = T.rotation();
@@ -39,15 +39,17 @@ std::string matrix(const SE3& T) {
   return text;
 }
 SE3 body_truth(int k) { return body_motion(car(k) * car(k - 1).inverse(), car(k - 1)); }
-SE3 body_estimate(int k) { return body_truth(k) * kError.inverse(); }  // E = inverse(estimate) truth = kError
+SE3 body_estimate(int k) {
+  return body_truth(k) * reported.inverse();
+}  // E = inverse(estimate) truth = reported
 SE3 world_of(const SE3& body, int k) { return car(k - 1) * body * car(k - 1).inverse(); }
 
-constexpr int kFrames = 8;
+constexpr int n_frames = 8;
 
 /// Motions of frames 1..7 but 5, under id `id`.
-void write_dynosam(const ScratchFolder& folder, int id) {
+void write_dynosam(const TempFolder& folder, int id) {
   std::string motions = "frame_id,object_id,...\n", poses = motions, cameras = "frame_id,...\n";
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < n_frames; ++k) {
     cameras += fmt::format("{},{},{}\n", k, row(camera(k)), row(camera(k)));
     poses += fmt::format("{},{},{},{}\n", k, id, row(car(k)), row(car(k)));
     if (k == 0 || k == 5) continue;
@@ -62,12 +64,12 @@ void write_dynosam(const ScratchFolder& folder, int id) {
 const MetricPreset& preset(const char* name) { return find_preset(name); }
 
 TEST(ObjectLogs, DynosamUnderEveryPreset) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   write_dynosam(folder, 3);
   const std::vector<ObjectLog> logs = read_object_logs(folder.path(), {"dynosam"});
   ASSERT_EQ(logs.size(), 1);
   EXPECT_EQ(logs[0].estimator, "m");
-  const std::vector<Record> records = object_records(logs[0], "dynosam", "s", 1 / kDt);
+  const std::vector<Record> records = object_records(logs[0], "dynosam", "s", 1 / dt);
   ASSERT_EQ(records.size(), 7);  // steps 1..7
   for (const Record& r : records) {
     if (r.frame == 5) {
@@ -82,7 +84,7 @@ TEST(ObjectLogs, DynosamUnderEveryPreset) {
     EXPECT_NEAR(r.errors.at("Et_world_m"), (G.inverse() * H).translation().norm(), 1e-9);
     const SE3 X = camera(k).inverse() * H * camera(k - 1), Y = camera(k).inverse() * G * camera(k - 1);
     EXPECT_NEAR(r.errors.at("Et_m"), (Y.inverse() * X).translation().norm(), 1e-9);
-    EXPECT_NEAR(r.values.at("v_gt_kmh"), (car(k).translation() - car(k - 1).translation()).norm() / kDt * 3.6,
+    EXPECT_NEAR(r.values.at("v_gt_kmh"), (car(k).translation() - car(k - 1).translation()).norm() / dt * 3.6,
                 1e-6);
   }
   const Json rows = rows_to_json(object_table(records, {&preset("dynosam_rme"), 1}));
@@ -93,9 +95,9 @@ TEST(ObjectLogs, DynosamUnderEveryPreset) {
 }
 
 TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   folder.write("m_object_motion_log.csv",
-               fmt::format("1,3,{},0,0,0,0,0,0,1\n2,3,{},{}\n", row(kError), row(kError), row(kError)));
+               fmt::format("1,3,{},0,0,0,0,0,0,1\n2,3,{},{}\n", row(reported), row(reported), row(reported)));
   const ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
   EXPECT_FALSE(log.motions.at({3, 1}).truth);
   EXPECT_TRUE(log.motions.at({3, 2}).truth);
@@ -104,16 +106,16 @@ TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
 }
 
 TEST(ObjectLogs, VdoInTheBodyFrame) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   std::string estimate, truth;
-  for (int k = 1; k < kFrames; ++k) {
+  for (int k = 1; k < n_frames; ++k) {
     estimate += fmt::format("{} 3{}\n", k, matrix(body_estimate(k)));
     truth += fmt::format("{} 3{}\n", k, matrix(body_truth(k)));
   }
   folder.write("obj_mot_rgbd_new.txt", estimate);
   folder.write("obj_mot_gt.txt", truth);
   const std::vector<Record> records =
-      object_records(read_object_logs(folder.path(), {"vdo"}).front(), "vdo", "s", 1 / kDt);
+      object_records(read_object_logs(folder.path(), {"vdo"}).front(), "vdo", "s", 1 / dt);
   ASSERT_EQ(records.size(), 7);
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_FALSE(records[0].errors.contains("Et_m")) << "needs poses that this log does not have";
@@ -123,10 +125,10 @@ TEST(ObjectLogs, VdoInTheBodyFrame) {
 }
 
 TEST(ObjectLogs, VdoFolderOfBothStages) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   std::string initial, refined, truth, early, late;
   const SE3 off(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.5, 0, 0));
-  for (int k = 1; k < kFrames; ++k) {
+  for (int k = 1; k < n_frames; ++k) {
     initial += fmt::format("{} 3{}\n", k, matrix(body_estimate(k)));
     refined += fmt::format("{} 3{}\n", k, matrix(body_truth(k)));
     early += fmt::format("{}{}\n", k, matrix(camera(k) * off));
@@ -177,10 +179,10 @@ TEST(ObjectLogs, SpeedsAreOverTheStepsOfTheirError) {
 }
 
 TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   write_dynosam(folder, 40);
   SequenceTruth truth;
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < n_frames; ++k) {
     truth.camera.set(k, camera(k));
     ObjectTruth right, other;
     right.id = 7;
@@ -209,7 +211,7 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
 SequenceTruth two_alike() {
   SequenceTruth truth;
   const SE3 beside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(4, 0, 0));
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < n_frames; ++k) {
     truth.camera.set(k, camera(k));
     ObjectTruth other, right;
     other.id = 3;
@@ -222,7 +224,7 @@ SequenceTruth two_alike() {
 }
 
 TEST(ObjectLogs, PositionsTellObjectsApartThatMoveAlike) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   write_dynosam(folder, 40);
   ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
   take_truth(log, two_alike());
@@ -233,7 +235,7 @@ TEST(ObjectLogs, ALogInAnotherWorldIsMovedToThatOfTheTruth) {
   const SE3 elsewhere(Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized())),
                       Eigen::Vector3d(-50, 3, 8));
   ObjectLog log;
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < n_frames; ++k) {
     log.camera.set(k, elsewhere * camera(k));
     log.poses[{9, k}] = elsewhere * car(k);
     if (k > 0) log.motions[{9, k}].estimate = elsewhere * world_of(body_estimate(k), k) * elsewhere.inverse();
@@ -247,11 +249,11 @@ TEST(ObjectLogs, ALogInAnotherWorldIsMovedToThatOfTheTruth) {
     EXPECT_NEAR(r.errors.at("Et_body_m"), 0.05, 1e-9);
     EXPECT_LT(r.errors.at("Et_world_m"), 1);
   }
-  EXPECT_EQ(n, kFrames - 1);
+  EXPECT_EQ(n, n_frames - 1);
 }
 
 TEST(ObjectLogs, AnUnloggedPoseBeforeAStepFollowsFromItsTruth) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   folder.write("m_object_motion_log.csv", fmt::format("4,3,{},{}\n", row(world_of(body_estimate(4), 4)),
                                                       row(world_of(body_truth(4), 4))));
   folder.write("m_object_pose_log.csv", fmt::format("4,3,{},{}\n", row(car(4)), row(car(4))));
@@ -279,7 +281,7 @@ TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
 }
 
 TEST(ObjectLogs, DamageIsTold) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const auto error = [&](const char* format) {
     return error_of([&] { read_object_logs(folder.path(), {format}); });
   };
@@ -292,7 +294,7 @@ TEST(ObjectLogs, DamageIsTold) {
                "frame_id,object_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
                "1,3,0,0,0,1,0,0,0,0,0,1,1,0,0,0\n");
   EXPECT_THAT(error("dynosam"), HasSubstr(":2: the header names other columns than frame_id,object_id"));
-  folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(kError), matrix(kError)));
+  folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(reported), matrix(reported)));
   EXPECT_THAT(error("vdo"), HasSubstr(":2: label 3 is given twice in frame 1"));
   folder.write("a_refined_rgbd.txt", "");
   folder.write("b_refined_rgbd.txt", "");

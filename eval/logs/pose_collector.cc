@@ -7,9 +7,9 @@
 namespace sextant {
 namespace {
 
-constexpr double kFarthest_m = 1e7;
-constexpr double kNormSilent = 1e-3, kNormLimit = 0.1;
-constexpr double kMatrixSilent = 1e-5, kMatrixLimit = 1e-2;
+constexpr double farthest_m = 1e7;
+constexpr double norm_silent = 1e-3, norm_limit = 0.1;
+constexpr double matrix_silent = 1e-5, matrix_limit = 1e-2;
 
 template <typename T>
 void sort_by(const std::vector<T>& keys, PoseSeries& series, PoseSeries* truth, const char* what,
@@ -57,23 +57,22 @@ std::vector<std::string> RepairLog::warnings(const std::string& path) const {
 }
 
 void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
-  if (!(p.cwiseAbs().maxCoeff() <= kFarthest_m) || !p.allFinite())
+  if (!(p.cwiseAbs().maxCoeff() <= farthest_m) || !p.allFinite())
     fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2],
-         kFarthest_m);
+         farthest_m);
 }
 
 Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
                                  RepairLog& log) {
   const double off = std::abs(q.norm() - 1);
-  if (!(off <= kNormLimit)) {
+  if (!(off <= norm_limit)) {
     fail(
-        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, expected 1 (limit {} off): are the columns "
-        "in "
-        "order?",
-        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), kNormLimit);
+        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, "
+        "expected 1 (limit {} off): are the columns in order?",
+        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), norm_limit);
   }
-  if (off > kNormSilent)
-    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", kNormSilent), number);
+  if (off > norm_silent)
+    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", norm_silent), number);
   return q.normalized().toRotationMatrix();
 }
 
@@ -93,15 +92,15 @@ Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first
 
 void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log) {
   const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(off <= kMatrixLimit)) {
+  if (!(off <= matrix_limit)) {
     fail("{}:{}: expected a rotation matrix, but R R' is off the identity by {:.3g} (limit {})", path, line,
-         off, kMatrixLimit);
+         off, matrix_limit);
   }
   if (rotation.determinant() < 0)
     fail("{}:{}: expected a rotation matrix, got a reflection (det R = -1)", path, line);
-  if (off > kMatrixSilent)
+  if (off > matrix_silent)
     log.note(
-        fmt::format("rotation matrices off orthonormal by more than {}: taken as they are", kMatrixSilent),
+        fmt::format("rotation matrices off orthonormal by more than {}: taken as they are", matrix_silent),
         line);
 }
 

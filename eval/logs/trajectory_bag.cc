@@ -7,8 +7,8 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr uint32_t kLongestHeader = uint32_t{1} << 20;
+constexpr std::string_view magic = "#ROSBAG V2.0\n";
+constexpr uint32_t longest_header = uint32_t{1} << 20;
 
 enum Op : uint8_t { op_message = 0x02, op_chunk = 0x05, op_connection = 0x07 };
 
@@ -55,14 +55,14 @@ class BagReader {
         at += 4;
         if (n > end - at) {
           fail(
-              "{}: has {} bytes where {} are left: the bag is cut off or damaged; `rosbag reindex` may "
-              "repair it",
+              "{}: has {} bytes where {} are left: the bag is "
+              "cut off or damaged; `rosbag reindex` may repair it",
               where, n, end - at);
         }
         return n;
       };
       const uint32_t header_bytes = length();
-      if (header_bytes > kLongestHeader) fail("{}: has a header of {} bytes: damaged", where, header_bytes);
+      if (header_bytes > longest_header) fail("{}: has a header of {} bytes: damaged", where, header_bytes);
       const Fields header(bytes.view(at, header_bytes), where);
       at += header_bytes;
       const uint32_t data_bytes = length();
@@ -118,13 +118,13 @@ class BagReader {
 
 }  // namespace
 
-bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(kMagic); }
+bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
 
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic) {
-  if (bytes.size() < kMagic.size() || bytes.view(0, kMagic.size()) != kMagic)
+  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no ROS bag of version 2.0", bytes.name());
   BagReader reader(bytes.name(), topic);
-  reader.read(bytes, kMagic.size(), bytes.size(), false);
+  reader.read(bytes, magic.size(), bytes.size(), false);
   return reader.finish();
 }
 

@@ -1,10 +1,8 @@
 #include "sextant/eval/logs/trajectory_bytes.h"
 
 #include <bzlib.h>
-#include <fcntl.h>
 #include <lz4frame.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
 
@@ -15,7 +13,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t kBlock = size_t{1} << 18;
+constexpr size_t block_bytes = size_t{1} << 18;
 
 /// What comes out of a decompressor, block by block.
 class Output {
@@ -40,7 +38,7 @@ class Output {
  private:
   uint64_t size_;
   const std::string& where_;
-  std::vector<char> block_ = std::vector<char>(kBlock);
+  std::vector<char> block_ = std::vector<char>(block_bytes);
   std::string out_;
 };
 
@@ -93,51 +91,27 @@ void from_bz2(std::string_view bytes, Output& out) {
 
 }  // namespace
 
-OpenFile open_file(const std::string& path) {
-  OpenFile out;
-  out.descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (out.descriptor < 0) fail("{}: cannot open: {}", path, std::strerror(errno));
-  struct stat status {};
-  if (::fstat(out.descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(out.descriptor);
-    fail("{}: expected a file, got {}", path, S_ISDIR(status.st_mode) ? "a folder" : "something else");
-  }
-  out.size = static_cast<uint64_t>(status.st_size);
-  return out;
-}
-
-ByteSource::ByteSource(const std::string& path) : name_(path) {
-  const OpenFile file = open_file(path);
-  file_ = file.descriptor;
-  size_ = file.size;
-}
-
-ByteSource::~ByteSource() {
-  if (file_ >= 0) ::close(file_);
+ByteSource::ByteSource(const std::string& path, const FileKind& kind)
+    : name_(path), file_(std::in_place, path, kind) {
+  size_ = file_->size();
 }
 
 std::string_view ByteSource::view(uint64_t at, uint64_t n) {
   if (at > size_ || n > size_ - at) fail("{}: ends at byte {} within a record: it is cut off", name_, size_);
-  if (file_ < 0) return memory_.substr(static_cast<size_t>(at), static_cast<size_t>(n));
+  if (!file_) return memory_.substr(static_cast<size_t>(at), static_cast<size_t>(n));
   if (at < block_at_ || at + n > block_at_ + block_.size()) {
-    if (n > kLargestBlock) fail("{}: a block of {} bytes at {}: {} at most", name_, n, at, kLargestBlock);
-    block_.resize(static_cast<size_t>(std::min(std::max<uint64_t>(n, kBlock), size_ - at)));
+    if (n > largest_block) fail("{}: a block of {} bytes at {}: {} at most", name_, n, at, largest_block);
+    block_.resize(static_cast<size_t>(std::min(std::max<uint64_t>(n, block_bytes), size_ - at)));
     block_at_ = at;
-    for (size_t done = 0; done < block_.size();) {
-      const ssize_t got =
-          ::pread(file_, block_.data() + done, block_.size() - done, static_cast<off_t>(at + done));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) fail("{}: cannot read: {}", name_, std::strerror(errno));
-      if (got == 0) fail("{}: ends at byte {} while it is read", name_, at + done);
-      done += static_cast<size_t>(got);
-    }
+    const size_t got = file_->read(block_.data(), block_.size(), at);
+    if (got < block_.size()) fail("{}: ends at byte {} while it is read", name_, at + got);
   }
   return {block_.data() + (at - block_at_), static_cast<size_t>(n)};
 }
 
 std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
                        const std::string& where) {
-  if (size > kLargestBlock) fail("{}: a block of {} bytes: {} at most", where, size, kLargestBlock);
+  if (size > largest_block) fail("{}: a block of {} bytes: {} at most", where, size, largest_block);
   Output out(size, where);
   if (kind == "lz4") {
     from_lz4(bytes, out);

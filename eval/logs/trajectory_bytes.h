@@ -5,31 +5,23 @@
 
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 
 namespace sextant {
-
-/// A regular file that is open for reading; the caller closes it. Throws Error that says what is wrong.
-struct OpenFile {
-  int descriptor = -1;
-  uint64_t size = 0;
-};
-OpenFile open_file(const std::string& path);
 
 /// A file, or bytes in memory.
 class ByteSource {
  public:
   /// Throws Error when the file cannot be read.
-  explicit ByteSource(const std::string& path);
+  explicit ByteSource(const std::string& path, const FileKind& kind = recording_file);
   ByteSource(std::string_view bytes, std::string name)
       : name_(std::move(name)), memory_(bytes), size_(bytes.size()) {}
-  ~ByteSource();
-  ByteSource(const ByteSource&) = delete;
-  ByteSource& operator=(const ByteSource&) = delete;
 
   const std::string& name() const { return name_; }
   uint64_t size() const { return size_; }
@@ -38,7 +30,7 @@ class ByteSource {
 
  private:
   std::string name_;
-  int file_ = -1;
+  std::optional<FileReader> file_;
   std::string_view memory_;
   uint64_t size_ = 0;
   std::vector<char> block_;  // of the file, from block_at_ on
@@ -73,10 +65,10 @@ class ByteCursor {
 };
 
 /// The larger of what a block of a recording may hold, compressed or not.
-constexpr uint64_t kLargestBlock = uint64_t{1} << 28;
+constexpr uint64_t largest_block = uint64_t{1} << 28;
 
 /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with what comes out, not with what `size` claims.
-/// Throws Error "WHERE: ..." on damage, on another size than `size`, and beyond kLargestBlock.
+/// Throws Error "WHERE: ..." on damage, on another size than `size`, and beyond largest_block.
 std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
                        const std::string& where);
 

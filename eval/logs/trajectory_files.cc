@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <new>
 
@@ -27,7 +26,7 @@ int frame_number(const NumberFile& file, size_t i) {
   return static_cast<int>(value);
 }
 
-constexpr size_t kMostPoses = 20'000'000;  // 2 GB in memory
+constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
 
 /// The reader behind every text format: `add` puts one record of `n` values into the file's series.
 class TextReader {
@@ -43,9 +42,9 @@ class TextReader {
       const size_t count = file_.values().size();
       if (n == 0 && !accepts(count, file_.separator()))
         file_.fail_here("expected {}, got {} values", expected, count);
-      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), kMostPoses));
-      if (result_.poses.size() == kMostPoses)
-        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", kMostPoses);
+      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), most_poses));
+      if (result_.poses.size() == most_poses)
+        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", most_poses);
       if (n != 0 && count != n)
         file_.fail_here("expected {} values as in the lines before, got {}", n, count);
       n = count;
@@ -75,13 +74,14 @@ struct StampedFormat {
   std::optional<bool> w_first;  ///< empty: by the header alone
   double seconds_per_unit;      ///< 0: by the header
 };
-constexpr StampedFormat kTum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
-constexpr StampedFormat kTumNs = {"tum_ns", "t[ns] tx ty tz qx qy qz qw", false, 1e-9};
-constexpr StampedFormat kEuroc = {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", true, 1e-9};
-constexpr StampedFormat kTable = {"table", "a header that names time, x y z, qx qy qz qw", std::nullopt, 0};
+constexpr StampedFormat tum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
+constexpr StampedFormat tum_ns = {"tum_ns", "t[ns] tx ty tz qx qy qz qw", false, 1e-9};
+constexpr StampedFormat euroc = {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", true, 1e-9};
+constexpr StampedFormat table_format = {"table", "a header that names time, x y z, qx qy qz qw", std::nullopt,
+                                        0};
 
 /// From here on stamps can only be nanoseconds: in microseconds they lie beyond the year 5000.
-constexpr double kOnlyNanoseconds = 1e17;
+constexpr double only_nanoseconds = 1e17;
 
 std::optional<PoseColumns> named_columns(const NumberFile& file) {
   return columns_of(file.column_names(), file.values().size(),
@@ -99,12 +99,12 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   PoseColumns columns = *named;
   if (format.w_first && !columns.in_order(*format.w_first)) {
     file.fail_here(
-        "the header names other columns than {}, {}: give the format as table, or delete a header that is "
-        "wrong",
+        "the header names other columns than {}, {}: give the "
+        "format as table, or delete a header that is wrong",
         format.name, format.expected);
   }
   if (columns.seconds_per_unit == 0) columns.seconds_per_unit = format.seconds_per_unit;
-  if (columns.seconds_per_unit == 0 && std::abs(file.values()[columns.time]) >= kOnlyNanoseconds)
+  if (columns.seconds_per_unit == 0 && std::abs(file.values()[columns.time]) >= only_nanoseconds)
     columns.seconds_per_unit = 1e-9;
   if (columns.seconds_per_unit == 0) {
     file.fail_here(
@@ -115,21 +115,21 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   }
   if (format.seconds_per_unit > 0 && columns.seconds_per_unit != format.seconds_per_unit) {
     file.fail_here(
-        "the header gives another unit of time than {}, {}: give the format as table, or delete a header "
-        "that is wrong",
+        "the header gives another unit of time than {}, {}: give "
+        "the format as table, or delete a header that is wrong",
         format.name, format.expected);
   }
   return columns;
 }
 
 double stamp_at(const NumberFile& file, const PoseColumns& columns) {
-  constexpr double kLatest_s = 1e11, kLeast_ns = 1e6;
+  constexpr double latest_s = 1e11, least_ns = 1e6;
   const double t = file.values()[columns.time];
-  if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < kLeast_ns)  // seconds, or a frame number
-    file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, kLeast_ns);
+  if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < least_ns)  // seconds, or a frame number
+    file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, least_ns);
   // A division where it is one: 1e-9 has no exact double.
   const double t_s = columns.seconds_per_unit == 1 ? t : t / std::round(1 / columns.seconds_per_unit);
-  if (!(std::abs(t_s) <= kLatest_s))
+  if (!(std::abs(t_s) <= latest_s))
     file.fail_here("time stamp {} is no number of seconds; of nanoseconds the format is tum_ns", t);
   return t_s;
 }
@@ -137,7 +137,7 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
 TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format, const ReadRules& rules) {
   PoseColumns columns;
   size_t n_records = 0;
-  return TextReader(path, NumberFile::kEither, rules)
+  return TextReader(path, NumberFile::either, rules)
       .read(
           format.expected,
           [&](size_t n, char separator) { return separator == ',' || !format.w_first ? n >= 8 : n == 8; },
@@ -180,16 +180,16 @@ TrajectoryFile read_vdo(const std::string& path, const ReadRules& rules) {
 }
 
 TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
-  static constexpr const char* kColumns =
+  static constexpr const char* dynosam_columns =
       "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw";
   return TextReader(path, ',', rules)
       .read(
-          kColumns, [](size_t n, char) { return n == 15; },
+          dynosam_columns, [](size_t n, char) { return n == 15; },
           [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             if (!out.truth) {
               out.truth.emplace();
-              if (header_contradicts(file.header(), kColumns))
-                file.fail_here("the header names other columns than {}", kColumns);
+              if (header_contradicts(file.header(), dynosam_columns))
+                file.fail_here("the header names other columns than {}", dynosam_columns);
             }
             for (PoseSeries* series : {&out.poses, &*out.truth}) {
               const size_t first = series == &out.poses ? 1 : 8;
@@ -201,12 +201,9 @@ TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
 
 TrajectoryFile read_vdo_xml(const std::string& path, const ReadRules& rules) {
   RepairLog log;
-  std::error_code error;
-  const uint64_t bytes = std::filesystem::file_size(path, error);
-  if (!error) check_size(path, bytes, rules);
   TrajectoryFile out;
   out.truth.emplace();
-  read_vdo_frontend_xml(path, out.poses, *out.truth, log);
+  read_vdo_frontend_xml(path, rules.kind.value_or(data_file), out.poses, *out.truth, log);
   sort_and_unite(out.poses, &*out.truth, log);
   out.warnings = log.warnings(path);
   return out;
@@ -219,25 +216,23 @@ TrajectoryFile read_as(const std::string& path, const ReadRules& rules) {
 
 TrajectoryFile read_bag_file(const std::string& path, const ReadRules& rules) {
   const TopicPath split = split_topic(path);
-  ByteSource bytes(split.file);
-  check_size(split.file, bytes.size(), rules);
+  ByteSource bytes(split.file, rules.kind.value_or(recording_file));
   return read_bag(bytes, split.topic);
 }
 
 TrajectoryFile read_mcap_file(const std::string& path, const ReadRules& rules) {
   const TopicPath split = split_topic(path);
-  ByteSource bytes(split.file);
-  check_size(split.file, bytes.size(), rules);
+  ByteSource bytes(split.file, rules.kind.value_or(recording_file));
   return read_mcap(bytes, split.topic);
 }
 
 const std::vector<TrajectoryFormat>& table() {
   static const std::vector<TrajectoryFormat> formats = {
-      {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<kTum>},
-      {"tum_ns", "the same with t in ns, as ORB-SLAM3 writes it", read_as<kTumNs>},
+      {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<tum>},
+      {"tum_ns", "the same with t in ns, as ORB-SLAM3 writes it", read_as<tum_ns>},
       {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
-      {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<kEuroc>},
-      {"table", "columns in any order, by the names in the header", read_as<kTable>},
+      {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<euroc>},
+      {"table", "columns in any order, by the names in the header", read_as<table_format>},
       {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo},
       {"dynosam", "DynOSAM camera_pose_log.csv, with its truth", read_dynosam},
       {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml},
@@ -259,7 +254,7 @@ FittingFormats formats_of_record(const NumberFile& file) {
   const bool commas = file.separator() == ',';
   if (commas && n == 15 && file.header().find("gt_tx") != std::string::npos) return {{"dynosam"}, ""};
   if (const auto named = named_columns(file)) {
-    const bool only_ns = std::abs(file.values()[named->time]) >= kOnlyNanoseconds;
+    const bool only_ns = std::abs(file.values()[named->time]) >= only_nanoseconds;
     const bool ns = named->seconds_per_unit == 1e-9 || (named->seconds_per_unit == 0 && only_ns);
     const bool s = named->seconds_per_unit == 1 || (named->seconds_per_unit == 0 && !commas);
     if (named->in_order(false) && (n == 8 || commas) && (ns || s)) return {{ns ? "tum_ns" : "tum"}, ""};
@@ -268,10 +263,9 @@ FittingFormats formats_of_record(const NumberFile& file) {
   }
   if (commas && n >= 8)
     return {{"euroc", "tum"},
-            "its columns have no header with a name each, so it may be euroc (t in ns, quaternion w first) "
-            "or tum (t in s, "
-            "quaternion w last)"};
-  if (!commas && n == 8) return {{std::abs(file.values()[0]) >= kOnlyNanoseconds ? "tum_ns" : "tum"}, ""};
+            "its columns have no header with a name each, so it may be euroc "
+            "(t in ns, quaternion w first) or tum (t in s, quaternion w last)"};
+  if (!commas && n == 8) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
   if (!commas && n == 17) return {{"vdo"}, ""};
   return {{}, fmt::format("its first record has {} values", n)};
@@ -286,7 +280,7 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
   if (is_bag(start)) return {{"bag"}, ""};
   if (is_mcap(start)) return {{"mcap"}, ""};
   if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap) have topics: give the file alone", path);
-  NumberFile file(path, NumberFile::kEither, rules);
+  NumberFile file(path, NumberFile::either, rules);
   FittingFormats fitting;
   try {
     if (file.next())
@@ -305,8 +299,8 @@ std::string detect_trajectory_format(const std::string& path, const ReadRules& r
   if (fitting.names.size() == 1) return fitting.names.front();
   if (fitting.names.size() > 1) {
     fail(
-        "{}: {}: give --format {} (or --ref-format, --est-format), or write a header such as "
-        "'t [s],tx,ty,tz,qx,qy,qz,qw'",
+        "{}: {}: give --format {} (or --ref-format, --est-format), "
+        "or write a header such as 't [s],tx,ty,tz,qx,qy,qz,qw'",
         path, fitting.problem, fmt::join(fitting.names, " or "));
   }
   std::vector<std::string> names;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -13,8 +13,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr const char* kTum = "# time x y z\n1.0 1 2 3 0 0 0 1\n1.1 2 2 3 0 0 0.6 0.8\n";
-constexpr const char* kKitti = "1 0 0 1 0 1 0 2 0 0 1 3\n1 0 0 2 0 1 0 2 0 0 1 3\n";
+constexpr const char* tum = "# time x y z\n1.0 1 2 3 0 0 0 1\n1.1 2 2 3 0 0 0.6 0.8\n";
+constexpr const char* kitti = "1 0 0 1 0 1 0 2 0 0 1 3\n1 0 0 2 0 1 0 2 0 0 1 3\n";
 
 class TrajectoryFiles : public testing::Test {
  protected:
@@ -24,7 +24,7 @@ class TrajectoryFiles : public testing::Test {
   std::string error(const std::string& bytes, const std::string& format) {
     return error_of([&] { read(bytes, format); });
   }
-  ScratchFolder folder;
+  TempFolder folder;
 };
 
 TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
@@ -38,15 +38,14 @@ TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
   const std::string pose =
       "<R_><rot11>1</rot11><rot12>0</rot12><rot13>0</rot13><rot21>0</rot21><rot22>1</rot22><rot23>0</rot23>"
       "<rot31>0</rot31><rot32>0</rot32><rot33>1</rot33></R_><t_><data><item>1</item><item>2</item><item>3</"
-      "item>"
-      "</data></t_>";
+      "item></data></t_>";
   const std::string xml =
       "<?xml version=\"1.0\"?>\n<!DOCTYPE "
       "boost_serialization>\n<boost_serialization><val><count>1</count><item><pose>" +
       pose + "</pose><gt_pose>" + pose +
       "</gt_pose>\n<frame_id>4</frame_id></item></val></boost_serialization>\n";
-  for (const auto& [format, bytes] : std::map<std::string, std::string>{{"tum", kTum},
-                                                                        {"kitti", kKitti},
+  for (const auto& [format, bytes] : std::map<std::string, std::string>{{"tum", tum},
+                                                                        {"kitti", kitti},
                                                                         {"euroc", euroc},
                                                                         {"vdo", vdo},
                                                                         {"dynosam", dynosam},
@@ -64,7 +63,7 @@ TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
 }
 
 TEST_F(TrajectoryFiles, QuaternionsAreXyzwInTumAndWxyzInEuroc) {
-  EXPECT_NEAR(read(kTum).poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15);
+  EXPECT_NEAR(read(tum).poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15);
   EXPECT_NEAR(read("1e18,0,0,0,0.8,0,0,0.6\n", "euroc").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
 }
 
@@ -100,7 +99,7 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
               HasSubstr("UTF-16"));
   EXPECT_THAT(error_of([] { read_trajectory("/nowhere/at/all.txt", "tum"); }), HasSubstr("cannot open"));
   EXPECT_THAT(error_of([&] { read_trajectory(folder.path().string(), "tum"); }),
-              HasSubstr("expected a file, got a folder"));
+              HasSubstr("is a folder, expected a file"));
 }
 
 TEST_F(TrajectoryFiles, QuaternionsOffUnitNorm) {
@@ -132,7 +131,7 @@ TEST_F(TrajectoryFiles, StampsOutOfOrderAndTwice) {
 
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
   EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
-  EXPECT_THAT(error(kTum, "kitty"), HasSubstr("did you mean 'kitti'"));
+  EXPECT_THAT(error(tum, "kitty"), HasSubstr("did you mean 'kitti'"));
 }
 
 // The table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
@@ -205,12 +204,13 @@ TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {
 TEST_F(TrajectoryFiles, XmlThatIsCutOff) {
   EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item><frame_id>1</frame_id></item></val>", "vdo_xml"),
               HasSubstr(":2: frame 1 has no complete"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"), HasSubstr("cut off"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"), HasSubstr("unexpected </wal>"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"), HasSubstr(":2: the file ends inside <item>: it is cut off"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"),
+              HasSubstr(":2: unexpected </wal>"));
 }
 
 TEST_F(TrajectoryFiles, TumRoundTrip) {
-  const TrajectoryFile file = read(kTum);
+  const TrajectoryFile file = read(tum);
   const TrajectoryFile again = read(encode_tum(file.poses));
   EXPECT_EQ(again.poses.stamps_s, file.poses.stamps_s);
   EXPECT_EQ(again.poses.positions_m, file.poses.positions_m);

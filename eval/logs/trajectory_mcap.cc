@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view kMagic = "\x89MCAP0\r\n";
+constexpr std::string_view magic = "\x89MCAP0\r\n";
 
 enum Op : uint8_t {
   op_schema = 0x03,
@@ -25,14 +25,14 @@ class McapReader {
 
   /// Records from `at` on; true when the end of data was met.
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
-    constexpr uint64_t kHead = 1 + 8;
+    constexpr uint64_t head_bytes = 1 + 8;
     while (at < bytes.size()) {
       const std::string where =
           fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
-      ByteCursor head(bytes.view(at, kHead), where);
+      ByteCursor head(bytes.view(at, head_bytes), where);
       const auto op = head.number<uint8_t>();
       const auto n = head.number<uint64_t>();
-      at += kHead;
+      at += head_bytes;
       if (n > bytes.size() - at) {
         fail(
             "{}: has {} bytes where {} are left: the file is cut off or damaged; `mcap recover` may repair "
@@ -107,13 +107,13 @@ class McapReader {
 
 }  // namespace
 
-bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(kMagic); }
+bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
 
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic) {
-  if (bytes.size() < kMagic.size() || bytes.view(0, kMagic.size()) != kMagic)
+  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no MCAP file of version 0", bytes.name());
   McapReader reader(bytes.name(), topic);
-  if (!reader.read(bytes, kMagic.size(), false))
+  if (!reader.read(bytes, magic.size(), false))
     fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
   return reader.finish();
 }

@@ -12,8 +12,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t kMostPoses = 20'000'000;
-constexpr size_t kLargestMessage = size_t{1} << 20;
+constexpr size_t most_poses = 20'000'000;
+constexpr size_t largest_message = size_t{1} << 20;
 
 /// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven.
 struct PoseMessage {
@@ -21,7 +21,7 @@ struct PoseMessage {
   bool has_child;
   size_t doubles_after;
 };
-constexpr PoseMessage kMessages[] = {
+constexpr PoseMessage messages[] = {
     {"geometry_msgs/PoseStamped", false, 0},
     {"geometry_msgs/PoseWithCovarianceStamped", false, 36},
     {"geometry_msgs/TransformStamped", true, 0},
@@ -29,9 +29,9 @@ constexpr PoseMessage kMessages[] = {
 };
 
 const PoseMessage* pose_message(std::string_view type) {
-  const auto* found = std::find_if(std::begin(kMessages), std::end(kMessages),
+  const auto* found = std::find_if(std::begin(messages), std::end(messages),
                                    [&](const PoseMessage& m) { return m.type == type; });
-  return found == std::end(kMessages) ? nullptr : found;
+  return found == std::end(messages) ? nullptr : found;
 }
 
 /// One message, whatever its serialisation.
@@ -119,10 +119,10 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
   const std::string path = file_ + ":" + topic;
   const auto number = static_cast<int64_t>(t.poses.size()) + 1;
   const std::string where = fmt::format("{}:{}", path, number);
-  if (message.size() > kLargestMessage)
-    fail("{}: a message of {} bytes: {} at most for a pose", where, message.size(), kLargestMessage);
-  if (t.poses.size() == kMostPoses)
-    fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, kMostPoses);
+  if (message.size() > largest_message)
+    fail("{}: a message of {} bytes: {} at most for a pose", where, message.size(), largest_message);
+  if (t.poses.size() == most_poses)
+    fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses);
   const PoseMessage& kind = *pose_message(t.type);
   const bool cdr = t.encoding == "cdr";
   MessageReader reader(message, cdr, where);
@@ -135,9 +135,8 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
   if (number == 1) t.frame_ids = frame_ids;
   if (frame_ids != t.frame_ids) {
     fail(
-        "{}: its frame ids are '{}', those of the first message '{}': the topic holds poses of several "
-        "bodies; record "
-        "one alone",
+        "{}: its frame ids are '{}', those of the first message '{}': "
+        "the topic holds poses of several bodies; record one alone",
         where, frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
   }
   double v[7];
@@ -152,12 +151,12 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
 }
 
 std::string TopicPoses::list(bool readable) const {
-  constexpr size_t kMost = 12;
+  constexpr size_t most = 12;
   std::string out;
   size_t n = 0;
   for (const auto& [name, topic] : topics_) {
     if (readable && !topic.readable) continue;
-    if (n++ == kMost) return out + ", ...";
+    if (n++ == most) return out + ", ...";
     out += fmt::format("{}{} ({}, {})", n > 1 ? ", " : "", name.substr(0, 100), topic.type.substr(0, 80),
                        topic.readable ? fmt::format("{} poses", topic.poses.size()) : topic.encoding);
   }
@@ -165,7 +164,7 @@ std::string TopicPoses::list(bool readable) const {
 }
 
 TrajectoryFile TopicPoses::finish() {
-  constexpr const char* kExpected =
+  constexpr const char* expected_types =
       "PoseStamped, PoseWithCovarianceStamped, TransformStamped (geometry_msgs) or Odometry (nav_msgs)";
   std::string topic = wanted_;
   if (topic.empty()) {
@@ -175,7 +174,7 @@ TrajectoryFile TopicPoses::finish() {
       topic = name;
       ++n;
     }
-    if (n == 0) fail("{}: has no topic with poses, {}; it has: {}", file_, kExpected, list(false));
+    if (n == 0) fail("{}: has no topic with poses, {}; it has: {}", file_, expected_types, list(false));
     if (n > 1) fail("{}: has {} topics with poses: give one as {}:/TOPIC of {}", file_, n, file_, list(true));
   }
   const auto found = topics_.find(topic);
@@ -183,7 +182,7 @@ TrajectoryFile TopicPoses::finish() {
   Topic& t = found->second;
   if (!t.readable)
     fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding,
-         kExpected);
+         expected_types);
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/external/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/logs/trajectory_bag.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/logs/trajectory_mcap.h"
@@ -32,7 +32,7 @@ struct Sample {
   uint32_t sec, nsec;
   double v[7];  ///< position, quaternion x y z w
 };
-const Sample kSamples[] = {{1000, 500'000'000, {1, 2, 3, 0, 0, 0, 1}}, {1001, 0, {2, 2, 3, 0, 0, 0.6, 0.8}}};
+const Sample samples[] = {{1000, 500'000'000, {1, 2, 3, 0, 0, 0, 1}}, {1001, 0, {2, 2, 3, 0, 0, 0.6, 0.8}}};
 
 std::string doubles(const double* v, size_t n) {
   return {reinterpret_cast<const char*>(v), n * sizeof(double)};
@@ -166,12 +166,12 @@ std::string mcap_of(const std::vector<Channel>& channels, const std::string& com
 }
 
 Channel ros1_channel(const std::string& topic, const std::string& type) {
-  return {topic, type, {ros1_message(type, kSamples[0]), ros1_message(type, kSamples[1])}};
+  return {topic, type, {ros1_message(type, samples[0]), ros1_message(type, samples[1])}};
 }
 Channel cdr_channel(const std::string& topic, const std::string& type, bool big = false) {
-  return {topic, type, {cdr_message(type, kSamples[0], big), cdr_message(type, kSamples[1], big)}};
+  return {topic, type, {cdr_message(type, samples[0], big), cdr_message(type, samples[1], big)}};
 }
-const Channel kImages = {"/camera", "sensor_msgs/Image", {std::string(5000, 'x'), std::string(400'000, 'y')}};
+const Channel images = {"/camera", "sensor_msgs/Image", {std::string(5000, 'x'), std::string(400'000, 'y')}};
 
 void expect_samples(const TrajectoryFile& file) {
   ASSERT_EQ(file.poses.size(), 2);
@@ -187,7 +187,7 @@ TEST(Bag, EveryTypeAndCompression) {
                            "geometry_msgs/TransformStamped", "nav_msgs/Odometry"}) {
     for (const char* compression : {"none", "lz4", "bz2"}) {
       SCOPED_TRACE(std::string(type) + " " + compression);
-      expect_samples(decode_trajectory(bag_of({kImages, ros1_channel("/pose", type)}, compression), "bag"));
+      expect_samples(decode_trajectory(bag_of({images, ros1_channel("/pose", type)}, compression), "bag"));
     }
   }
 }
@@ -199,7 +199,7 @@ TEST(Mcap, EveryTypeByteOrderAndCompression) {
       SCOPED_TRACE(std::string(type) + " " + compression);
       for (const bool big : {false, true})
         expect_samples(
-            decode_trajectory(mcap_of({kImages, cdr_channel("/pose", type, big)}, compression), "mcap"));
+            decode_trajectory(mcap_of({images, cdr_channel("/pose", type, big)}, compression), "mcap"));
     }
   }
   expect_samples(
@@ -209,8 +209,8 @@ TEST(Mcap, EveryTypeByteOrderAndCompression) {
 }
 
 TEST(Recordings, AreFoundByTheirFirstBytesAndTakeATopic) {
-  ScratchFolder folder;
-  const std::vector<Channel> two = {ros1_channel("/a", "nav_msgs/Odometry"), kImages,
+  TempFolder folder;
+  const std::vector<Channel> two = {ros1_channel("/a", "nav_msgs/Odometry"), images,
                                     ros1_channel("/b", "geometry_msgs/PoseStamped")};
   const std::string path = folder.write("run.bag", bag_of(two));
   EXPECT_EQ(read_trajectory(path + ":/a").format, "bag");
@@ -237,10 +237,9 @@ std::string mcap_error(const std::string& b) {
 
 TEST(Recordings, PosesOfSeveralBodiesOnOneTopic) {
   const std::string type = "geometry_msgs/PoseStamped";
-  EXPECT_THAT(
-      bag_error(
-          bag_of({{"/p", type, {ros1_message(type, kSamples[0]), ros1_message(type, kSamples[1], "odom")}}})),
-      HasSubstr("poses of several bodies"));
+  EXPECT_THAT(bag_error(bag_of(
+                  {{"/p", type, {ros1_message(type, samples[0]), ros1_message(type, samples[1], "odom")}}})),
+              HasSubstr("poses of several bodies"));
 }
 
 TEST(Recordings, PosesThatAreNone) {
@@ -256,12 +255,12 @@ TEST(Recordings, PosesThatAreNone) {
               HasSubstr("are not stamped"));
   EXPECT_THAT(bag_error(bag_of({{"/p", type, {}}})), HasSubstr("no topic with poses"));
   EXPECT_THAT(bag_error(bag_of({{"/p", type, {}}}), "/p"), HasSubstr("holds no message"));
-  EXPECT_THAT(bag_error(bag_of({{"/p", type, {ros1_message(type, kSamples[0]) + "x"}}})),
+  EXPECT_THAT(bag_error(bag_of({{"/p", type, {ros1_message(type, samples[0]) + "x"}}})),
               HasSubstr("1 bytes after the pose"));
 }
 
 TEST(Recordings, CutOffAnywhereIsAnError) {
-  const std::string bag = bag_of({kImages, ros1_channel("/pose", "nav_msgs/Odometry")}, "lz4");
+  const std::string bag = bag_of({images, ros1_channel("/pose", "nav_msgs/Odometry")}, "lz4");
   const std::string chunked = mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "zstd");
   const std::string plain = mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "", "cdr", false);
   const size_t index =
@@ -269,13 +268,13 @@ TEST(Recordings, CutOffAnywhereIsAnError) {
       bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0')).size();
   for (size_t n = 0; n < bag.size(); ++n) {
     if (n == index) continue;  // a whole chunk, without its index
-    EXPECT_NE(bag_error(bag.substr(0, n)), "") << n;
+    EXPECT_NE(bag_error(bag.substr(0, n)), "no error") << n;
   }
-  EXPECT_EQ(bag_error(bag.substr(0, index)), "");
+  EXPECT_EQ(bag_error(bag.substr(0, index)), "no error");
   const size_t tail = mcap_record('\x02', std::string(20, '\0')).size() + 8;
   for (const std::string& mcap : {chunked, plain}) {
-    for (size_t n = 0; n + tail < mcap.size(); ++n) EXPECT_NE(mcap_error(mcap.substr(0, n)), "") << n;
-    EXPECT_EQ(mcap_error(mcap.substr(0, mcap.size() - tail)), "") << "whole data";
+    for (size_t n = 0; n + tail < mcap.size(); ++n) EXPECT_NE(mcap_error(mcap.substr(0, n)), "no error") << n;
+    EXPECT_EQ(mcap_error(mcap.substr(0, mcap.size() - tail)), "no error") << "whole data";
   }
 }
 
@@ -310,7 +309,7 @@ TEST(Recordings, AnyDamageIsAResultOrAnError) {
   const char* rounds = std::getenv("SEXTANT_FUZZ_PROBLEMS");
   const int n = rounds ? std::atoi(rounds) : 3000;
   const std::vector<std::pair<std::string, std::string>> seeds = {
-      {"bag", bag_of({kImages, ros1_channel("/pose", "nav_msgs/Odometry")})},
+      {"bag", bag_of({images, ros1_channel("/pose", "nav_msgs/Odometry")})},
       {"bag", bag_of({ros1_channel("/pose", "geometry_msgs/PoseStamped")}, "lz4")},
       {"bag", bag_of({ros1_channel("/pose", "geometry_msgs/TransformStamped")}, "bz2")},
       {"mcap", mcap_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, "", "cdr", false)},

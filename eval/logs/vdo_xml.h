@@ -15,6 +15,7 @@
 namespace sextant {
 
 /// Throws Error "PATH:LINE: ..." on anything else.
-void read_vdo_frontend_xml(const std::string& path, PoseSeries& estimate, PoseSeries& truth, RepairLog& log);
+void read_vdo_frontend_xml(const std::string& path, const FileKind& kind, PoseSeries& estimate,
+                           PoseSeries& truth, RepairLog& log);
 
 }  // namespace sextant

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,23 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
     EXPECT_STREQ(error.what(),
                  "unknown estimator 'join_flow': did you mean 'joint_flow'? known: motion_only, joint_flow");
   }
+}
+
+TEST(NumberIn, TakesTheWholeTextOrNothing) {
+  EXPECT_EQ(number_in("+2.5"), 2.5);
+  EXPECT_EQ(number_in("-3e2"), -300);
+  for (const char* none : {"", "+", "1x", " 1", "0x10", "++1"}) EXPECT_FALSE(number_in(none)) << none;
+  EXPECT_EQ(number_in("1e-400"), 0);
+  EXPECT_EQ(number_in("0." + std::string(400, '0') + "1"), 0);
+  EXPECT_EQ(number_in("-1e400"), -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(number_in(std::string(400, '9') + ".5"), std::numeric_limits<double>::infinity());
+}
+
+TEST(Trimmed, TakesBlanksFromTheEnds) {
+  EXPECT_EQ(trimmed(" \t a b\r"), "a b");
+  EXPECT_EQ(trimmed(" \r"), "");
+  EXPECT_TRUE(is_digits("0012"));
+  EXPECT_FALSE(is_digits("") || is_digits("-1"));
 }
 
 TEST(Names, EveryNameRoundTrips) {

@@ -30,32 +30,55 @@ class Descriptor {
   int fd_;
 };
 
+std::string size_text(uint64_t bytes, int digits) {
+  const bool large = bytes >= 50'000'000;
+  return fmt::format("{:.{}f} {}", static_cast<double>(bytes) / (large ? 1e9 : 1e6), digits,
+                     large ? "GB" : "MB");
+}
+
 }  // namespace
 
-std::string read_file(const std::filesystem::path& path, const FileKind& kind) {
+FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) : path_(path.string()) {
   // O_NONBLOCK: a pipe without a writer would be waited for.
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.get() < 0) fail("{}: cannot open: {}", path.string(), std::strerror(errno));
+  file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
   struct stat info {};
-  if (::fstat(file.get(), &info) != 0) fail("{}: cannot stat: {}", path.string(), std::strerror(errno));
-  if (S_ISDIR(info.st_mode)) fail("{}: is a folder, expected a file", path.string());
-  if (!S_ISREG(info.st_mode))
-    fail("{}: is a pipe or device, expected a file: write it to one", path.string());
-  const auto size = static_cast<uint64_t>(info.st_size);
-  if (size > kind.max_bytes) {
-    fail("{}: has {:.1f} GB, expected at most {:.2f} GB for {}", path.string(),
-         static_cast<double>(size) / 1e9, static_cast<double>(kind.max_bytes) / 1e9, kind.name);
+  std::string problem;
+  if (::fstat(file_, &info) != 0) {
+    problem = fmt::format("cannot stat: {}", std::strerror(errno));
+  } else if (S_ISDIR(info.st_mode)) {
+    problem = "is a folder, expected a file";
+  } else if (!S_ISREG(info.st_mode)) {
+    problem = "is a pipe or device, expected a file: write it to one";
+  } else if (size_ = static_cast<uint64_t>(info.st_size); size_ > kind.max_bytes) {
+    problem = fmt::format("has {}, expected at most {} for {}", size_text(size_, 1),
+                          size_text(kind.max_bytes, 2), kind.name);
   }
-  std::string bytes(static_cast<size_t>(size), '\0');
+  if (problem.empty()) return;
+  ::close(file_);
+  fail("{}: {}", path_, problem);
+}
+
+FileReader::~FileReader() {
+  if (file_ >= 0) ::close(file_);
+}
+
+size_t FileReader::read(char* to, size_t n, uint64_t at) const {
   size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail("{}: cannot read: {}", path.string(), std::strerror(errno));
-    if (n == 0) break;
-    done += static_cast<size_t>(n);
+  while (done < n) {
+    const ssize_t got = ::pread(file_, to + done, n - done, static_cast<off_t>(at + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail("{}: cannot read: {}", path_, std::strerror(errno));
+    if (got == 0) break;
+    done += static_cast<size_t>(got);
   }
-  bytes.resize(done);
+  return done;
+}
+
+std::string read_file(const std::filesystem::path& path, const FileKind& kind) {
+  const FileReader file(path, kind);
+  std::string bytes(static_cast<size_t>(file.size()), '\0');
+  bytes.resize(file.read(bytes.data(), bytes.size(), 0));
   return bytes;
 }
 

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace sextant {
 
@@ -20,6 +21,26 @@ struct FileKind {
 inline constexpr FileKind data_file = {"a file of data", uint64_t{1} << 30U};
 inline constexpr FileKind json_file = {"a JSON file", uint64_t{1} << 28U};
 inline constexpr FileKind records_file = {"a file of records, a journal or a pack", uint64_t{1} << 33U};
+inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
+
+/// A regular file open for reading. Throws Error that names the path and the system's reason, or the limit.
+class FileReader {
+ public:
+  FileReader(const std::filesystem::path& path, const FileKind& kind);
+  FileReader(FileReader&& other) noexcept
+      : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), size_(other.size_) {}
+  FileReader& operator=(FileReader&&) = delete;
+  ~FileReader();
+
+  uint64_t size() const { return size_; }  ///< when it was opened
+  /// `n` bytes from `at` on; returns how many there were.
+  size_t read(char* to, size_t n, uint64_t at) const;
+
+ private:
+  std::string path_;
+  int file_ = -1;
+  uint64_t size_ = 0;
+};
 
 /// The bytes of a file. Throws Error that names the path and the system's reason, or the limit.
 std::string read_file(const std::filesystem::path& path, const FileKind& kind = data_file);

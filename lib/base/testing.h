@@ -1,10 +1,16 @@
 #pragma once
 
-// Test helper of what throws Error.
+// Test helpers: the message of what throws Error, and a folder of a test's own.
 
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 
 namespace sextant {
 
@@ -18,5 +24,33 @@ std::string error_of(const Action& action) {
   }
   return "no error";
 }
+
+/// A folder of its own below the system's temporary one; removed with everything in it at the end.
+class TempFolder {
+ public:
+  TempFolder() {
+    static std::atomic<int> count{0};
+    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_test_{}_{}", getpid(), count++);
+    std::filesystem::create_directories(path_);
+  }
+  ~TempFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  /// Writes a file, in a folder that is made for it; gives its path.
+  std::string write(const std::string& name, std::string_view bytes) const {
+    std::filesystem::create_directories((path_ / name).parent_path());
+    write_file(path_ / name, bytes);
+    return *this / name;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace sextant

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 
 namespace sextant {
@@ -96,6 +98,33 @@ std::vector<std::string> split(std::string_view text, char separator) {
     if (end == std::string_view::npos) return pieces;
     begin = end + 1;
   }
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\v\f";
+  const size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+bool is_digits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+std::optional<double> number_in(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || text.empty()) return std::nullopt;
+  if (error == std::errc()) return value;
+  if (error != std::errc::result_out_of_range) return std::nullopt;
+  const size_t exponent = text.find_first_of("eE");
+  const bool small = exponent == std::string_view::npos
+                         ? text.find('.') < text.find_first_of("123456789")  // 0.000...01
+                         : text.substr(exponent + 1).starts_with('-');
+  if (small) return 0;
+  return text.starts_with('-') ? -std::numeric_limits<double>::infinity()
+                               : std::numeric_limits<double>::infinity();
 }
 
 bool is_utf8(std::string_view text) {

@@ -2,6 +2,7 @@
 
 // Small text helpers: for messages, and for texts of strangers on their way to a page or a terminal.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,16 @@ std::string suggest(std::string_view word, std::span<const std::string> names);
 
 /// The pieces of `text` between `separator`s (n separators give n + 1 pieces).
 std::vector<std::string> split(std::string_view text, char separator);
+
+/// Without blanks, tabs and carriage returns at its ends.
+std::string_view trimmed(std::string_view text);
+
+/// Not empty, and all of 0 to 9.
+bool is_digits(std::string_view text);
+
+/// The number that the whole of `text` is in C notation, also with a '+' before it; what is beyond a double is
+/// infinite, what is too small for one is 0. Empty when it is none.
+std::optional<double> number_in(std::string_view text);
 
 bool is_utf8(std::string_view text);
 

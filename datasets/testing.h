@@ -1,0 +1,58 @@
+#pragma once
+
+// Test helper: a test on the files of a data set's folder.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sextant/base/testing.h"
+#include "sextant/base/text.h"
+#include "sextant/datasets/dataset.h"
+
+namespace sextant {
+
+inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json& options = Json::object()) {
+  SourceSpec spec = SourceSpec::parse(source);
+  spec.options = options;
+  return open_source(spec);
+}
+
+class FolderTest : public testing::Test {
+ protected:
+  explicit FolderTest(const std::string& name = "D") : root_(temp_.path() / name) {}
+
+  std::string file(const std::string& name) const { return (root_ / name).string(); }
+  std::string text(const std::string& name) const { return read_file(root_ / name); }
+  void put(const std::string& name, std::string_view bytes) {
+    std::filesystem::create_directories((root_ / name).parent_path());
+    write_file(root_ / name, bytes);
+  }
+  void remove(const std::string& name) { std::filesystem::remove_all(root_ / name); }
+  /// Replaces the first `from` of a file.
+  void change(const std::string& name, const std::string& from, const std::string& to) {
+    std::string bytes = text(name);
+    const size_t at = bytes.find(from);
+    ASSERT_NE(at, std::string::npos) << name << " lacks " << from;
+    put(name, bytes.replace(at, from.size(), to));
+  }
+  /// Lines of a file, the header among them.
+  std::vector<std::string> lines(const std::string& name) const {
+    std::vector<std::string> all = split(text(name), '\n');
+    all.pop_back();
+    return all;
+  }
+  void put_lines(const std::string& name, const std::vector<std::string>& all) {
+    std::string bytes;
+    for (const std::string& line : all) bytes += line + "\n";
+    put(name, bytes);
+  }
+
+  TempFolder temp_;
+  std::filesystem::path root_;
+};
+
+}  // namespace sextant

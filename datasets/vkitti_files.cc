@@ -1,0 +1,28 @@
+#include "sextant/datasets/vkitti_files.h"
+
+namespace sextant {
+
+FolderFiles vkitti_files(const SequenceTruth& truth) {
+  FolderFiles files;
+  files.width = vkitti_width;
+  files.height = vkitti_height;
+  for (const auto& [frame, pose] : truth.camera.poses()) files.frames.insert(frame);
+  if (!files.frames.empty()) return files;
+  for (const auto& [frame, objects] : truth.objects) files.frames.insert(frame);
+  return files;
+}
+
+void check_vkitti_frames(const Sequence& sequence, const std::string& root) {
+  const SequenceInfo& info = sequence.info();
+  const Trajectory& camera = sequence.truth().camera;
+  if (camera.empty()) return;
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    if (camera.has(frame)) continue;
+    fail(
+        "{} {}: the extrinsics have no row of frame {}, of which there are files: take both from the same "
+        "sequence, or choose other frames with @first-last",
+        root, info.sequence, frame);
+  }
+}
+
+}  // namespace sextant
