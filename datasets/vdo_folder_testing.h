@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sextant/base/files.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
@@ -33,26 +34,6 @@
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
-
-/// A folder of its own below the system's temporary one; removed with everything in it at the end.
-class TempFolder {
- public:
-  TempFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_test_{}_{}", getpid(), count++);
-    std::filesystem::create_directories(path_);
-  }
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct VdoFixtureOptions {
   int n_frames = 5;

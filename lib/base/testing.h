@@ -1,7 +1,11 @@
 #pragma once
 
-// Test helper of what throws Error.
+// Test helpers: what throws Error, and a folder.
 
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
 #include <string>
 
 #include "sextant/base/error.h"
@@ -18,5 +22,25 @@ std::string error_of(const Action& action) {
   }
   return "no error";
 }
+
+/// A folder of its own below the system's temporary one; removed with everything in it at the end.
+class TempFolder {
+ public:
+  TempFolder() {
+    static std::atomic<int> count{0};
+    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_test_{}_{}", getpid(), count++);
+    std::filesystem::create_directories(path_);
+  }
+  ~TempFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace sextant
