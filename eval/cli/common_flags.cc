@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <thread>
 
 #include "sextant/base/error.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
 
@@ -57,7 +57,7 @@ void add_option_flags(CLI::App& command, CommonFlags& flags) {
 }
 
 void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
-  flags.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  flags.jobs = available_cores();
   command.add_option("--jobs", flags.jobs, "Threads; results do not depend on it")
       ->type_name("N")
       ->capture_default_str()

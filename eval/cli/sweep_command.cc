@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/experiment/sweep_status.h"
 
 namespace sextant {
 namespace {
@@ -17,6 +18,7 @@ struct SweepFlags : CommonFlags {
   std::string shard = "0/1";
   bool dry_run = false;
   bool no_packs = false;
+  bool allow_mixed = false;
 };
 
 std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
@@ -32,18 +34,14 @@ std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
   return {numbers[0], numbers[1]};
 }
 
-std::string duration(double seconds) {
-  if (seconds < 120) return fmt::format("{:.0f} s", seconds);
-  if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 void run_sweep(const SweepFlags& flags) {
+  if (flags.plan.empty()) fail("PLAN.json is missing: see sextant sweep --help");
   SweepConfig config;
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
   config.cache = cache_of(flags.cache);
   config.use_packs = !flags.no_packs;
+  config.allow_mixed = flags.allow_mixed;
   std::tie(config.shard, config.n_shards) = parse_shard(flags.shard);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
@@ -55,7 +53,7 @@ void run_sweep(const SweepFlags& flags) {
                                       {"estimated_s", estimate.seconds}}));
     } else {
       fmt::print("{} cases, {} frame pairs, about {} with {} jobs\n", estimate.n_cases, estimate.n_pairs,
-                 duration(estimate.seconds), config.jobs);
+                 duration_text(estimate.seconds), config.jobs);
     }
     return;
   }
@@ -63,14 +61,45 @@ void run_sweep(const SweepFlags& flags) {
   sweep_and_print(config, flags.json);
 }
 
+struct StatusFlags {
+  std::string folder;
+  uint64_t n_shards = 0;
+  bool json = false, only_missing = false;
+  std::vector<uint64_t> except;
+};
+
+void print_status(const StatusFlags& flags) {
+  const SweepStatus status = sweep_status(flags.folder, flags.n_shards);
+  if (flags.only_missing) {
+    fmt::print("{}\n", status.to_submit({flags.except.begin(), flags.except.end()}));
+  } else {
+    fmt::print("{}", flags.json ? json_text(to_json(status)) : to_text(status));
+  }
+}
+
+void add_sweep_status_command(CLI::App& sweep) {
+  const auto flags = std::make_shared<StatusFlags>();
+  CLI::App* command = sweep.add_subcommand("status", "How far a sweep in shards is, and what is missing");
+  command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")->required()->type_name("DIR");
+  command->add_option("--shards", flags->n_shards, "How many there are (default: as those that have begun say)")
+      ->type_name("N");
+  command->add_flag("--missing", flags->only_missing, "Print only the missing and stopped ones, as sbatch --array takes them");
+  command->add_option("--except", flags->except, "Shards to leave out of these")->type_name("I,J,...")->delimiter(',');
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer("Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) shard.sh");
+  command->callback([flags] { print_status(*flags); });
+}
+
 struct MergeFlags : CommonFlags {
   std::vector<std::string> folders;
   std::string out;
+  bool allow_mixed = false;
 };
 
 void run_merge(const MergeFlags& flags) {
   const SweepOutcome outcome =
-      merge_sweeps({flags.folders.begin(), flags.folders.end()}, std::filesystem::path(flags.out));
+      merge_sweeps({flags.folders.begin(), flags.folders.end()}, std::filesystem::path(flags.out),
+                   flags.allow_mixed);
   if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
   fmt::print("Results: {}\n", flags.out);
 }
@@ -101,16 +130,16 @@ void sweep_and_print(const SweepConfig& config, bool json) {
 void add_sweep_command(CLI::App& app) {
   const auto flags = std::make_shared<SweepFlags>();
   CLI::App* command = app.add_subcommand("sweep", "Run a plan: sources x estimators x noise levels x seeds");
-  command->add_option("plan", flags->plan, "JSON file; see docs/sweeps.md and eval/plans/")
-      ->required()
-      ->type_name("PLAN.json");
+  command->add_option("plan", flags->plan, "JSON file; see docs/sweeps.md and eval/plans/")->type_name("PLAN.json");
   command->add_option("--out", flags->out, "Folder for the results; an unfinished sweep in it is resumed")
       ->type_name("DIR");
-  command->add_option("--shard", flags->shard, "Only every N-th case, from the I-th; a folder per shard")
+  command->add_option("--shard", flags->shard, "Only the I-th of N equal shares; a folder per shard")
       ->type_name("I/N")
       ->capture_default_str();
   command->add_flag("--dry-run", flags->dry_run, "Say how many cases there are and how long they will take");
   add_cache_flag(*command, flags->cache);
+  command->add_flag("--allow-mixed", flags->allow_mixed,
+                    "Go on with what another version of Sextant began; run.json names both");
   command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
@@ -120,7 +149,10 @@ void add_sweep_command(CLI::App& app) {
       "Ctrl-C or a crash loses no finished case: give the same command again.\n"
       "Examples:\n  sextant sweep eval/plans/depth_s18.json --out out\n"
       "  sextant sweep eval/plans/depth_s18.json --shard 1/4 --out part1   (and 2/4 .. 4/4, then merge)");
-  command->callback([flags] { run_sweep(*flags); });
+  add_sweep_status_command(*command);
+  command->callback([flags, command] {
+    if (command->get_subcommands().empty()) run_sweep(*flags);
+  });
 }
 
 void add_merge_command(CLI::App& app) {
@@ -128,6 +160,8 @@ void add_merge_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("merge", "Join the shards of a sweep");
   command->add_option("dir", flags->folders, "Folders of finished shards")->required()->type_name("DIR");
   command->add_option("--out", flags->out, "Folder for the results")->required()->type_name("DIR");
+  command->add_flag("--allow-mixed", flags->allow_mixed,
+                    "Join shards of different versions of Sextant; run.json names them");
   command->add_flag("--quiet", flags->quiet, "No summary");
   command->footer("Example:\n  sextant merge part1 part2 part3 part4 --out out");
   command->callback([flags] { run_merge(*flags); });

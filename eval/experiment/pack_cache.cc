@@ -1,11 +1,15 @@
 #include "sextant/eval/experiment/pack_cache.h"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
+#include "sextant/base/file_lock.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
 
 namespace sextant {
@@ -124,6 +128,41 @@ void make_folder(const fs::path& folder) {
   }
 }
 
+std::optional<PackCache::Packed> find_pack(const fs::path& folder, const fs::path& link_path) {
+  std::optional<Link> link = read_link(link_path);
+  if (!link) return std::nullopt;
+  const fs::path file = folder / (link->content + ".pack");
+  auto pairs = read_pack(file);
+  if (!pairs) return std::nullopt;
+  return PackCache::Packed{std::move(*pairs), std::move(link->inputs), file, true};
+}
+
+/// Waits until no other process makes the pack of `link_path`. After ten minutes it is made a second time: the other may
+/// be gone with its host, and of two equal packs the last one stays.
+class Making {
+ public:
+  Making(const fs::path& link_path, bool quiet) : file_(link_path.string() + ".making") {
+    std::string holder;
+    for (int tenths = 0; tenths < 6000; ++tenths) {
+      lock_ = FileLock::take(file_, &holder);
+      if (lock_) return;
+      if (tenths == 20 && !quiet) fmt::print(stderr, "waiting for a pack that {} makes\n", holder);
+      check_interrupt();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+  ~Making() {
+    std::error_code ignored;
+    if (lock_) fs::remove(file_, ignored);
+  }
+  Making(const Making&) = delete;
+  Making& operator=(const Making&) = delete;
+
+ private:
+  fs::path file_;
+  std::optional<FileLock> lock_;
+};
+
 std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -147,16 +186,16 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   const Noise masks = noise.only_masks();
   const Json request = request_of(source, sequence, options, masks);
   const fs::path link_path = folder_ / (sha256(json_line(request)) + ".json");
-  if (const std::optional<Link> link = read_link(link_path)) {
-    const fs::path file = folder_ / (link->content + ".pack");
-    if (auto pairs = read_pack(file)) return {std::move(*pairs), link->inputs, file, true};
-  }
+  if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
+  make_folder(folder_);
+  // Of many processes that start on one cache one makes the pack, and the others wait for it.
+  const Making making(link_path, quiet);
+  if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
   Packed packed;
   packed.pairs = read_all(sequence, options, masks, jobs, quiet);
   packed.inputs = sequence.inputs().entries();
   const std::string content = content_id(request, packed.inputs);
   packed.file = folder_ / (content + ".pack");
-  make_folder(folder_);
   Json manifest = request;
   manifest.erase("path");
   write_file(packed.file, encode_pack({manifest, packed.pairs}));

@@ -1,6 +1,7 @@
 #include "sextant/eval/experiment/plan.h"
 
 #include <algorithm>
+#include <numeric>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -307,6 +308,24 @@ Json Plan::json() const {
   out["seeds"] = seeds;
   out["options"] = {{"extraction", write_options(extraction)}, {"pipeline", write_options(pipeline)}};
   return out;
+}
+
+std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards) {
+  // Cases of a source stand in the order j * step modulo their number, step coprime to it and near the golden section, so
+  // that neighbours in number lie far apart. A shard is a block of that order.
+  const uint64_t n = plan.n_cases();
+  const uint64_t per_source = n / plan.sources.size();
+  uint64_t step = std::max<uint64_t>(1, static_cast<uint64_t>(static_cast<double>(per_source) * 0.618));
+  while (std::gcd(step, per_source) != 1) ++step;
+  const auto first = [&](uint64_t k) { return n / n_shards * k + n % n_shards * k / n_shards; };
+  const uint64_t begin = first(shard), end = first(shard + 1);
+  std::vector<uint64_t> numbers;
+  for (uint64_t place = begin; place < end; ++place) {
+    const uint64_t source = place / per_source;
+    numbers.push_back(source * per_source + place % per_source * step % per_source);
+  }
+  std::ranges::sort(numbers);
+  return numbers;
 }
 
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root) {

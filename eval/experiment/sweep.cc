@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/achieved_noise.h"
+#include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/journal.h"
@@ -37,9 +38,14 @@ struct OpenSource {
 /// A plan with its sources and estimators at hand; runs single cases.
 class PlanRunner {
  public:
-  explicit PlanRunner(const SweepConfig& config) : config_(config) {
-    for (const SourceSpec& spec : config.plan.sources) {
-      OpenSource source;
+  /// For the cases `numbers`: opens their sources only.
+  PlanRunner(const SweepConfig& config, const std::vector<uint64_t>& numbers)
+      : config_(config), sources_(config.plan.sources.size()) {
+    std::set<size_t> needed;
+    for (const uint64_t number : numbers) needed.insert(config.plan.at(number).source);
+    for (const size_t index : needed) {
+      const SourceSpec& spec = config.plan.sources[index];
+      OpenSource& source = sources_[index];
       source.sequence = open_source(spec);
       check_runnable(spec, *source.sequence);
       for (const PlanEstimator& estimator : config.plan.estimators) {
@@ -50,10 +56,10 @@ class PlanRunner {
                                                 config.jobs, config.quiet);
         }
       }
-      sources_.push_back(std::move(source));
     }
   }
 
+  /// Those of sources without a case have no sequence.
   const std::vector<OpenSource>& sources() const { return sources_; }
 
   const std::vector<ExtractedPair>& pairs(const PlanCase& c) const {
@@ -95,11 +101,12 @@ class PlanRunner {
     }
   }
 
-  /// What plan.json holds of the data.
+  /// What plan.json holds of the data: the packs of every source that has a case, by its place in the plan.
   Json data_json() const {
-    Json json = Json::array();
-    for (const OpenSource& source : sources_) {
-      for (const auto& [key, packed] : source.packs) json.push_back(packed.file.stem().string());
+    Json json = Json::object();
+    for (size_t s = 0; s < sources_.size(); ++s) {
+      for (const auto& [key, packed] : sources_[s].packs)
+        json[std::to_string(s)].push_back(packed.file.stem().string());
     }
     return json;
   }
@@ -109,22 +116,19 @@ class PlanRunner {
   std::vector<OpenSource> sources_;
 };
 
-std::vector<uint64_t> cases_of_shard(const SweepConfig& config) {
+std::vector<uint64_t> numbers_of(const SweepConfig& config) {
   if (config.n_shards < 1 || config.shard > config.n_shards) {
     fail("--shard {}/{}: expected I/N with I in 0..N", config.shard, config.n_shards);
   }
-  std::vector<uint64_t> numbers;
-  for (uint64_t i = 0; i < config.plan.n_cases(); ++i) {
-    if (i % config.n_shards == config.shard % config.n_shards) numbers.push_back(i);
-  }
-  return numbers;
+  return cases_of_shard(config.plan, config.shard % config.n_shards, config.n_shards);
 }
 
 /// What plan.json holds.
 Json plan_file(const SweepConfig& config, const Json& data) {
   return {{"plan", config.plan.json()},
           {"shard", {config.shard % config.n_shards, config.n_shards}},
-          {"data", data}};
+          {"data", data},
+          {"programs", {program_identity()}}};
 }
 
 Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const Journal& journal) {
@@ -132,12 +136,13 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
   json["configuration"] = config.plan.json();
   json["shard"] = {config.shard % config.n_shards, config.n_shards};
   json["cases"] = config.plan.n_cases();
-  std::map<uint64_t, Json> noise;
-  for (const auto& [number, block] : journal.blocks()) noise[number] = block.noise;
-  json["noise"] = achieved_noise(config.plan.json(), noise);
+  NoiseOfCases noise(config.plan.json());
+  for (const auto& [number, block] : journal.blocks()) noise.add(number, block.noise);
+  json["noise"] = noise.json();
   json["sources"] = Json::array();
   for (size_t s = 0; s < runner.sources().size(); ++s) {
     const OpenSource& source = runner.sources()[s];
+    if (!source.sequence) continue;
     Json inputs = Json::object();
     Json packs = Json::array();
     for (const auto& [key, packed] : source.packs) {
@@ -158,10 +163,10 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
 }  // namespace
 
 SweepOutcome sweep(const SweepConfig& config) {
-  const std::vector<uint64_t> numbers = cases_of_shard(config);
-  const PlanRunner runner(config);
+  const std::vector<uint64_t> numbers = numbers_of(config);
+  const PlanRunner runner(config, numbers);
   const Json plan = plan_file(config, runner.data_json());
-  claim_folder(config.out, plan, config.replace);
+  claim_folder(config.out, plan, config.replace, config.allow_mixed);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
   const fs::path records_path = config.out / "records.jsonl";
@@ -173,7 +178,8 @@ SweepOutcome sweep(const SweepConfig& config) {
     return outcome;
   }
   {
-    Journal journal(journal_path, sha256(json_line(plan)), [&](uint64_t number, std::string_view lines) {
+    const Json owner = {{"plan", plan["plan"]}, {"shard", plan["shard"]}, {"data", plan["data"]}};
+    Journal journal(journal_path, sha256(json_line(owner)), [&](uint64_t number, std::string_view lines) {
       return std::ranges::binary_search(numbers, number) && runner.has_written(config.plan.at(number), lines);
     });
     remove_temporaries(config.out);
@@ -203,6 +209,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       index += json_line(case_json(number, block.n_records, block.noise)) + "\n";
     }
     Json provenance = sweep_provenance(config, runner, journal);
+    provenance["programs"] = read_json(config.out / "plan.json")["programs"];
     provenance["records"] = outcome.n_records;
     write_file(config.out / "run.json", json_text(provenance));
     write_file(config.out / "cases.jsonl", index);
@@ -214,10 +221,10 @@ SweepOutcome sweep(const SweepConfig& config) {
 }
 
 SweepEstimate estimate_sweep(const SweepConfig& config) {
-  const std::vector<uint64_t> numbers = cases_of_shard(config);
+  const std::vector<uint64_t> numbers = numbers_of(config);
   SweepConfig dry = config;
   dry.out.clear();
-  const PlanRunner runner(dry);
+  const PlanRunner runner(dry, numbers);
   SweepEstimate estimate;
   estimate.n_cases = numbers.size();
   std::map<std::pair<size_t, size_t>, double> seconds;  // of one case, by source and estimator

@@ -14,8 +14,7 @@
 //                  cases of the folder
 //
 // The bytes of records.jsonl (times apart) do not depend on jobs, interruptions or shards: shard I of N takes
-// the cases whose number is I modulo N (so 0..N-1 and 1..N both name all of them), and merge_sweeps() puts
-// them back in order.
+// its cases_of_shard() (0..N-1 and 1..N both name all shards), and merge_sweeps() puts them back in order.
 
 #include <filesystem>
 #include <vector>
@@ -37,6 +36,7 @@ struct SweepConfig {
   /// The folder of a finished sweep of the same cases: what external programs left there is read again
   /// instead of running them. Empty: they run.
   std::filesystem::path rescored;
+  bool allow_mixed = false;  ///< resumes what another version of the program began; run.json names both
   bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
 };
 
@@ -60,9 +60,10 @@ struct SweepEstimate {
 /// What sweep() would do, without doing it; packs are made.
 SweepEstimate estimate_sweep(const SweepConfig& config);
 
-/// Joins the finished shards of one plan. Throws Error when plans or data differ, or a case is missing or
-/// there twice.
-SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders,
-                          const std::filesystem::path& out);
+/// Joins the finished shards of one plan. Throws Error when plans or data differ, or versions of the program unless
+/// `allow_mixed`; when a case is missing or there twice. The shards are read along, not held: memory grows with the number
+/// of cases only. run.json has the provenance of every shard.
+SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                          bool allow_mixed = false);
 
 }  // namespace sextant

@@ -1,11 +1,15 @@
 #include "sextant/eval/experiment/sweep_folder.h"
 
+#include <algorithm>
+#include <fstream>
 #include <map>
+#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/json.h"
-#include "sextant/eval/experiment/achieved_noise.h"
+#include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
@@ -23,46 +27,112 @@ Json read_plan_file(const fs::path& folder) {
   return json;
 }
 
-struct FinishedCase {
-  std::string lines;
-  uint64_t n_records = 0;
-  Json noise;
+/// "0.1.0 (commit abc)".
+std::string program_text(const Json& programs) {
+  if (!programs.is_array() || programs.empty()) return "unknown";
+  const Json& first = programs.front();
+  return fmt::format("{} (commit {})", first.value("version", "?"), first.value("git_commit", "?").substr(0, 12));
+}
+
+/// A finished shard, read from its first case to its last.
+class ShardReader {
+ public:
+  explicit ShardReader(const fs::path& folder)
+      : folder_(folder), index_(folder / "cases.jsonl"), records_(folder / "records.jsonl") {
+    if (!index_) fail("{}: cannot open", (folder / "cases.jsonl").string());
+    if (!records_) fail("{}: cannot open", (folder / "records.jsonl").string());
+  }
+
+  struct Entry {
+    uint64_t number = 0;
+    uint64_t n_records = 0;
+    Json noise;
+  };
+
+  /// The next line of cases.jsonl; nothing at its end.
+  std::optional<Entry> next_case() {
+    for (std::string text; std::getline(index_, text);) {
+      ++line_;
+      if (text.empty()) continue;
+      const std::string name = (folder_ / "cases.jsonl").string();
+      const Json json = parse_json(text, name, line_);
+      const std::string where = fmt::format("{}:{}", name, line_);
+      return Entry{json_member<uint64_t>(json, "case", where), json_member<uint64_t>(json, "records", where),
+                   json.value("noise", Json())};
+    }
+    return std::nullopt;
+  }
+
+  /// Appends the next lines of records.jsonl.
+  void take_records(uint64_t n, std::string& lines) {
+    std::string line;
+    for (; n > 0; --n) {
+      if (!std::getline(records_, line) || records_.eof()) fail_count("fewer");
+      lines += line;
+      lines += '\n';
+    }
+  }
+  void expect_end() {
+    if (records_.peek() != std::char_traits<char>::eof()) fail_count("more");
+  }
+
+ private:
+  [[noreturn]] void fail_count(const char* what) const {
+    fail("{}: has {} records than {} says", (folder_ / "records.jsonl").string(), what,
+         (folder_ / "cases.jsonl").string());
+  }
+
+  fs::path folder_;
+  std::ifstream index_, records_;
+  int line_ = 0;
 };
 
-/// Of a finished shard.
-std::map<uint64_t, FinishedCase> read_cases(const fs::path& folder) {
-  const std::string records = read_file(folder / "records.jsonl", records_file);
-  const std::string index = read_file(folder / "cases.jsonl");
-  const std::string name = (folder / "cases.jsonl").string();
-  std::map<uint64_t, FinishedCase> cases;
-  size_t at = 0;
-  int line = 0;
-  for (const std::string& text : split(index, '\n')) {
-    ++line;
-    if (text.empty()) continue;
-    const Json entry = parse_json(text, name, line);
-    const std::string where = fmt::format("{}:{}", name, line);
-    const auto number = json_member<uint64_t>(entry, "case", where);
-    const auto n_records = json_member<uint64_t>(entry, "records", where);
-    size_t end = at;
-    for (uint64_t n = n_records; n > 0 && end != std::string::npos; --n) {
-      end = records.find('\n', end);
-      if (end != std::string::npos) ++end;
+struct ShardCase {
+  uint64_t number = 0;
+  uint32_t shard = 0;
+};
+
+/// Every case of the shards, in order of number. Throws Error where one is there twice, or missing.
+std::vector<ShardCase> cases_of_shards(const std::vector<fs::path>& folders, uint64_t n_cases) {
+  std::vector<ShardCase> cases;
+  for (size_t shard = 0; shard < folders.size(); ++shard) {
+    ShardReader reader(folders[shard]);
+    std::optional<uint64_t> last;
+    while (const auto entry = reader.next_case()) {
+      if (last && entry->number == *last) fail("{}: case {} is there twice", folders[shard].string(), entry->number);
+      if (last && entry->number < *last)
+        fail("{}: cases.jsonl: case {} stands after case {}", folders[shard].string(), entry->number, *last);
+      last = entry->number;
+      cases.push_back({entry->number, static_cast<uint32_t>(shard)});
     }
-    if (end == std::string::npos)
-      fail("{}: has fewer records than {} says", (folder / "records.jsonl").string(), name);
-    FinishedCase done{records.substr(at, end - at), n_records, entry.value("noise", Json())};
-    if (!cases.emplace(number, std::move(done)).second) fail("{}: case {} is there twice", where, number);
-    at = end;
   }
-  if (at != records.size())
-    fail("{}: has more records than {} says", (folder / "records.jsonl").string(), name);
+  std::ranges::sort(cases, {}, [](const ShardCase& c) { return std::pair(c.number, c.shard); });
+  for (size_t i = 0; i < cases.size(); ++i) {
+    if (i > 0 && cases[i].number == cases[i - 1].number) {
+      fail("{}: case {} is in an earlier folder too: give each shard once", folders[cases[i].shard].string(),
+           cases[i].number);
+    }
+    if (cases[i].number >= n_cases)
+      fail("{}: has case {}, its plan {} cases", folders[cases[i].shard].string(), cases[i].number, n_cases);
+  }
+  for (uint64_t number = 0; number < n_cases; ++number) {
+    if (number >= cases.size() || cases[number].number != number)
+      fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
+  }
   return cases;
+}
+
+/// What the merged run.json keeps of a shard's.
+Json shard_provenance(const Json& plan, const Json& run) {
+  Json json = {{"shard", plan["shard"]}};
+  for (const char* key : {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})
+    if (run.contains(key)) json[key] = run[key];
+  return json;
 }
 
 }  // namespace
 
-void claim_folder(const fs::path& folder, const Json& wanted, bool replace) {
+void claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || !fs::is_directory(folder)) {
@@ -88,6 +158,18 @@ void claim_folder(const fs::path& folder, const Json& wanted, bool replace) {
     write_file(folder / "plan.json", json_text(wanted));
     return;
   }
+  const Json program = wanted["programs"].front();
+  Json programs = present.value("programs", Json::array());
+  const bool is_finished = fs::exists(folder / "records.jsonl") && !fs::exists(folder / "journal.jsonl");
+  if (is_finished || std::ranges::find(programs, program) != programs.end()) return;
+  if (!allow_mixed) {
+    fail("{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass --allow-mixed",
+         folder.string(), program_text(programs), program_text(wanted["programs"]));
+  }
+  programs.push_back(program);
+  Json both = present;
+  both["programs"] = programs;
+  write_file(folder / "plan.json", json_text(both));
 }
 
 void remove_temporaries(const fs::path& folder) {
@@ -101,24 +183,40 @@ void remove_temporaries(const fs::path& folder) {
   for (const fs::path& file : left) fs::remove(file);
 }
 
-SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out) {
+SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed) {
   if (folders.empty()) fail("merge: no folders given");
-  Json plan;
-  std::map<uint64_t, FinishedCase> cases;
+  Json plan, shards = Json::array();
+  std::map<std::string, std::string> first_with;  // by source: the folder that names its data first
+  std::map<std::string, Json> sources;            // of run.json, by source
   for (const fs::path& folder : folders) {
     const Json of_folder = read_plan_file(folder);
-    if (plan.is_null()) plan = of_folder;
-    if (of_folder["plan"] != plan["plan"] || of_folder["data"] != plan["data"]) {
-      fail("{}: holds another plan, or other data, than {}", folder.string(), folders.front().string());
+    if (plan.is_null()) {
+      plan = of_folder;
+      plan["data"] = Json::object();
+      plan["programs"] = Json::array();
+    }
+    if (of_folder["plan"] != plan["plan"])
+      fail("{}: holds another plan than {}", folder.string(), folders.front().string());
+    for (const auto& [source, packs] : json_object(of_folder, "data", (folder / "plan.json").string()).items()) {
+      const auto [known, is_new] = first_with.emplace(source, folder.string());
+      if (is_new) plan["data"][source] = packs;
+      if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
     }
     if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
       fail("{}: its sweep is not finished: give its command again first", folder.string());
     }
-    for (auto& [number, done] : read_cases(folder)) {
-      if (!cases.emplace(number, std::move(done)).second) {
-        fail("{}: case {} is in an earlier folder too: give each shard once", folder.string(), number);
+    for (const Json& program : of_folder.value("programs", Json::array())) {
+      Json& programs = plan["programs"];
+      if (std::ranges::find(programs, program) == programs.end()) programs.push_back(program);
+      if (programs.size() > 1 && !allow_mixed) {
+        fail("{}: was made by Sextant {}, {} by {}; sweep again with one version, or pass --allow-mixed",
+             folder.string(), program_text(Json::array({program})), folders.front().string(), program_text(programs));
       }
     }
+    const Json run = read_run_json(folder);
+    shards.push_back(shard_provenance(of_folder, run));
+    for (const Json& source : run.value("sources", Json::array()))
+      sources.emplace(json_member<std::string>(source, "source", (folder / "run.json").string()), source);
   }
   Json provenance = read_run_json(folders.front());
   const auto n_cases = provenance.value("cases", uint64_t{0});
@@ -127,29 +225,43 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     n_planned *= static_cast<double>(json_list(plan["plan"], list, "plan.json").size());
   if (n_planned != static_cast<double>(n_cases))
     fail("{}: its plan has {} cases, run.json says {}", folders.front().string(), n_planned, n_cases);
-  for (uint64_t number = 0; number < n_cases; ++number) {
-    if (!cases.contains(number)) {
-      fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
-    }
-  }
+  const std::vector<ShardCase> cases = cases_of_shards(folders, n_cases);
+  check_output_folder(out, provenance["configuration"], /*force=*/false);
+
   SweepOutcome outcome;
   outcome.n_cases = cases.size();
-  std::string records, index;
-  std::map<uint64_t, Json> noise;
-  for (const auto& [number, done] : cases) {
-    outcome.n_records += done.n_records;
-    index += json_line(case_json(number, done.n_records, done.noise)) + "\n";
-    records += done.lines;
-    noise[number] = done.noise;
+  NoiseOfCases noise(plan["plan"]);
+  std::vector<ShardReader> readers(folders.begin(), folders.end());
+  OutputFolder files(out);
+  StreamedFile index(files.path("cases.jsonl")), records(files.path("records.jsonl"));
+  std::string lines;
+  for (const ShardCase& c : cases) {
+    check_interrupt();
+    const ShardReader::Entry entry = readers[c.shard].next_case().value();
+    lines.clear();
+    readers[c.shard].take_records(entry.n_records, lines);
+    outcome.n_records += entry.n_records;
+    index.append(json_line(case_json(entry.number, entry.n_records, entry.noise)) + "\n");
+    records.append(lines);
+    noise.add(entry.number, entry.noise);
   }
+  for (ShardReader& reader : readers) reader.expect_end();
+  index.close();
+  records.close();
+
   provenance["shard"] = plan["shard"] = {0, 1};
-  provenance["noise"] = achieved_noise(plan["plan"], noise);
+  provenance["noise"] = noise.json();
   provenance["records"] = outcome.n_records;
-  check_output_folder(out, provenance["configuration"], /*force=*/false);
-  write_output_folder(out, {{"plan.json", json_text(plan)},
-                            {"run.json", json_text(provenance)},
-                            {"cases.jsonl", index},
-                            {"records.jsonl", records}});
+  provenance["programs"] = plan["programs"];
+  provenance["sources"] = Json::array();
+  for (const Json& source : plan["plan"]["sources"]) {
+    const auto of_run = sources.find(source.value("source", ""));
+    if (of_run != sources.end()) provenance["sources"].push_back(of_run->second);
+  }
+  provenance["shards"] = std::move(shards);
+  write_file(files.path("plan.json"), json_text(plan));
+  write_file(files.path("run.json"), json_text(provenance));
+  files.commit({"plan.json", "run.json", "cases.jsonl", "records.jsonl"});
   return outcome;
 }
 

@@ -10,8 +10,9 @@
 namespace sextant {
 
 /// Makes the folder and writes plan.json, or sees that the one there is `wanted`. Throws Error when it is
-/// another one, unless it may `replace` that one's results.
-void claim_folder(const std::filesystem::path& folder, const Json& wanted, bool replace);
+/// another one, unless it may `replace` that one's results; or when another version of the program began it and it is not
+/// finished, unless `allow_mixed`: then plan.json names both ("programs").
+void claim_folder(const std::filesystem::path& folder, const Json& wanted, bool replace, bool allow_mixed);
 
 /// Of write_file() in a process that was killed. Only for who holds the journal's lock.
 void remove_temporaries(const std::filesystem::path& folder);

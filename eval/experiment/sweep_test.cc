@@ -208,7 +208,7 @@ TEST_F(SweepTest, ADamagedBlockIsDoneAgain) {
     journal.append(4, 1, "{\"a\":1}\n");
     journal.append(2, 2, "{\"b\":1}\n{\"b\":2}\n");
     EXPECT_EQ(journal.ordered_lines(), "{\"b\":1}\n{\"b\":2}\n{\"a\":1}\n");
-    expect_error([&] { Journal second(path, "sweep", any); }, "another sweep is writing here");
+    expect_error([&] { Journal second(path, "sweep", any); }, "another process is writing this sweep");
   }
   std::string bytes = read_file(path);
   bytes[bytes.size() - 3] = '7';

@@ -11,8 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMark = "@@ ";
-constexpr size_t kMostFiles = 64;
+constexpr std::string_view file_mark = "@@ ";
+constexpr size_t most_files = 64;
 
 bool is_name(std::string_view name) {
   const auto is_good = [](char c) {
@@ -46,9 +46,9 @@ FuzzFolder::~FuzzFolder() {
 void FuzzFolder::write_files(std::string_view text) {
   for (size_t n = 0; !text.empty(); ++n) {
     const size_t line_end = text.find('\n');
-    if (!text.starts_with(kMark) || line_end == std::string_view::npos) fail("expected '@@ NAME'");
-    const std::string_view name = text.substr(kMark.size(), line_end - kMark.size());
-    if (!is_name(name) || n == kMostFiles) fail("no name of a file, or too many");
+    if (!text.starts_with(file_mark) || line_end == std::string_view::npos) fail("expected '@@ NAME'");
+    const std::string_view name = text.substr(file_mark.size(), line_end - file_mark.size());
+    if (!is_name(name) || n == most_files) fail("no name of a file, or too many");
     text.remove_prefix(line_end + 1);
     const size_t end = std::min(text.find("\n@@ "), text.size());
     std::error_code error;

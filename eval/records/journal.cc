@@ -1,13 +1,14 @@
 #include "sextant/eval/records/journal.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <optional>
+#include <thread>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -54,12 +55,16 @@ Json case_json(uint64_t number, uint64_t n_records, const Json& noise) {
 
 Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
     : path_(std::move(path)), owner_(std::move(owner)) {
+  // A look at the state of a sweep (sweep_status.h) holds the lock for a moment: try again for half a second.
+  std::string holder;
+  for (int tries = 0; tries < 5 && !lock_; ++tries) {
+    if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    lock_ = FileLock::take(path_, &holder);
+  }
+  if (!lock_)
+    fail("{}: {} is writing this sweep; wait for it, or choose another folder", path_.string(), holder);
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0644);
   if (file_ < 0) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-    ::close(file_);
-    fail("{}: another sweep is writing here; wait for it, or choose another folder", path_.string());
-  }
   sync_folder(path_.parent_path());
   find_blocks(fits);
 }

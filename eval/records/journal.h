@@ -9,9 +9,11 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "sextant/base/file_lock.h"
 #include "sextant/base/json.h"
 
 namespace sextant {
@@ -53,6 +55,7 @@ class Journal {
 
   std::filesystem::path path_;
   std::string owner_;
+  std::optional<FileLock> lock_;
   int file_ = -1;
   std::mutex mutex_;
   size_t end_ = 0;

@@ -43,32 +43,47 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
   }
 }
 
-void write_output_folder(const fs::path& folder, const OutputFiles& files) {
-  const fs::path staging = folder / ".incomplete";
-  fs::path created;
+OutputFolder::OutputFolder(fs::path folder)
+    : folder_(std::move(folder)), staging_(folder_ / ".incomplete") {
   try {
-    created = first_missing(folder);
-    fs::remove_all(staging);  // of a run that was killed
-    for (const auto& [name, bytes] : files) {
-      check_interrupt();
-      fs::create_directories((staging / name).parent_path());
-      write_file(staging / name, bytes);
-    }
-    for (const auto& [name, bytes] : files) {
-      fs::create_directories((folder / name).parent_path());
-      fs::rename(staging / name, folder / name);
-    }
-    fs::remove_all(staging);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(staging, ignored);
-    if (!created.empty()) fs::remove_all(created, ignored);
-    try {
-      throw;
-    } catch (const fs::filesystem_error& error) {
-      fail("{}: cannot create: {}", error.path1().string(), error.code().message());
-    }
+    created_ = first_missing(folder_);
+    fs::remove_all(staging_);  // of a run that was killed
+    fs::create_directories(staging_);
+  } catch (const fs::filesystem_error& error) {
+    fail("{}: cannot create: {}", error.path1().string(), error.code().message());
   }
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  fs::remove_all(staging_, ignored);
+  if (!created_.empty()) fs::remove_all(created_, ignored);
+}
+
+void OutputFolder::commit(const std::vector<std::string>& names) {
+  try {
+    for (const std::string& name : names) {
+      fs::create_directories((folder_ / name).parent_path());
+      fs::rename(staging_ / name, folder_ / name);
+    }
+    sync_folder(folder_);
+  } catch (const fs::filesystem_error& error) {
+    fail("{}: cannot create: {}", error.path1().string(), error.code().message());
+  }
+  created_.clear();
+}
+
+void write_output_folder(const fs::path& folder, const OutputFiles& files) {
+  OutputFolder output(folder);
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : files) {
+    check_interrupt();
+    std::error_code error;
+    fs::create_directories(output.path(name).parent_path(), error);
+    write_file(output.path(name), bytes);
+    names.push_back(name);
+  }
+  output.commit(names);
 }
 
 }  // namespace sextant

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "sextant/base/json.h"
 
@@ -15,9 +16,27 @@ using OutputFiles = std::map<std::string, std::string>;
 
 /// Version, build and machine: what every run.json begins with.
 Json build_provenance();
+/// Version and commit of this program: results of one sweep come from one.
+Json program_identity();
 /// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
 /// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
+
+/// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit() moves them into
+/// place in the order given. Without commit() nothing of them stays, nor a folder that was made for them.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path folder);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  std::filesystem::path path(const std::string& name) const { return staging_ / name; }
+  void commit(const std::vector<std::string>& names);
+
+ private:
+  std::filesystem::path folder_, staging_, created_;
+};
 
 /// Creates the folder where needed, writes every file into a subfolder of it and moves them into place when
 /// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created:

@@ -24,6 +24,8 @@ std::string cpu_model() {
 std::string version() { return build_info::version; }
 std::string git_commit() { return build_info::git_commit; }
 
+Json program_identity() { return {{"version", version()}, {"git_commit", git_commit()}}; }
+
 Json build_provenance() {
   Json json;
   json["schema"] = 1;

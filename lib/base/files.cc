@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "sextant/base/error.h"
+#include "sextant/base/machine.h"
 
 namespace sextant {
 namespace {
@@ -34,6 +35,17 @@ std::string size_text(uint64_t bytes, int digits) {
   const bool large = bytes >= 50'000'000;
   return fmt::format("{:.{}f} {}", static_cast<double>(bytes) / (large ? 1e9 : 1e6), digits,
                      large ? "GB" : "MB");
+}
+
+/// False, with errno, when not all could be written.
+bool write_all(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(file, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes.remove_prefix(static_cast<size_t>(n));
+  }
+  return true;
 }
 
 }  // namespace
@@ -83,9 +95,10 @@ std::string read_file(const std::filesystem::path& path, const FileKind& kind) {
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  // Process and call: two threads may write the same path, and the last rename wins.
+  // Host, process and call: two threads, or two hosts, may write the same path, and the last rename wins.
   static std::atomic<uint64_t> calls = 0;
-  const std::filesystem::path temporary = fmt::format("{}.tmp{}.{}", path.string(), ::getpid(), calls++);
+  const std::filesystem::path temporary =
+      fmt::format("{}.tmp{}.{}.{}", path.string(), host_name(), ::getpid(), calls++);
   const auto give_up = [&](const char* what) {
     const int reason = errno;
     ::unlink(temporary.c_str());
@@ -94,16 +107,34 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
   {
     const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     if (file.get() < 0) give_up("create");
-    size_t done = 0;
-    while (done < bytes.size()) {
-      const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) give_up("write");
-      done += static_cast<size_t>(n);
-    }
-    if (::fsync(file.get()) != 0) give_up("write");
+    if (!write_all(file.get(), bytes) || ::fsync(file.get()) != 0) give_up("write");
   }
   if (::rename(temporary.c_str(), path.c_str()) != 0) give_up("rename");
+}
+
+StreamedFile::StreamedFile(std::filesystem::path path) : path_(std::move(path)) {
+  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file_ < 0) fail("{}: cannot create: {}", path_.string(), std::strerror(errno));
+}
+
+StreamedFile::~StreamedFile() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void StreamedFile::append(std::string_view bytes) {
+  buffer_ += bytes;
+  if (buffer_.size() >= size_t{1} << 20U) flush();
+}
+
+void StreamedFile::flush() {
+  if (!write_all(file_, buffer_)) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
+  buffer_.clear();
+}
+
+void StreamedFile::close() {
+  flush();
+  if (::fsync(file_) != 0) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
+  ::close(std::exchange(file_, -1));
 }
 
 void sync_folder(const std::filesystem::path& folder) {

@@ -49,6 +49,25 @@ std::string read_file(const std::filesystem::path& path, const FileKind& kind = 
 /// the old or the new file is there. Throws Error; leaves no temporary behind.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
+/// A file that is written piece by piece, durable after close(). Throws Error that names the path and the reason.
+class StreamedFile {
+ public:
+  explicit StreamedFile(std::filesystem::path path);
+  ~StreamedFile();
+  StreamedFile(const StreamedFile&) = delete;
+  StreamedFile& operator=(const StreamedFile&) = delete;
+
+  void append(std::string_view bytes);
+  void close();
+
+ private:
+  void flush();
+
+  std::filesystem::path path_;
+  std::string buffer_;
+  int file_ = -1;
+};
+
 /// Makes names durable: files that were made, renamed or removed in `folder` before are so after a power cut.
 void sync_folder(const std::filesystem::path& folder);
 

@@ -1,0 +1,37 @@
+#pragma once
+
+// The "noise" of a sweep's run.json: per source and level that adds any, what was asked for and what the
+// cases' points really got, over seeds. It is made of the sums that each case leaves (cases.jsonl), so that
+// nothing is drawn again for cases done earlier or in other shards.
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "sextant/base/json.h"
+#include "sextant/noise/verification.h"
+
+namespace sextant {
+
+class NoiseOfCases {
+ public:
+  /// `plan` is Plan::json().
+  explicit NoiseOfCases(Json plan);
+
+  /// The sums of a case, NoiseVerification::sums(), null without noise. Cases come in order of number. Estimators that are
+  /// given the same points have the same draws, which count once. Throws Error where a case of a noisy level has no sums.
+  void add(uint64_t number, const Json& sums);
+
+  Json json() const;
+
+ private:
+  Json plan_;
+  size_t n_levels_ = 0, n_seeds_ = 0, n_estimators_ = 0, n_kinds_ = 0;
+  std::vector<bool> is_noisy_;                                         ///< by level
+  std::vector<size_t> kind_;                                           ///< by estimator: which points it is given
+  std::vector<bool> counted_;                                          ///< by source, level, seed and kind
+  std::map<std::pair<size_t, size_t>, NoiseVerification> achieved_;  ///< by source and level
+};
+
+}  // namespace sextant

@@ -1,0 +1,98 @@
+#include "sextant/base/machine.h"
+
+#include <sched.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Those the scheduler may put this process on; a set of any size.
+int cores_by_affinity() {
+  for (int size = 1024; size <= 1 << 20; size *= 4) {
+    cpu_set_t* set = CPU_ALLOC(size);
+    const size_t bytes = CPU_ALLOC_SIZE(size);
+    const bool known = ::sched_getaffinity(0, bytes, set) == 0;
+    const int n = known ? CPU_COUNT_S(bytes, set) : 0;
+    CPU_FREE(set);
+    if (n > 0) return n;
+  }
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+std::string first_line(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+/// The smallest quota on the way from this process's group to the root; 0 for none. Version 2 as "0::/a/b", version 1
+/// as "4:cpu,cpuacct:/a/b"; inside a container the path may not be there, then its root is.
+double cores_by_quota() {
+  double least = 0;
+  const auto take = [&](double cores) {
+    if (cores > 0) least = least > 0 ? std::min(least, cores) : cores;
+  };
+  std::ifstream groups("/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    const size_t first = line.find(':');
+    const size_t second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool unified = controllers == ",,";
+    if (!unified && controllers.find(",cpu,") == std::string::npos) continue;
+    const fs::path root = unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu";
+    for (fs::path group = line.substr(second + 1);; group = group.parent_path()) {
+      const fs::path folder = root / group.relative_path();
+      if (unified) {
+        take(cores_of_quota(first_line(folder / "cpu.max")));
+      } else {
+        take(cores_of_quota(first_line(folder / "cpu.cfs_quota_us") + " " + first_line(folder / "cpu.cfs_period_us")));
+      }
+      if (group.empty() || group == group.root_path()) break;
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+double cores_of_quota(const std::string& text) {
+  std::istringstream words(text);
+  double quota = 0;
+  double period = 0;
+  if (!(words >> quota >> period) || quota <= 0 || period <= 0) return 0;  // "max 100000", "-1 100000": no limit
+  return quota / period;
+}
+
+int available_cores() {
+  int cores = cores_by_affinity();
+  if (const double quota = cores_by_quota(); quota > 0) cores = std::min(cores, static_cast<int>(std::ceil(quota)));
+  if (const char* text = std::getenv("SLURM_CPUS_PER_TASK")) {
+    if (const int of_task = std::atoi(text); of_task > 0) cores = std::min(cores, of_task);
+  }
+  return std::max(cores, 1);
+}
+
+std::string host_name() {
+  char name[256] = {};
+  if (::gethostname(name, sizeof(name) - 1) != 0 || name[0] == '\0') return "unknown";
+  std::string host = name;
+  for (char& c : host) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-') c = '_';
+  }
+  return host;
+}
+
+}  // namespace sextant

@@ -1,0 +1,19 @@
+#pragma once
+
+// What this process may use of the machine it is on.
+
+#include <string>
+
+namespace sextant {
+
+/// Cores for this process, >= 1: the smallest of those it may run on (affinity, cpusets), the quota of its control
+/// groups rounded up, and SLURM_CPUS_PER_TASK inside a job of Slurm.
+int available_cores();
+
+/// Name of the host in letters, digits, '-' and '_'; for names of files that two hosts must not share.
+std::string host_name();
+
+/// CPU quota of a control group, in cores; 0 for none. `text` is a cpu.max file of version 2 ("50000 100000").
+double cores_of_quota(const std::string& text);
+
+}  // namespace sextant
