@@ -238,6 +238,13 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     if (late_s == 0.25) {
       EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(code("lag")));
     }
+    const EgoOptions aligned{.alignment = Alignment::sim3, .interpolate_max_gap_s = 0.3};
+    const EgoResult told = evaluate(planted, aligned);
+    const double times = told.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
+    RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
+    if (times * times > 2.5) {  // the shift is most of the squared errors
+      EXPECT_THAT(told.warnings, Contains(code("lag"))) << late_s << " s late";
+    }
   }
 }
 
