@@ -66,8 +66,7 @@ Json options_tree(const std::string& options, std::span<const std::string> sets)
 
 void warn_of_problems(std::span<const std::string> problems) {
   constexpr size_t most = 5;
-  for (const std::string& problem : problems.first(std::min(most, problems.size())))
-    tell("warning", problem);
+  for (const std::string& problem : problems.first(std::min(most, problems.size()))) tell("warning", problem);
   if (problems.size() > most)
     tell("warning", fmt::format("{} more of these: see log.txt of each case", problems.size() - most));
 }

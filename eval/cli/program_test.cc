@@ -198,7 +198,8 @@ TEST(Program, AFileBeyondTheLimitOfTheShellIsAnError) {
   const std::string err = (temp.path() / "err").string(), out = (temp.path() / "out").string();
   for (const char* arguments : {"run synthetic:s18@0-1", "data make synthetic:s18@0-1 --layout vdo"}) {
     const int status = std::system(
-        fmt::format("ulimit -f 8; {} {} --out {} --quiet 2> {}", SEXTANT_PROGRAM, arguments, out, err).c_str());
+        fmt::format("ulimit -f 8; {} {} --out {} --quiet 2> {}", SEXTANT_PROGRAM, arguments, out, err)
+            .c_str());
     expect_bad_input({WEXITSTATUS(status), "", read_file(err)}, "File too large");
     EXPECT_FALSE(fs::exists(out + "/records.jsonl") || fs::exists(out + "/camera.yaml"));
   }

@@ -291,8 +291,8 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     association.offset_s = r.offset->offset_s;
   }
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
-  const bool clock_is_told =
-      warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) || options.estimate_offset;
+  const bool clock_is_told = warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
+                             options.estimate_offset;
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, std::move(estimate.poses), association,
                        *options.interpolate_max_gap_s, r);
@@ -311,9 +311,9 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.umeyama_scale = u->y_from_x.scale;
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  const auto clock =
-      clock_is_told ? std::nullopt
-                    : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
+  const auto clock = clock_is_told
+                         ? std::nullopt
+                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
   if (clock) add({*clock});  // with another clock nothing else can be judged
   if (!clock) add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
   r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);

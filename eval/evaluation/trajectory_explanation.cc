@@ -233,7 +233,8 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
   const double bend = *before - 2 * *now + *after;
   if (!(bend > 0)) return std::nullopt;
   const auto explains = [&](std::optional<double> then) { return then && *then <= (1 - kMost) * *now; };
-  if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step)))) return std::nullopt;
+  if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step))))
+    return std::nullopt;
   try {  // a shift along a straight path may be drift: what the motions alone say decides
     const OffsetEstimate found = estimate_offset(reference, estimate, offset_s, "");
     const bool is_zero = found.low_s <= offset_s && offset_s <= found.high_s;
@@ -241,10 +242,10 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
     const auto then = squares(shift_s);
     if (is_zero || !explains(then)) return std::nullopt;
     return TrajectoryWarning{
-        "lag", fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
-                           "errors; try --offset {:.4f}, or --estimate-offset",
-                           shift_s < 0 ? "late" : "early", std::abs(shift_s), percent(*now, *then),
-                           found.offset_s)};
+        "lag",
+        fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
+                    "errors; try --offset {:.4f}, or --estimate-offset",
+                    shift_s < 0 ? "late" : "early", std::abs(shift_s), percent(*now, *then), found.offset_s)};
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -296,8 +296,7 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   }
   double sum = 0, squares = 0;
   for (size_t k = 0; k < kStretches; ++k) {
-    const double d =
-        search.refined(shift_s, k * out.n / kStretches, (k + 1) * out.n / kStretches) - shift_s;
+    const double d = search.refined(shift_s, k * out.n / kStretches, (k + 1) * out.n / kStretches) - shift_s;
     sum += d;
     squares += d * d;
   }

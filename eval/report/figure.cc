@@ -92,7 +92,8 @@ std::string replaced(const std::string& text, char what, const char* by) {
 /// A text on one line. gnuplot leaves the '>' of "]]>" in an SVG as it is, which XML takes for an end.
 std::string label_text(const std::string& text) {
   std::string line = one_line(text);
-  for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at)) line.insert(at + 2, " ");
+  for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
+    line.insert(at + 2, " ");
   return line;
 }
 
