@@ -306,9 +306,10 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
   AlignmentChoice all = choice;
   all.n_to_align = 0;
   const auto now = aligned_agreement(reference, estimate, all);
-  if (!now || !(now->squares > 0)) return {};
+  if (!now) return {};
   // In other axes nothing else can be judged.
   if (auto found = convention(reference, estimate, all, frame, *now)) return {*found};
+  if (!(now->squares > 0)) return {};
   std::vector<TrajectoryWarning> out;
   if (auto found = yaw(reference, estimate, all)) out.push_back(*found);
   if (auto found = lever_arm(reference, estimate, all, frame, *now)) out.push_back(*found);

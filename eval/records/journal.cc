@@ -52,7 +52,9 @@ size_t end_of_lines(std::string_view text, size_t from, uint64_t n) {
 
 Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
     : path_(std::move(path)), owner_(std::move(owner)) {
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0644);
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND | O_NOFOLLOW, 0644);
+  if (file_ < 0 && errno == ELOOP)
+    fail("{}: is a link: a journal may cut and write no file outside its folder; remove it", path_.string());
   if (file_ < 0) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
     ::close(file_);
