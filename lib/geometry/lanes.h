@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "sextant/base/clones.h"
 #include "sextant/geometry/se3.h"
 
-#define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
 // Macros, not functions: a vector return would change the calling convention between the clones.
 #define SEXTANT_LOAD(pointer) \
   (*reinterpret_cast<const ::sextant::UnalignedLanesOf<std::remove_cvref_t<decltype(*(pointer))>>*>(pointer))

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "sextant/base/clones.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/registry.h"
@@ -10,13 +11,6 @@
 
 namespace sextant {
 namespace {
-
-// The thread sanitizer cannot run the function that chooses among clones.
-#if defined(__SANITIZE_THREAD__)
-#define SEXTANT_SIMD
-#else
-#define SEXTANT_SIMD __attribute__((target_clones("avx2", "default")))
-#endif
 
 /// A pixel that no image has: it stands for the whole frame.
 constexpr int whole_frame = -1;
