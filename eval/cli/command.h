@@ -10,6 +10,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sextant/base/options.h"
@@ -33,6 +34,9 @@ using AddCommand = void (*)(CLI::App&);
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands);
 /// With every command.
 int program(int argc, const char* const* argv);
+
+/// "sextant: KIND: TEXT" on stderr, KIND being error or warning: one line of bounded length, whatever TEXT holds.
+void tell(std::string_view kind, const std::string& text);
 
 void add_run_command(CLI::App& app);
 void add_rescore_command(CLI::App& app);

@@ -99,11 +99,9 @@ std::string estimator_list() {
 
 void warn_of_problems(std::span<const std::string> problems) {
   constexpr size_t most = 5;
-  for (const std::string& problem : problems.first(std::min(most, problems.size())))
-    fmt::print(stderr, "sextant: warning: {}\n", problem);
+  for (const std::string& problem : problems.first(std::min(most, problems.size()))) tell("warning", problem);
   if (problems.size() > most)
-    fmt::print(stderr, "sextant: warning: {} more of these: see log.txt of each case\n",
-               problems.size() - most);
+    tell("warning", fmt::format("{} more of these: see log.txt of each case", problems.size() - most));
 }
 
 }  // namespace sextant

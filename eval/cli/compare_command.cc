@@ -73,7 +73,7 @@ void run_compare(const CompareFlags& flags) {
   }
   if (comparison.verdict == GateVerdict::invalid) {
     const auto first = std::ranges::find(comparison.findings, true, &Mismatch::invalidates);
-    fmt::print(stderr, "sextant: error: not comparable: {} {}\n", first->what, first->subject);
+    tell("error", fmt::format("not comparable: {} {}", first->what, first->subject));
   }
   throw Finished{exit_code(comparison.verdict)};
 }

@@ -74,10 +74,9 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
     return;
   }
   if (flags.quiet) return;
-  for (const std::string& text : reference.warnings) fmt::print(stderr, "sextant: warning: {}\n", text);
+  for (const std::string& text : reference.warnings) tell("warning", text);
   for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& w : run.warnings)
-      fmt::print(stderr, "sextant: warning: {}: {}\n", run.name, w.text);
+    for (const TrajectoryWarning& w : run.warnings) tell("warning", fmt::format("{}: {}", run.name, w.text));
   }
   fmt::print("{}\n{}", to_text(ego_error_table(runs, reference, options)),
              to_text(ego_step_table(runs, reference)));

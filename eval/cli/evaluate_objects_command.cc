@@ -33,7 +33,7 @@ void evaluate(ObjectFlags& flags) {
     return;
   }
   if (flags.quiet) return;
-  for (const std::string& text : warnings) fmt::print(stderr, "sextant: warning: {}\n", text);
+  for (const std::string& text : warnings) tell("warning", text);
   fmt::print("{}", to_text(object_table(records, presets)));
   if (!is_comparison) return;
   fmt::print("\n{}", to_text(object_system_table(records, presets)));

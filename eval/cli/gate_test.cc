@@ -59,6 +59,18 @@ TEST_F(GateProgram, ExitCodesAreTheVerdict) {
   EXPECT_EQ(run("compare a.json b.json"), 3);
 }
 
+TEST_F(GateProgram, TextsOfStrangersDoNotTalkToTheTerminal) {
+  const fs::path records = temp_.path() / "new" / "records.jsonl";
+  std::string damaged = read_file(records);
+  const std::string body = R"("body":"ego)";
+  damaged.insert(damaged.find(body) + body.size(), R"(\r\u001b[2J\nsextant: done)");
+  write_file(records, damaged);
+  EXPECT_EQ(run("compare base new"), 2);
+  const std::string told = text("err.txt");
+  EXPECT_THAT(told, ::testing::HasSubstr("got 'ego  [2J sextant: done'"));
+  EXPECT_TRUE(std::none_of(told.begin(), told.end() - 1, [](char c) { return c >= 0 && c < ' '; })) << told;
+}
+
 TEST_F(GateProgram, UsageIsBadInput) {
   EXPECT_EQ(run("compare base"), 2);
   EXPECT_EQ(run("compare base new --only fun"), 2);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -21,8 +22,7 @@ namespace sextant {
 namespace {
 
 int report(const std::string& message, int code) {
-  const std::string line = one_line(message.substr(0, message.find_last_not_of(" \n") + 1));
-  fmt::print(stderr, "sextant: error: {}\n", line);
+  tell("error", message.substr(0, message.find_last_not_of(" \n") + 1));
   return code;
 }
 
@@ -171,8 +171,19 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
 
 }  // namespace
 
+void tell(std::string_view kind, const std::string& text) {
+  constexpr size_t longest = 4000;  // it may quote a file: its beginning and what to do are at the ends
+  std::string line = one_line(text);
+  if (line.size() > longest) {
+    line = fmt::format("{} ... {}", one_line(line.substr(0, longest / 2)),
+                       one_line(line.substr(line.size() - longest / 2)));
+  }
+  fmt::print(stderr, "sextant: {}: {}\n", kind, line);
+}
+
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   install_interrupt_handler();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of write(), as a full disk is
   previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));
 }

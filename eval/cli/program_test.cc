@@ -178,6 +178,18 @@ TEST(Program, AFullStandardOutputIsAnError) {
   }
 }
 
+TEST(Program, AFileBeyondTheLimitOfTheShellIsAnError) {
+  const TempFolder temp;
+  const std::string err = (temp.path() / "err").string(), out = (temp.path() / "out").string();
+  for (const char* arguments : {"run synthetic:s18@0-1", "data make synthetic:s18@0-1 --layout vdo"}) {
+    const int status = std::system(
+        fmt::format("ulimit -f 8; {} {} --out {} --quiet 2> {}", SEXTANT_PROGRAM, arguments, out, err)
+            .c_str());
+    expect_bad_input({WEXITSTATUS(status), "", read_file(err)}, "File too large");
+    EXPECT_FALSE(fs::exists(out + "/records.jsonl") || fs::exists(out + "/camera.yaml"));
+  }
+}
+
 TEST_F(ProgramOnFixture, NamesThatAreNotUtf8AreRefusedAtTheStart) {
   const std::string name = (temp_.path() / "\xff").string();
   const std::string plan = (temp_.path() / "plan.json").string();

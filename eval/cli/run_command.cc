@@ -94,7 +94,7 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
   }
   for (const SourceRun& source : result.sources) {
     for (const std::string& warning : source.info.warnings) {
-      if (!output.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
+      if (!output.quiet) tell("warning", fmt::format("{}: {}", source.source, warning));
     }
   }
   if (!output.quiet) fmt::print("{}\n", to_text(summary));

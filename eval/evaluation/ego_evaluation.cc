@@ -192,8 +192,8 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
-/// What is left after the offset that the user gave.
-void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
+/// What is left after the offset that the user gave. Whether there is anything.
+bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   std::vector<double> a, b;
@@ -206,15 +206,16 @@ void warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
     b.assign(fb.begin(), fb.end());
   }
   const auto lag = estimate_lag(reference, a, estimate, b);
-  if (!lag) return;
+  if (!lag) return false;
   const std::string remedy =
-      seconds ? fmt::format("; try --offset {:.4g}, or --estimate-offset", offset_s - lag->lag) : "";
+      seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset", offset_s - lag->lag) : "";
   warnings.push_back(
       {"lag",
        fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
                    "shift, {:.3f} without{}",
                    lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
                    lag->correlation, lag->correlation_0, remedy)});
+  return true;
 }
 
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
@@ -288,7 +289,8 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     association.offset_s = r.offset->offset_s;
   }
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
-  warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings);
+  const bool clock_is_told = warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
+                             options.estimate_offset;
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, std::move(estimate.poses), association,
                        *options.interpolate_max_gap_s, r);
@@ -307,7 +309,11 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.umeyama_scale = u->y_from_x.scale;
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
+  const auto clock = clock_is_told
+                         ? std::nullopt
+                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
+  if (clock) add({*clock});  // with another clock nothing else can be judged
+  if (!clock) add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
   r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {

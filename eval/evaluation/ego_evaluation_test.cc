@@ -53,7 +53,7 @@ PoseSeries noisy(PoseSeries s) {
 
 TEST(EgoEvaluation, AGoodPairHasNoWarning) {
   EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10))).warnings, IsEmpty());
-  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10, 0.004))).warnings, IsEmpty());
+  EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10, 0.0005))).warnings, IsEmpty());
 }
 
 TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
@@ -125,6 +125,34 @@ TEST(EgoEvaluation, AShortLagOfASmoothDriveIsFound) {
   }
   const PoseSeries truth = drive(2000, 50), same = noisy(drive(2000, 50));
   EXPECT_FALSE(estimate_lag(truth, truth.stamps_s, same, same.stamps_s));
+}
+
+TEST(EgoEvaluation, AShiftBelowAStepIsToldWhenItExplainsTheError) {
+  for (const double shift_s : {0.004, -0.03, 0.045}) {
+    for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3}) {
+      SCOPED_TRACE(fmt::format("{} s, {}", shift_s, to_string(how)));
+      const PoseSeries estimate = noisy(drive(300, 10, shift_s));
+      EgoOptions options{.alignment = how};
+      const EgoResult r = evaluate(drive(300, 10), estimate, options);
+      ASSERT_THAT(r.warnings, testing::ElementsAre(code("lag")));
+      EXPECT_THAT(r.warnings, Contains(text(shift_s < 0 ? "is late by 0.03 s" : "is early by 0.0")));
+      EXPECT_THAT(r.warnings, Contains(text("--estimate-offset")));
+      options.association.offset_s = shift_s;
+      options.interpolate_max_gap_s = 0.3;
+      EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings, IsEmpty());
+    }
+  }
+}
+
+TEST(EgoEvaluation, WhatAShiftOfTheClockWouldExplainAsWellIsNotToldAsOne) {
+  PoseSeries longer = noisy(drive(300, 10, 0, 1.02)), beside = noisy(drive(300, 10));
+  for (size_t i = 0; i < beside.size(); ++i)
+    beside.positions_m[i] += beside.rotations[i] * Eigen::Vector3d(0, 0, 0.5);
+  for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3}) {
+    EXPECT_THAT(evaluate(drive(300, 10), longer, {.alignment = how}).warnings, Not(Contains(code("lag"))));
+    EXPECT_THAT(evaluate(drive(300, 10), beside, {.alignment = how}).warnings,
+                testing::ElementsAre(code("lever_arm")));
+  }
 }
 
 TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
@@ -242,6 +270,21 @@ TEST(EgoEvaluation, AnOffsetIsEstimatedWithItsInterval) {
     EXPECT_LT(r.statistics.rmse, 0.05);
     EXPECT_THAT(r.warnings, IsEmpty());
   }
+}
+
+TEST(EgoEvaluation, AnOffsetAroundAnEpochIsEstimatedAsWell) {
+  constexpr double epoch_s = 1.4e9;
+  PoseSeries estimate = noisy(drive(600, 10, 0.03));
+  for (double& t : estimate.stamps_s) t += epoch_s;
+  EgoOptions options{.interpolate_max_gap_s = 0.2};
+  options.association.offset_s = -epoch_s;
+  const EgoResult told = evaluate(drive(600, 10), estimate, options);
+  ASSERT_THAT(told.warnings, testing::ElementsAre(code("lag")));
+  EXPECT_THAT(told.warnings, Contains(text("--offset -1399999999.97")));
+  options.estimate_offset = true;
+  const EgoResult r = evaluate(drive(600, 10), estimate, options);
+  EXPECT_NEAR(r.offset->offset_s, 0.03 - epoch_s, 0.002);
+  EXPECT_LT(r.offset->high_s - r.offset->low_s, 0.02);
 }
 
 TEST(EgoEvaluation, WhatDoesNotDetermineAnOffsetIsAnError) {

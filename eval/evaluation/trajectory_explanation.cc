@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/geometry/axes.h"
+#include "sextant/geometry/pose_interpolation.h"
 
 namespace sextant {
 namespace {
@@ -17,12 +19,13 @@ constexpr double most = 0.5;  // "most of the error": of the sum of squares
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// Every n-th pose, at most 1000: enough for one constant.
-PoseSeries thinned(const PoseSeries& series) {
+PoseSeries thinned(PoseSeries series) {
   constexpr size_t enough = 1000;
   const size_t every = (series.size() + enough - 1) / enough;
-  PoseSeries out;
-  for (size_t i = 0; i < series.size(); i += every) out.add(series.rotations[i], series.positions_m[i]);
-  return out;
+  std::vector<int> kept;
+  for (size_t i = 0; i < series.size(); i += every) kept.push_back(static_cast<int>(i));
+  series.keep(kept);
+  return series;
 }
 
 /// How well two paths agree.
@@ -118,6 +121,23 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
   return best;
 }
 
+// ---- clock
+
+/// Mean squared distance when the estimate's stamps are moved by `shift_s`.
+std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
+                                      const AlignmentChoice& choice) {
+  std::vector<double> times;
+  for (const double t : estimate.stamps_s) times.push_back(t + shift_s);
+  const double max_gap_s = 2 * std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
+  const InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
+  if (at.asked.size() < fewest) return std::nullopt;
+  PoseSeries matched = estimate;
+  matched.keep(at.asked);
+  const auto found = aligned_agreement(at.poses, std::move(matched), choice);
+  if (!found) return std::nullopt;
+  return found->squares / static_cast<double>(at.asked.size());
+}
+
 // ---- axes and columns
 
 /// One of them holds a quaternion q; the same four numbers read with w at the other end.
@@ -194,6 +214,41 @@ std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const P
 
 }  // namespace
 
+std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
+                                                  double offset_s, const AlignmentChoice& choice) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest ||
+      estimate.size() < fewest)
+    return std::nullopt;
+  AlignmentChoice all = choice;
+  all.n_to_align = 0;
+  const double step = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
+  const PoseSeries some = thinned(estimate);
+  const auto squares = [&](double shift_s) {
+    return shifted_squares(reference, some, offset_s + shift_s, all);
+  };
+  const auto before = squares(-step), now = squares(0), after = squares(step);
+  if (!before || !now || !after) return std::nullopt;
+  const double bend = *before - 2 * *now + *after;
+  if (!(bend > 0)) return std::nullopt;
+  const auto explains = [&](std::optional<double> then) { return then && *then <= (1 - most) * *now; };
+  if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step))))
+    return std::nullopt;
+  try {  // a shift along a straight path may be drift: what the motions alone say decides
+    const OffsetEstimate found = estimate_offset(reference, estimate, offset_s, "");
+    const bool is_zero = found.low_s <= offset_s && offset_s <= found.high_s;
+    const double shift_s = found.offset_s - offset_s;
+    const auto then = squares(shift_s);
+    if (is_zero || !explains(then)) return std::nullopt;
+    return TrajectoryWarning{
+        "lag",
+        fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
+                    "errors; try --offset {:.4f}, or --estimate-offset",
+                    shift_s < 0 ? "late" : "early", std::abs(shift_s), percent(*now, *then), found.offset_s)};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate) {
   SEXTANT_CHECK(reference.size() == estimate.size());
   constexpr double turn_rad = 0.2, least_turn_rad = 0.02, least_information = 0.03;
@@ -249,9 +304,10 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
   AlignmentChoice all = choice;
   all.n_to_align = 0;
   const auto now = aligned_agreement(reference, estimate, all);
-  if (!now || !(now->squares > 0)) return {};
+  if (!now) return {};
   // In other axes nothing else can be judged.
   if (auto found = convention(reference, estimate, all, frame, *now)) return {*found};
+  if (!(now->squares > 0)) return {};
   std::vector<TrajectoryWarning> out;
   if (auto found = yaw(reference, estimate, all)) out.push_back(*found);
   if (auto found = lever_arm(reference, estimate, all, frame, *now)) out.push_back(*found);

@@ -13,8 +13,11 @@
 //                                  the mean rotation error from above 30 deg to less than a quarter
 //   columns    a header, --format  the quaternions of one side read with w at the other end do the latter
 //
-// "yaw" alone is no drift: a path that turns away slowly keeps its rotation errors. A constant time offset is
-// told by "lag" (trajectory_warnings.h).
+//   lag        a shift of the clock explains more than half of the squared position errors, and the      --offset
+//              motions alone say so too: 0 is not in the interval of estimate_offset()
+//
+// "yaw" alone is no drift: a path that turns away slowly keeps its rotation errors. "lag" is also what
+// estimate_lag() finds, of a step and more, whatever it explains.
 
 #include <optional>
 #include <vector>
@@ -41,6 +44,10 @@ struct AlignmentChoice {
 /// the turns hardly determine (below 3 % of the best one's information), as the axis of a car's turns, is 0.
 /// Empty when there are no turns.
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
+
+/// The whole reference, and the matched estimate with its own stamps; `offset_s`: what is added to them already.
+std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
+                                                  double offset_s, const AlignmentChoice& choice);
 
 /// Both matched and not yet aligned; `frame`: what has already been applied to the estimate.
 std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference,

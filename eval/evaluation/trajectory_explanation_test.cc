@@ -152,6 +152,8 @@ TEST(Explanation, QuaternionsInAnotherOrder) {
     const auto told = warnings(flight(400), w_read_last(noisy(flight(400))), how);
     ASSERT_THAT(told, ElementsAre(code("columns")));
     EXPECT_THAT(told[0].text, HasSubstr("the estimate's quaternions seem to have w first"));
+    EXPECT_THAT(warnings(flight(400), w_read_last(flight(400)), how), ElementsAre(code("columns")))
+        << "positions without any error";
   }
 }
 
@@ -237,6 +239,13 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     nearest.association.max_difference_s = 0.06;
     if (late_s == 0.25) {
       EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(code("lag")));
+    }
+    const EgoOptions aligned{.alignment = Alignment::sim3, .interpolate_max_gap_s = 0.3};
+    const EgoResult told = evaluate(planted, aligned);
+    const double times = told.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
+    RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
+    if (times * times > 2.5) {  // the shift is most of the squared errors
+      EXPECT_THAT(told.warnings, Contains(code("lag"))) << late_s << " s late";
     }
   }
 }

@@ -132,19 +132,20 @@ Signals smoothed(const Rates& rates, double begin, double width, size_t n, doubl
   return out;
 }
 
-/// The score and what belongs to it for one pair of recordings.
+/// The score and what belongs to it for one pair of recordings. Offsets are on top of the initial one, which may
+/// be large (an epoch) and leave few digits.
 class OffsetSearch {
  public:
   OffsetSearch(const PoseSeries& reference, const PoseSeries& estimate, double initial_s)
       : reference_(rates_of(reference)), estimate_(rates_of(estimate)) {
     width_ = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
-    initial_ = initial_s;
+    for (double& t : estimate_.times) t += initial_s;
     const double duration = std::min(reference.stamps_s.back() - reference.stamps_s.front(),
                                      estimate.stamps_s.back() - estimate.stamps_s.front());
     reach_ = shifts(duration, width_) * width_;
     if (!(width_ > 0)) return;
-    begin_ = std::max(estimate_.times.front(), reference_.times.front() + reach_ - initial_);
-    const double end = std::min(estimate_.times.back(), reference_.times.back() - reach_ - initial_);
+    begin_ = std::max(estimate_.times.front(), reference_.times.front() + reach_);
+    const double end = std::min(estimate_.times.back(), reference_.times.back() - reach_);
     if (end > begin_) n_ = std::min(static_cast<size_t>((end - begin_) / width_) + 1, max_samples);
     signal_ = smoothed(estimate_, begin_, width_, n_, 0);
   }
@@ -178,10 +179,10 @@ class OffsetSearch {
 
   /// Of steps of half a width over the whole range.
   double coarse_best() const {
-    double best = initial_, highest = -std::numeric_limits<double>::infinity();
+    double best = 0, highest = -std::numeric_limits<double>::infinity();
     const int steps = static_cast<int>(std::lround(2 * reach_ / width_));
     for (int k = -steps; k <= steps; ++k) {
-      const double d = initial_ + 0.5 * width_ * k, s = score(d);
+      const double d = 0.5 * width_ * k, s = score(d);
       if (s > highest) {
         highest = s;
         best = d;
@@ -218,7 +219,7 @@ class OffsetSearch {
   static constexpr size_t max_samples = 4000;  // of long recordings the first ones
 
   Rates reference_, estimate_;
-  double width_ = 0, initial_ = 0, reach_ = 0, begin_ = 0;
+  double width_ = 0, reach_ = 0, begin_ = 0;
   size_t n_ = 0;
   Signals signal_;  // of the estimate
 };
@@ -278,13 +279,14 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
     undetermined(fmt::format("both recordings share {} steps around an offset of {} s, {} needed", search.n(),
                              initial_s, fewest));
   const double coarse = search.coarse_best();
-  if (std::abs(coarse - initial_s) > search.reach() - 0.75 * search.width())
+  if (std::abs(coarse) > search.reach() - 0.75 * search.width())
     undetermined(fmt::format("the best within {:.3g} s of {} s is at the end of that range", search.reach(),
                              initial_s));
   OffsetEstimate out;
   out.n = search.n();
-  out.offset_s = search.refined(coarse);
-  const auto [speed, rotation] = search.correlations(out.offset_s);
+  const double shift_s = search.refined(coarse);
+  out.offset_s = initial_s + shift_s;
+  const auto [speed, rotation] = search.correlations(shift_s);
   out.speed_correlation = speed;
   out.rotation_correlation = rotation;
   if (!(std::max(speed, rotation) >= least_correlation)) {
@@ -293,8 +295,7 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   }
   double sum = 0, squares = 0;
   for (size_t k = 0; k < n_stretches; ++k) {
-    const double d =
-        search.refined(out.offset_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - out.offset_s;
+    const double d = search.refined(shift_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - shift_s;
     sum += d;
     squares += d * d;
   }

@@ -218,6 +218,14 @@ TEST_F(SweepTest, ADamagedBlockIsDoneAgain) {
   EXPECT_TRUE(journal.blocks().contains(4));
 }
 
+TEST_F(SweepTest, AJournalThatIsALinkIsLeftAlone) {
+  fs::create_directories(file("linked"));
+  write_file(file("precious"), "not a block\n");
+  fs::create_symlink(file("precious"), file("linked") / "journal.jsonl");
+  expect_error([&] { Journal journal(file("linked") / "journal.jsonl", "sweep", any); }, "is a link");
+  EXPECT_EQ(read_file(file("precious")), "not a block\n");
+}
+
 TEST_F(SweepTest, ABlockOfAnotherCaseIsDoneAgain) {
   sweep(config("whole"));
   const std::map<uint64_t, Case> cases = cases_of("whole");

@@ -335,6 +335,8 @@ TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
   EXPECT_THAT(times("10\n-11\n", {{"file", "ms.txt"}}), ElementsAre(-1, -1, -1, -1));
   EXPECT_THAT(last_.sources.front().problems,
               ElementsAre(HasSubstr("ms.txt:2: expected the time of a frame")));
+  EXPECT_THAT(times("5 1e308\n", {{"file", "ms.txt"}, {"unit", "s"}}), ElementsAre(-1, -1, -1, -1));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("in s, 0 to 1e+06")));
   EXPECT_THAT(times("", {{"file", "no.txt"}}), ElementsAre(-1, -1, -1, -1));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("no.txt: the program has not written")));
   EXPECT_EQ(statuses("ego"), ok4);

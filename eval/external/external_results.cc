@@ -317,13 +317,15 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
     return out;
   }
   const double ms_per_unit = times.unit == TimeUnit::s ? 1000 : 1;
+  constexpr double longest_ms = 1e9;  // 12 days
   try {
     NumberFile file(found.front().path.string(), ' ', files.rules(pose_file));
     for (size_t row = 0; file.next(); ++row) {
       const auto values = file.values();
       const bool numbered = values.size() == 2;
-      if ((values.size() != 1 && !numbered) || values.back() < 0)
-        file.fail_here("expected the time of a frame, or its number and time, in {}", to_string(times.unit));
+      if ((values.size() != 1 && !numbered) || values.back() < 0 || values.back() * ms_per_unit > longest_ms)
+        file.fail_here("expected the time of a frame, or its number and time, in {}, 0 to {:g}", to_string(times.unit),
+                       longest_ms / ms_per_unit);
       if (numbered && (values[0] != std::trunc(values[0]) || std::abs(values[0]) > 1e9))
         file.fail_here("expected a frame number, got {}", values[0]);
       try {

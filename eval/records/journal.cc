@@ -63,7 +63,7 @@ Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits
   }
   if (!lock_)
     fail("{}: {} is writing this sweep; wait for it, or choose another folder", path_.string(), holder);
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0644);
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND | O_NOFOLLOW, 0644);
   if (file_ < 0) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
   sync_folder(path_.parent_path());
   find_blocks(fits);

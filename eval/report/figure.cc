@@ -90,6 +90,14 @@ std::string replaced(const std::string& text, char what, const char* by) {
   return out;
 }
 
+/// A text on one line. gnuplot leaves the '>' of "]]>" in an SVG as it is, which XML takes for an end.
+std::string label_text(const std::string& text) {
+  std::string line = one_line(text);
+  for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
+    line.insert(at + 2, " ");
+  return line;
+}
+
 /// gnuplot takes "< cmd" as data and "| cmd" as output for commands.
 bool is_name(const std::string& name) {
   return file_stem(name) == name && name.front() != '.' && name.front() != '-';
@@ -146,14 +154,14 @@ int open_point(size_t i) { return filled_point(i) - 1; }
 // Doubled, as gnuplot's manual has it, a quote at the beginning of a string or beside another one still ends
 // it.
 std::string gp_text(const std::string& text) {
-  return "'" + replaced(one_line(text), '\'', apostrophe) + "'";
+  return "'" + replaced(label_text(text), '\'', apostrophe) + "'";
 }
 
 std::string gp_tic(const std::string& label) { return replaced(gp_text(label), '%', "%%"); }
 
 std::string gp_cell(const std::string& text) {
   std::string cell =
-      replaced(replaced(replaced(one_line(text), ',', ";"), '"', apostrophe), '\'', apostrophe);
+      replaced(replaced(replaced(label_text(text), ',', ";"), '"', apostrophe), '\'', apostrophe);
   const size_t first = cell.find_first_not_of(' ');  // gnuplot leaves out what is before it
   return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }

@@ -38,6 +38,7 @@ inline std::vector<std::string> hostile_texts(const std::filesystem::path& plant
           "\\",
           "a,b;\"c\" 'd'",
           "<b>&amp;</b><script>",
+          "<![CDATA[ ]]></title>]]]>",
           "\x1b[2J\x07",
           "no \xff\xc0 UTF-8 \uFFFE",
           "# comment",

@@ -48,7 +48,9 @@ bool make_lock_file(const fs::path& lock_file) {
 }  // namespace
 
 std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder, Flock flock) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+  if (descriptor < 0 && errno == ELOOP)
+    fail("{}: is a link: what is locked may lie in no other folder; remove it", file.string());
   if (descriptor < 0) fail("{}: cannot open: {}", file.string(), std::strerror(errno));
   FileLock lock(descriptor, {});
   int result = 0;

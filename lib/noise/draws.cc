@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "sextant/base/clones.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/simd.h"
