@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "sextant/base/clones.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/simd.h"
