@@ -68,8 +68,8 @@ TEST_F(PlanTest, AProcedureFillsInWhatThePlanDoesNotSay) {
   const Plan as_published = plan("");
   ASSERT_EQ(as_published.estimators.size(), 2U);
   EXPECT_EQ(as_published.estimators[0].label, "motion_only, release");
-  EXPECT_EQ(as_published.estimators[0].pipeline.refine_on, "inliers");
-  EXPECT_EQ(as_published.estimators[1].pipeline.refine_objects_on, "inliers");
+  EXPECT_EQ(as_published.estimators[0].pipeline.refine_on, RefineOn::inliers);
+  EXPECT_EQ(as_published.estimators[1].pipeline.refine_objects_on, RefineObjectsOn::inliers);
   EXPECT_EQ(as_published.pipeline.start.inlier_threshold_px, 0.3);
   EXPECT_EQ(as_published.levels.front().level, 0.15);
   const Plan wider = plan(R"(,"options":{"pipeline":{"start":{"inlier_threshold_px":2}}})");
