@@ -197,10 +197,10 @@ TEST_F(KittiTracking, BadOptions) {
   const auto error = [&](const Json& options, const char* message) {
     expect_error([&] { open("#0007", options); }, message);
   };
-  error({{"ground_truth", "author"}}, "option ground_truth = author: must be rectified or authors");
+  error({{"ground_truth", "author"}}, "option kitti.ground_truth = author: did you mean 'authors'?");
   error({{"velocity", "corrected"}},
-        "option velocity = corrected: must be raw, velocity_corrected or velocity_vector");
-  error({{"bf_preset", "gray"}}, "option bf_preset = gray: must be colour or grey");
+        "option kitti.velocity = corrected: known: raw, velocity_corrected, velocity_vector");
+  error({{"bf_preset", "gray"}}, "option kitti.bf_preset = gray: did you mean 'grey'?");
   error({{"bf", -1.0}}, "option bf = -1");
   error({{"rate_hz", 0.0}}, "option rate_hz = 0: must be > 0");
   error({{"depht", "sgbm"}}, "unknown option key 'kitti.depht': did you mean 'depth'");

@@ -144,7 +144,7 @@ TEST_F(VdoFolder, OptionsOverrideTheFolder) {
       [&] {
         open_with(source(), {{"bf_preset", "gray"}});
       },
-      "option bf_preset = gray: must be authors or colour");
+      "option vdo.bf_preset = gray: known: authors, colour");
   expect_error(
       [&] {
         open_with(source(), {{"bf_preset", "colour"}});

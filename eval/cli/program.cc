@@ -120,7 +120,9 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     const std::string name = flag->substr(0, flag->find('='));
     return fmt::format("unknown flag '{}': {}", name, suggest(name, flag_names(command)));
   }
-  const std::vector<std::string> names = subcommand_names(command);
+  // `sweep` runs a plan by itself; others only hold commands.
+  const std::vector<std::string> names =
+      command.get_require_subcommand_min() > 0 ? subcommand_names(command) : std::vector<std::string>();
   if (!rest.empty() && !names.empty()) {
     return fmt::format("unknown command '{}': {}", rest.front(), suggest(rest.front(), names));
   }

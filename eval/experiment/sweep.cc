@@ -178,7 +178,8 @@ SweepOutcome sweep(const SweepConfig& config) {
     return outcome;
   }
   {
-    const Json owner = {{"plan", plan["plan"]}, {"shard", plan["shard"]}, {"data", plan["data"]}};
+    Json owner = plan;
+    owner.erase("programs");
     Journal journal(journal_path, sha256(json_line(owner)), [&](uint64_t number, std::string_view lines) {
       return std::ranges::binary_search(numbers, number) && runner.has_written(config.plan.at(number), lines);
     });

@@ -197,7 +197,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     }
     if (of_folder["plan"] != plan["plan"])
       fail("{}: holds another plan than {}", folder.string(), folders.front().string());
-    for (const auto& [source, packs] : json_object(of_folder, "data", (folder / "plan.json").string()).items()) {
+    const Json data = json_object(of_folder, "data", (folder / "plan.json").string());
+    for (const auto& [source, packs] : data.items()) {
       const auto [known, is_new] = first_with.emplace(source, folder.string());
       if (is_new) plan["data"][source] = packs;
       if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
