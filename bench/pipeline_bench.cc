@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/estimator/points/extraction.h"
+#include "sextant/estimator/registry.h"
 
 namespace sextant {
 namespace {

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <ctime>
 
-#include "sextant/estimator/registry.h"
 #include "sextant/estimator/estimators/joint_flow_depth.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
-#include "sextant/estimator/start/robust_start.h"
 #include "sextant/estimator/solvers/testing.h"
+#include "sextant/estimator/start/robust_start.h"
 
 namespace sextant {
 namespace {

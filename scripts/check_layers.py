@@ -62,7 +62,7 @@ LAYERS = {
                                                               "eval/logs"],
     "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/pictures",
+    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/pictures",
                  "eval/logs", "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce"] + _PAPER,
     "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
                   "eval/records", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",

@@ -9,8 +9,9 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/synthetic/scenario.h"
-#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/estimator/points/extraction.h"
+#include "sextant/estimator/registry.h"
 
 namespace sextant {
 namespace {

@@ -8,11 +8,11 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/check/dense_truth.h"
 #include "sextant/eval/check/diagnosis.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/eval/check/hypotheses.h"
-#include "sextant/base/interrupt.h"
 
 namespace sextant {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/cli/command.h"
 #include "sextant/eval/check/check_source.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

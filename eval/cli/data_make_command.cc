@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/base/interrupt.h"
 
 namespace sextant {
 namespace {

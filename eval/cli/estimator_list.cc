@@ -1,5 +1,6 @@
 #include "sextant/eval/cli/command.h"
 
+#include "sextant/estimator/registry.h"
 #include "sextant/eval/experiment/case_estimator.h"
 
 namespace sextant {

@@ -6,10 +6,10 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/evaluate.h"
-#include "sextant/eval/records/output.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/object_report.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/report_folder.h"
 
 namespace sextant {

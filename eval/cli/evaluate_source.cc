@@ -1,7 +1,7 @@
 #include "sextant/eval/cli/evaluate.h"
-#include "sextant/eval/records/output.h"
 #include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/report_folder.h"
 
 namespace sextant {

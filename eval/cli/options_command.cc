@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sextant/base/registry.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"

@@ -12,9 +12,9 @@
 #include <system_error>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/gate.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/eval/records/version.h"
 
 namespace sextant {

@@ -3,12 +3,12 @@
 #include <memory>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/cli/command.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/eval/experiment/run_output.h"
-#include "sextant/eval/records/output.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/summary.h"
 
 namespace sextant {

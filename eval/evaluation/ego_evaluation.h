@@ -16,9 +16,9 @@
 
 #include "sextant/eval/evaluation/pose_frames.h"
 #include "sextant/eval/evaluation/run_statistics.h"
-#include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
+#include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/metrics/kitti_odometry.h"
 #include "sextant/metrics/trajectory_association.h"
 #include "sextant/metrics/trajectory_errors.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "sextant/eval/records/version.h"
 #include "sextant/eval/evaluation/error_figures.h"
+#include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {

@@ -3,8 +3,8 @@
 #include <set>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/metrics/pose_change.h"
 #include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/pose_change.h"
 #include "sextant/metrics/velocity.h"
 
 namespace sextant {

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "sextant/base/options.h"
-#include "sextant/eval/records/record.h"
 #include "sextant/eval/logs/object_logs.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/metrics/presets.h"
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <map>
 
-#include "sextant/eval/records/version.h"
 #include "sextant/eval/evaluation/error_figures.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {

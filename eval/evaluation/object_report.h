@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/records/record.h"
 #include "sextant/eval/evaluation/run_statistics.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/metrics/presets.h"
 

@@ -5,10 +5,10 @@
 #include <set>
 
 #include "sextant/eval/experiment/limit.h"
+#include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"
-#include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/velocity.h"
 
 namespace sextant {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sextant/estimator/registry.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/noise/noise.h"
 

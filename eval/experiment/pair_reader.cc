@@ -5,8 +5,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "sextant/base/parallel_for.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/parallel_for.h"
 
 namespace sextant {
 namespace {

@@ -5,9 +5,10 @@
 #include <cstdlib>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/estimator/reference/ceres_reference.h"
-#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/pipeline.h"
+#include "sextant/estimator/points/extraction.h"
+#include "sextant/estimator/reference/ceres_reference.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/testing.h"
 #include "sextant/eval/experiment/run.h"
 

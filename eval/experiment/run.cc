@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/eval/experiment/body_tracks.h"
 #include "sextant/eval/experiment/pair_reader.h"
 

@@ -5,10 +5,11 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/base/interrupt.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"

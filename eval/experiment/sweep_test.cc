@@ -11,10 +11,10 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/records/journal.h"
 #include "sextant/eval/experiment/procedures.h"
-#include "sextant/eval/records/record.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/records/journal.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/layout.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/noisy_sequence.h"

@@ -9,9 +9,9 @@
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/run_output.h"
-#include "sextant/eval/records/output.h"
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/external/rescore.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/summary.h"
 
 namespace sextant {

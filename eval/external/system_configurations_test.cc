@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <set>
 
+#include "sextant/estimator/registry.h"
 #include "sextant/eval/external/external_testing.h"
 
 namespace sextant {

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/records/version.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/change_points.h"
 #include "sextant/stats/summary.h"

@@ -3,8 +3,8 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/records/version.h"
 #include "sextant/eval/gate/history.h"
+#include "sextant/eval/records/version.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

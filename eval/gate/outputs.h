@@ -11,8 +11,8 @@
 
 #include <string>
 
-#include "sextant/eval/records/output.h"
 #include "sextant/eval/gate/comparison.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 

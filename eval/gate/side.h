@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/records/record.h"
 #include "sextant/eval/gate/benchmark_file.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 

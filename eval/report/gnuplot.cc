@@ -13,8 +13,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/text.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/registry.h"
+
 namespace sextant {
 namespace {
 

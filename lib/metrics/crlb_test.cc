@@ -10,9 +10,9 @@
 #include <cmath>
 #include <random>
 
+#include "sextant/geometry/object_motion.h"
 #include "sextant/geometry/testing.h"
 #include "sextant/metrics/nees.h"
-#include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {

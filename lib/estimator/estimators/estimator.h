@@ -2,7 +2,7 @@
 
 // The interface of all estimators. How to add one: estimator/registry.h.
 
-#include "sextant/base/json.h"
+#include "sextant/base/options.h"
 #include "sextant/estimator/solvers/motion_estimate.h"
 #include "sextant/measurement/problem.h"
 

@@ -12,8 +12,8 @@
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
 #include "sextant/estimator/estimators/estimator.h"
-#include "sextant/estimator/solvers/flow_depth_solver.h"
 #include "sextant/estimator/estimators/robust_choice.h"
+#include "sextant/estimator/solvers/flow_depth_solver.h"
 
 namespace sextant {
 

@@ -6,11 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "sextant/estimator/reference/ceres_flow_depth.h"
 #include "sextant/estimator/estimators/joint_flow.h"
+#include "sextant/estimator/reference/ceres_flow_depth.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/local_planes.h"
-#include "sextant/estimator/start/robust_start.h"
 #include "sextant/estimator/solvers/testing.h"
+#include "sextant/estimator/start/robust_start.h"
 
 namespace sextant {
 namespace {

@@ -4,8 +4,8 @@
 // covariance Sigma_1 = sigma^2 I. The flow is not refined.
 
 #include "sextant/estimator/estimators/estimator.h"
-#include "sextant/estimator/solvers/reprojection_solver.h"
 #include "sextant/estimator/estimators/robust_choice.h"
+#include "sextant/estimator/solvers/reprojection_solver.h"
 
 namespace sextant {
 

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "sextant/estimator/pipeline.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/testing.h"
 
 namespace sextant {

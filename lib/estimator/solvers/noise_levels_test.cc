@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "sextant/estimator/start/robust_start.h"
 #include "sextant/estimator/solvers/testing.h"
+#include "sextant/estimator/start/robust_start.h"
 
 namespace sextant {
 namespace {

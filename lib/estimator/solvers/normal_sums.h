@@ -5,8 +5,8 @@
 #include <array>
 #include <limits>
 
-#include "sextant/geometry/lanes.h"
 #include "sextant/estimator/solvers/levenberg_marquardt.h"
+#include "sextant/geometry/lanes.h"
 
 namespace sextant {
 

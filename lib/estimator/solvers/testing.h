@@ -8,6 +8,7 @@
 #include <random>
 
 #include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant::testing {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sextant/geometry/lanes.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
+#include "sextant/geometry/lanes.h"
 
 namespace sextant {
 namespace {

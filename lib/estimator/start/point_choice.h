@@ -23,6 +23,7 @@
 #include <string>
 
 #include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "sextant/estimator/solvers/degeneracy.h"
-#include "sextant/estimator/start/p3p.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
+#include "sextant/estimator/start/p3p.h"
 
 namespace sextant {
 namespace {

@@ -6,7 +6,9 @@
 
 #include <optional>
 
+#include "sextant/base/options.h"
 #include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 
