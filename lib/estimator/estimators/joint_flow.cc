@@ -8,12 +8,14 @@ void JointFlowOptions::check() const {
   check_option(huber_projection > 0, "huber_projection", huber_projection, "> 0");
   check_option(huber_flow > 0, "huber_flow", huber_flow, "> 0");
   check_robust(robust);
+  check_covariance(covariance);
 }
 
 MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& start) const {
   MotionEstimate estimate =
       estimate_with_kernel(problem, start, options_.effective_kernel(), options_.robust, options_.solver);
   if (estimate.status != Status::ok) return estimate;
+  if (options_.covariance == "correlated") correlate(problem, options_.effective_kernel(), estimate);
   const HuberKernel projection = options_.projection_kernel();
   const HuberKernel flow = options_.flow_kernel();
   const Correspondences& points = problem.points;

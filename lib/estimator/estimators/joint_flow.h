@@ -18,6 +18,7 @@ struct JointFlowOptions {
   double huber_projection = 1.345;
   double huber_flow = 1.345;
   std::string robust = "huber";
+  std::string covariance = "independent";
   SolverOptions solver;
 
   template <typename V>
@@ -28,6 +29,7 @@ struct JointFlowOptions {
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
     v("robust", robust, "", robust_meaning);
+    v("covariance", covariance, "", covariance_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;

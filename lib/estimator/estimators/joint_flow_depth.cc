@@ -156,6 +156,7 @@ void JointFlowDepthOptions::check() const {
   check_option(projection_share > 0 && projection_share < 1, "projection_share", projection_share,
                "in (0, 1)");
   check_robust(robust);
+  check_covariance(covariance);
   check_option(huber > 0, "huber", huber, "> 0");
   check_option(scale >= 0, "scale", scale, ">= 0");
   check_option(gate > 0 && gate < 1, "gate", gate, "in (0, 1)");
@@ -226,9 +227,12 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   }
   const double inflation =
       decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
-  const Matrix6d covariance =
-      motion_covariance(depth_information(points, solution.T_curr_prev, decided.levels, {}), decided.prior);
-  conclude(problem, inflation * covariance, estimate);
+  const DepthInformation information = depth_information(points, solution.T_curr_prev, decided.levels, {});
+  conclude(problem, inflation * motion_covariance(information, decided.prior), estimate);
+  if (options_.covariance == "correlated" && estimate.status == Status::ok) {
+    correlate(problem, points, decided.levels, decided.kernel, decided.prior, information, inflation,
+              estimate);
+  }
   return estimate;
 }
 

@@ -46,6 +46,7 @@ void MotionOnlyOptions::check() const {
   check_option(sigma_px > 0, "sigma_px", sigma_px, "> 0");
   check_option(huber > 0, "huber", huber, "> 0");
   check_robust(robust);
+  check_covariance(covariance);
 }
 
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
@@ -61,8 +62,11 @@ MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint&
 }
 
 MotionEstimate MotionOnly::estimate(const Problem& problem, const StartingPoint& start) const {
-  return estimate_with_kernel(problem, start, {options_.sigma_px, options_.huber}, options_.robust,
-                              options_.solver);
+  const HuberKernel kernel{options_.sigma_px, options_.huber};
+  MotionEstimate estimate = estimate_with_kernel(problem, start, kernel, options_.robust, options_.solver);
+  if (options_.covariance == "correlated" && estimate.status == Status::ok)
+    correlate(problem, kernel, estimate);
+  return estimate;
 }
 
 }  // namespace sextant

@@ -3,6 +3,7 @@
 // motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
 // covariance Sigma_1 = sigma^2 I. The flow is not refined.
 
+#include "sextant/estimator/estimators/correlated_covariance.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
@@ -13,6 +14,7 @@ struct MotionOnlyOptions {
   double sigma_px = 1.0;
   double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
   std::string robust = "huber";
+  std::string covariance = "independent";
   SolverOptions solver;
 
   template <typename V>
@@ -20,6 +22,7 @@ struct MotionOnlyOptions {
     v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
     v("huber", huber, "sigmas", "Huber threshold");
     v("robust", robust, "", robust_meaning);
+    v("covariance", covariance, "", covariance_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;

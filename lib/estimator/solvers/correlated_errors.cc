@@ -1,0 +1,274 @@
+#include "sextant/estimator/solvers/correlated_errors.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+constexpr int n_unknowns = ErrorScore::n_unknowns;
+constexpr int n_motion = 6;
+constexpr int n_products = n_unknowns * (n_unknowns + 1) / 2;
+constexpr size_t parts_sample = 128;  // to twice as many less one
+
+using Unknowns = std::array<Lanes, n_unknowns>;
+
+double total(const Lanes& lanes) { return sum_of_lanes(&lanes); }
+
+SEXTANT_SIMD void add_products(const Unknowns* values, size_t n, double* products) {
+  Lanes sums[n_products] = {};
+  for (size_t i = 0; i < n; ++i) {
+    int k = 0;
+    for (int a = 0; a < n_unknowns; ++a) {
+      for (int b = a; b < n_unknowns; ++b) sums[k++] += values[i][a] * values[i][b];
+    }
+  }
+  for (int k = 0; k < n_products; ++k) products[k] = sum_of_lanes(&sums[k]);
+}
+
+ScoreMatrix sum_of_products(const std::vector<Unknowns>& values) {
+  double products[n_products];
+  add_products(values.data(), values.size(), products);
+  ScoreMatrix out;
+  int k = 0;
+  for (int a = 0; a < n_unknowns; ++a) {
+    for (int b = a; b < n_unknowns; ++b) out(a, b) = out(b, a) = products[k++];
+  }
+  return out;
+}
+
+/// Quadratic B-spline at the three nodes around x (in spacings), of unit norm. Returns the first node.
+int spline(double x, double* weights) {
+  const double nearest = std::round(x);
+  const double t = x - nearest;
+  weights[0] = 0.5 * (0.5 - t) * (0.5 - t);
+  weights[1] = 0.75 - t * t;
+  weights[2] = 0.5 * (0.5 + t) * (0.5 + t);
+  const double norm =
+      1 / std::sqrt(weights[0] * weights[0] + weights[1] * weights[1] + weights[2] * weights[2]);
+  for (int k = 0; k < 3; ++k) weights[k] *= norm;
+  return static_cast<int>(nearest) - 1;
+}
+
+SEXTANT_SIMD void add_scaled(const Lanes* from, double scale, Lanes* to) {
+  for (int a = 0; a < n_unknowns; ++a) to[a] += scale * from[a];
+}
+
+/// M_k of one length.
+ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double length_px) {
+  constexpr double most_columns = 4096;
+  double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
+  for (const ErrorScore& p : points) {
+    min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
+    min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
+  }
+  const double spacing =
+      std::max({std::sqrt(2.0) * length_px, (max_u - min_u) / most_columns, (max_v - min_v) / most_columns});
+  const auto cells = [&](double range) { return static_cast<size_t>(std::lround(range / spacing)) + 4; };
+  const size_t columns = cells(max_u - min_u);
+  // Nodes get a place when a point first reaches them.
+  std::vector<uint32_t> place(columns * cells(max_v - min_v), 0);
+  std::vector<Unknowns> nodes;
+  for (const ErrorScore& p : points) {
+    double across[3], down[3];
+    const auto column = static_cast<size_t>(spline((p.u - min_u) / spacing, across) + 1);
+    const auto row = static_cast<size_t>(spline((p.v - min_v) / spacing, down) + 1);
+    for (size_t j = 0; j < 3; ++j) {
+      for (size_t i = 0; i < 3; ++i) {
+        uint32_t& at = place[(row + j) * columns + column + i];
+        if (at == 0) {
+          nodes.push_back({});
+          at = static_cast<uint32_t>(nodes.size());
+        }
+        add_scaled(p.derivative, across[i] * down[j], nodes[at - 1].data());
+      }
+    }
+  }
+  return sum_of_products(nodes);
+}
+
+// ---- the parts from the residuals
+
+/// exp(-r^2 / (2 L^2)) for lengths in ratios of four, the longest first: one exponential and its powers.
+constexpr std::array<double, 3> lengths_px = {80, 20, 5};
+constexpr int n_parts = 1 + static_cast<int>(lengths_px.size());  // and the independent one
+
+std::array<double, n_parts> kernels_at(double r2) {
+  const auto power16 = [](double x) {
+    for (int k = 0; k < 4; ++k) x *= x;
+    return x;
+  };
+  std::array<double, n_parts> out{};
+  out[1] = std::exp(-0.5 * r2 / (lengths_px[0] * lengths_px[0]));
+  for (int k = 2; k < n_parts; ++k) out[k] = power16(out[k - 1]);
+  return out;
+}
+
+using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
+using PartsVector = Eigen::Matrix<double, n_parts, 1>;
+using MotionRows = std::array<Lanes, n_motion>;
+
+SEXTANT_SIMD void add_scaled_rows(const MotionRows& from, double scale, MotionRows& to) {
+  for (int a = 0; a < n_motion; ++a) to[a] += scale * from[a];
+}
+
+/// T_a = y^T K_a y and S_ab = tr(K_a R K_b R), R the projection that leaves residuals of a fit: E[T] = S variances.
+struct QuadraticForms {
+  PartsVector T = PartsVector::Zero();
+  PartsMatrix S = PartsMatrix::Zero();
+};
+
+/// tr(Pi_i Pi_j) of what the depths leave of two points' channels.
+double common_trace(const ErrorScore& a, const ErrorScore& b) {
+  const Lanes both = a.measured * b.measured;
+  const double dot = total(a.by_depth * b.by_depth);
+  return total(both * (1.0 - a.by_depth * a.by_depth - b.by_depth * b.by_depth)) + dot * dot;
+}
+
+bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForms& out) {
+  const size_t n = points.size();
+  // Q: orthonormal columns that the motion's derivatives span.
+  Matrix6d H = Matrix6d::Zero();
+  for (const ErrorScore* p : points) {
+    for (int a = 0; a < n_motion; ++a) {
+      for (int b = a; b < n_motion; ++b) H(a, b) += total(p->derivative[a] * p->derivative[b]);
+    }
+  }
+  H.triangularView<Eigen::StrictlyLower>() = H.transpose();
+  const Eigen::LLT<Matrix6d> factor(H);
+  if (factor.info() != Eigen::Success) return false;
+  const Matrix6d to_q = factor.matrixL().solve(Matrix6d::Identity());
+  std::vector<MotionRows> Q(n, MotionRows{});
+  for (size_t i = 0; i < n; ++i) {
+    for (int a = 0; a < n_motion; ++a) {
+      for (int b = 0; b <= a; ++b) Q[i][a] += to_q(a, b) * points[i]->derivative[b];
+    }
+  }
+  std::array<std::vector<MotionRows>, n_parts> KQ;
+  KQ.fill(Q);
+  for (size_t i = 0; i < n; ++i) {
+    const ErrorScore& p = *points[i];
+    const double squared = total(p.residual * p.residual);
+    const double trace = common_trace(p, p);
+    out.T.array() += squared;
+    out.S.array() += trace;
+    for (size_t j = 0; j < i; ++j) {
+      const ErrorScore& q = *points[j];
+      const double r2 = (p.u - q.u) * (p.u - q.u) + (p.v - q.v) * (p.v - q.v);
+      if (r2 > 25 * lengths_px[0] * lengths_px[0]) continue;
+      const std::array<double, n_parts> K = kernels_at(r2);
+      const double product = 2 * total(p.residual * q.residual);
+      const double pair_trace = 2 * common_trace(p, q);
+      for (int a = 1; a < n_parts && K[a] > 1e-5; ++a) {
+        out.T[a] += K[a] * product;
+        for (int b = 1; b < n_parts; ++b) out.S(a, b) += K[a] * K[b] * pair_trace;
+        add_scaled_rows(Q[j], K[a], KQ[a][i]);
+        add_scaled_rows(Q[i], K[a], KQ[a][j]);
+      }
+    }
+  }
+  std::array<Matrix6d, n_parts> QKQ;
+  QKQ.fill(Matrix6d::Zero());
+  PartsMatrix crossed = PartsMatrix::Zero();
+  for (size_t i = 0; i < n; ++i) {
+    const Lanes& depth = points[i]->by_depth;
+    for (int a = 0; a < n_parts; ++a) {
+      for (Lanes& row : KQ[a][i]) row = points[i]->measured * (row - depth * total(depth * row));
+      for (int d = 0; d < n_motion; ++d) {
+        for (int e = 0; e < n_motion; ++e) QKQ[a](d, e) += total(Q[i][d] * KQ[a][i][e]);
+        for (int b = 0; b <= a; ++b) crossed(a, b) += total(KQ[a][i][d] * KQ[b][i][d]);
+      }
+    }
+  }
+  for (int a = 0; a < n_parts; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      out.S(a, b) += (QKQ[a].cwiseProduct(QKQ[b].transpose())).sum() - 2 * crossed(a, b);
+      out.S(b, a) = out.S(a, b);
+    }
+  }
+  return true;
+}
+
+/// Variances >= 0 of the parts in `among` (bits), and their standard deviations if the errors were independent;
+/// the least squares solution over all subsets of them.
+PartsVector non_negative(const QuadraticForms& forms, unsigned among, PartsVector& deviations) {
+  PartsVector best = PartsVector::Zero();
+  double least = INFINITY;
+  for (unsigned subset = 1; subset < 1U << n_parts; ++subset) {
+    if ((subset & among) != subset) continue;
+    PartsMatrix S = PartsMatrix::Identity();
+    PartsVector T = PartsVector::Zero();
+    for (int a = 0; a < n_parts; ++a) {
+      if ((subset >> a & 1U) == 0) continue;
+      T[a] = forms.T[a];
+      for (int b = 0; b < n_parts; ++b) {
+        if ((subset >> b & 1U) != 0) S(a, b) = forms.S(a, b);
+      }
+    }
+    const Eigen::LLT<PartsMatrix> factor(S);
+    if (factor.info() != Eigen::Success) continue;
+    const PartsVector x = factor.solve(T);
+    if ((x.array() < 0).any() || !x.allFinite() || -x.dot(T) >= least) continue;
+    least = -x.dot(T);
+    best = x;
+    const PartsMatrix inverse = factor.solve(PartsMatrix::Identity());
+    deviations = (2 * inverse.diagonal()).cwiseSqrt() * x.sum();
+  }
+  return best;
+}
+
+}  // namespace
+
+void ErrorScore::eliminate_depth() {
+  for (Lanes& row : derivative) row -= by_depth * total(by_depth * row);
+  residual -= by_depth * total(by_depth * residual);
+}
+
+ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
+  constexpr double significant = 3;
+  ErrorParts out;
+  const size_t stride = std::max<size_t>(points.size() / parts_sample, 1);
+  std::vector<const ErrorScore*> sample;
+  for (size_t i = 0; i < points.size(); i += stride) sample.push_back(&points[i]);
+  QuadraticForms forms;
+  if (sample.size() < 2 * n_motion || !quadratic_forms(sample, forms)) return out;
+  unsigned among = (1U << n_parts) - 1;
+  PartsVector deviations;
+  PartsVector variances = non_negative(forms, among, deviations);
+  for (;;) {
+    int weakest = 0;
+    double least = significant;
+    for (int a = 1; a < n_parts; ++a) {
+      if (variances[a] > 0 && variances[a] < least * deviations[a]) {
+        least = variances[a] / deviations[a];
+        weakest = a;
+      }
+    }
+    if (weakest == 0) break;
+    among &= ~(1U << weakest);
+    variances = non_negative(forms, among, deviations);
+  }
+  out.independent = variances[0];
+  for (int a = 1; a < n_parts; ++a) {
+    if (variances[a] > 0) out.correlated.push_back({lengths_px[static_cast<size_t>(a) - 1], variances[a]});
+  }
+  return out;
+}
+
+ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
+                              const std::vector<SpatialCorrelation::Part>& parts) {
+  ScoreMatrix sum = ScoreMatrix::Zero();
+  if (points.empty()) return sum;
+  for (const SpatialCorrelation::Part& part : parts)
+    sum += part.share * scores_of_length(points, part.length_px);
+  return sum;
+}
+
+ScoreMatrix independent_scores(const std::vector<ErrorScore>& points) {
+  std::vector<Unknowns> values(points.size());
+  for (size_t i = 0; i < points.size(); ++i) std::copy_n(points[i].derivative, n_unknowns, values[i].begin());
+  return sum_of_products(values);
+}
+
+}  // namespace sextant
