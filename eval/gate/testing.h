@@ -12,6 +12,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant::testing {
 

@@ -7,6 +7,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {
