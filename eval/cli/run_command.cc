@@ -19,6 +19,7 @@ struct RunFlags : CommonFlags {
   std::string estimator = RunConfig{}.estimator;
   std::string procedure;
   std::string noise = "none";
+  bool consistency = false;
   double level = 0;
   int n_seeds = RunConfig{}.n_seeds;
   RunOutput output;
@@ -49,6 +50,7 @@ void run_as_told(RunFlags& flags) {
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
+  if (flags.consistency) config.options["pipeline"]["consistency"] = true;
   config.noise = flags.noise == of_procedure ? Noise() : Noise::parse(flags.noise);
   config.level = flags.level;
   follow_procedure(flags, config);
@@ -121,6 +123,8 @@ void add_run_command(CLI::App& app) {
                    "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->type_name("JSON|procedure")
       ->capture_default_str();
+  command->add_flag("--consistency", flags->consistency,
+                    "Also estimate every body from halves of its points and record how they agree (split_nees)");
   command->add_option("--level", flags->level, "What records call the level of the noise")
       ->type_name("NUMBER")
       ->capture_default_str();

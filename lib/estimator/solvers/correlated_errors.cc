@@ -10,7 +10,7 @@ namespace {
 constexpr int n_unknowns = ErrorScore::n_unknowns;
 constexpr int n_motion = 6;
 constexpr int n_products = n_unknowns * (n_unknowns + 1) / 2;
-constexpr size_t parts_sample = 128;  // to twice as many less one
+constexpr size_t parts_sample = 100;  // to twice as many
 
 using Unknowns = std::array<Lanes, n_unknowns>;
 
@@ -19,9 +19,12 @@ double total(const Lanes& lanes) { return sum_of_lanes(&lanes); }
 SEXTANT_SIMD void add_products(const Unknowns* values, size_t n, double* products) {
   Lanes sums[n_products] = {};
   for (size_t i = 0; i < n; ++i) {
+    const auto* at = reinterpret_cast<const double*>(values + i);
+    Lanes row[n_unknowns];
+    for (int a = 0; a < n_unknowns; ++a) row[a] = SEXTANT_LOAD(at + a * n_lanes);
     int k = 0;
     for (int a = 0; a < n_unknowns; ++a) {
-      for (int b = a; b < n_unknowns; ++b) sums[k++] += values[i][a] * values[i][b];
+      for (int b = a; b < n_unknowns; ++b) sums[k++] += row[a] * row[b];
     }
   }
   for (int k = 0; k < n_products; ++k) products[k] = sum_of_lanes(&sums[k]);
@@ -51,11 +54,39 @@ int spline(double x, double* weights) {
   return static_cast<int>(nearest) - 1;
 }
 
-SEXTANT_SIMD void add_scaled(const Lanes* from, double scale, Lanes* to) {
-  for (int a = 0; a < n_unknowns; ++a) to[a] += scale * from[a];
+/// to += scale * from, `rows` lanes each.
+SEXTANT_SIMD void add_scaled(const Lanes* from, double scale, int rows, Lanes* to) {
+  const auto* read = reinterpret_cast<const double*>(from);
+  auto* write = reinterpret_cast<double*>(to);
+  for (int a = 0; a < rows; ++a, read += n_lanes, write += n_lanes)
+    SEXTANT_STORE(write, SEXTANT_LOAD(write) + scale * SEXTANT_LOAD(read));
 }
 
-/// M_k of one length.
+/// Sums that get a place when something is first added to them, on a grid.
+class SparseGrid {
+ public:
+  SparseGrid(size_t columns, size_t rows) : columns_(columns), place_(columns * rows, 0) {}
+  void add(size_t column, size_t row, const Lanes* values, double scale) {
+    uint32_t& at = place_[row * columns_ + column];
+    if (at == 0) {
+      sums_.push_back({});
+      where_.push_back({column, row});
+      at = static_cast<uint32_t>(sums_.size());
+    }
+    add_scaled(values, scale, n_unknowns, sums_[at - 1].data());
+  }
+  const std::vector<Unknowns>& sums() const { return sums_; }
+  const std::array<size_t, 2>& where(size_t k) const { return where_[k]; }
+
+ private:
+  size_t columns_;
+  std::vector<uint32_t> place_;
+  std::vector<Unknowns> sums_;
+  std::vector<std::array<size_t, 2>> where_;
+};
+
+/// M_k of one length. Points of a cell of half the length count as at its centre, which widens the correlation
+/// by the variance of two uniform errors; the nodes lie closer by as much.
 ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double length_px) {
   constexpr double most_columns = 4096;
   double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
@@ -63,35 +94,36 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
     min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
     min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
   }
-  const double spacing =
-      std::max({std::sqrt(2.0) * length_px, (max_u - min_u) / most_columns, (max_v - min_v) / most_columns});
-  const auto cells = [&](double range) { return static_cast<size_t>(std::lround(range / spacing)) + 4; };
-  const size_t columns = cells(max_u - min_u);
-  // Nodes get a place when a point first reaches them.
-  std::vector<uint32_t> place(columns * cells(max_v - min_v), 0);
-  std::vector<Unknowns> nodes;
+  const double cell =
+      std::max({0.5 * length_px, (max_u - min_u) / most_columns, (max_v - min_v) / most_columns});
+  const auto cells = [&](double range) { return static_cast<size_t>(range / cell) + 1; };
+  SparseGrid of_cells(cells(max_u - min_u), cells(max_v - min_v));
   for (const ErrorScore& p : points) {
+    of_cells.add(static_cast<size_t>((p.u - min_u) / cell), static_cast<size_t>((p.v - min_v) / cell),
+                 p.derivative, 1);
+  }
+  const double spacing = std::sqrt(2.0 * (4 - 1.0 / 6));  // in cells
+  const auto nodes = [&](double range) {
+    return static_cast<size_t>(static_cast<double>(cells(range)) / spacing) + 4;
+  };
+  SparseGrid of_nodes(nodes(max_u - min_u), nodes(max_v - min_v));
+  for (size_t k = 0; k < of_cells.sums().size(); ++k) {
     double across[3], down[3];
-    const auto column = static_cast<size_t>(spline((p.u - min_u) / spacing, across) + 1);
-    const auto row = static_cast<size_t>(spline((p.v - min_v) / spacing, down) + 1);
+    const auto [x, y] = of_cells.where(k);
+    const auto column = static_cast<size_t>(spline(static_cast<double>(x) / spacing, across) + 1);
+    const auto row = static_cast<size_t>(spline(static_cast<double>(y) / spacing, down) + 1);
     for (size_t j = 0; j < 3; ++j) {
-      for (size_t i = 0; i < 3; ++i) {
-        uint32_t& at = place[(row + j) * columns + column + i];
-        if (at == 0) {
-          nodes.push_back({});
-          at = static_cast<uint32_t>(nodes.size());
-        }
-        add_scaled(p.derivative, across[i] * down[j], nodes[at - 1].data());
-      }
+      for (size_t i = 0; i < 3; ++i)
+        of_nodes.add(column + i, row + j, of_cells.sums()[k].data(), across[i] * down[j]);
     }
   }
-  return sum_of_products(nodes);
+  return sum_of_products(of_nodes.sums());
 }
 
 // ---- the parts from the residuals
 
 /// exp(-r^2 / (2 L^2)) for lengths in ratios of four, the longest first: one exponential and its powers.
-constexpr std::array<double, 3> lengths_px = {80, 20, 5};
+constexpr std::array<double, 3> lengths_px = {160, 40, 10};
 constexpr int n_parts = 1 + static_cast<int>(lengths_px.size());  // and the independent one
 
 std::array<double, n_parts> kernels_at(double r2) {
@@ -108,10 +140,6 @@ std::array<double, n_parts> kernels_at(double r2) {
 using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
 using PartsVector = Eigen::Matrix<double, n_parts, 1>;
 using MotionRows = std::array<Lanes, n_motion>;
-
-SEXTANT_SIMD void add_scaled_rows(const MotionRows& from, double scale, MotionRows& to) {
-  for (int a = 0; a < n_motion; ++a) to[a] += scale * from[a];
-}
 
 /// T_a = y^T K_a y and S_ab = tr(K_a R K_b R), R the projection that leaves residuals of a fit: E[T] = S variances.
 struct QuadraticForms {
@@ -156,15 +184,14 @@ bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForm
     for (size_t j = 0; j < i; ++j) {
       const ErrorScore& q = *points[j];
       const double r2 = (p.u - q.u) * (p.u - q.u) + (p.v - q.v) * (p.v - q.v);
-      if (r2 > 25 * lengths_px[0] * lengths_px[0]) continue;
       const std::array<double, n_parts> K = kernels_at(r2);
       const double product = 2 * total(p.residual * q.residual);
       const double pair_trace = 2 * common_trace(p, q);
       for (int a = 1; a < n_parts && K[a] > 1e-5; ++a) {
         out.T[a] += K[a] * product;
         for (int b = 1; b < n_parts; ++b) out.S(a, b) += K[a] * K[b] * pair_trace;
-        add_scaled_rows(Q[j], K[a], KQ[a][i]);
-        add_scaled_rows(Q[i], K[a], KQ[a][j]);
+        add_scaled(Q[j].data(), K[a], n_motion, KQ[a][i].data());
+        add_scaled(Q[i].data(), K[a], n_motion, KQ[a][j].data());
       }
     }
   }

@@ -11,8 +11,7 @@
 //
 // (Conley 1999, with modelled instead of observed products of scores: those of a body that the errors have bent the
 // motion to are too small.) Sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
-// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of unit norm at every
-// point. So it costs a few operations a point, and M is positive semi-definite whatever the points.
+// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of unit norm everywhere. So it costs a few operations a point, and M is positive semi-definite whatever the points.
 //
 // Where nothing is declared, the variances of the parts are estimated from the residuals: minimum norm quadratic
 // unbiased estimation (Rao 1971) on a sample, in which the residuals' expectation counts what the fit has taken out
@@ -52,7 +51,7 @@ struct ErrorScore {
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
 
-/// From the residuals, their total scaled by `scale` (a robust kernel's pulls).
+/// From the residuals of at least twelve points; else, and where they tell nothing, independent ones.
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 
 /// sum_k variance_k M_k over the correlated parts.
