@@ -85,24 +85,26 @@ class SparseGrid {
   std::vector<std::array<size_t, 2>> where_;
 };
 
-/// M_k of one length. Points of a cell of half the length count as at its centre, which widens the correlation
-/// by the variance of two uniform errors; the nodes lie closer by as much.
+/// M_k of one length. Points of a cell, much smaller than the length or the body, count as at its centre. That
+/// widens the correlation by the variance of two uniform errors; the nodes lie closer by as much.
 ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double length_px) {
-  constexpr double most_columns = 4096;
+  constexpr double most_columns = 4096, fewest_columns = 16;
   double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
   for (const ErrorScore& p : points) {
     min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
     min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
   }
-  const double cell =
-      std::max({0.5 * length_px, (max_u - min_u) / most_columns, (max_v - min_v) / most_columns});
+  const double extent = std::max(max_u - min_u, max_v - min_v);
+  double cell = 0.5 * length_px;
+  if (extent > 0) cell = std::clamp(cell, extent / most_columns, extent / fewest_columns);
   const auto cells = [&](double range) { return static_cast<size_t>(range / cell) + 1; };
   SparseGrid of_cells(cells(max_u - min_u), cells(max_v - min_v));
   for (const ErrorScore& p : points) {
     of_cells.add(static_cast<size_t>((p.u - min_u) / cell), static_cast<size_t>((p.v - min_v) / cell),
                  p.derivative, 1);
   }
-  const double spacing = std::sqrt(2.0 * (4 - 1.0 / 6));  // in cells
+  const double relative = std::max(length_px / cell, 1.0);
+  const double spacing = std::sqrt(2 * (relative * relative - 1.0 / 6));  // in cells
   const auto nodes = [&](double range) {
     return static_cast<size_t>(static_cast<double>(cells(range)) / spacing) + 4;
   };
