@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include <map>
 #include <memory>
 
 #include "sextant/base/error.h"
@@ -61,6 +62,28 @@ void run_as_told(RunFlags& flags) {
   run_and_write(config, flags.output);
 }
 
+/// How halves of the bodies agree, by body: mean of split_nees and of its two kinds; nothing without --consistency.
+void print_consistency(const std::vector<Record>& records) {
+  struct Sums {
+    int n = 0;
+    double both = 0, sides = 0, cells = 0;
+  };
+  std::map<std::string, Sums> of_body;
+  for (const Record& record : records) {
+    if (!record.values.contains("split_nees")) continue;
+    Sums& sums = of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)];
+    ++sums.n;
+    sums.both += record.values.at("split_nees");
+    sums.sides += record.values.at("split_nees_sides");
+    sums.cells += record.values.at("split_nees_cells");
+  }
+  if (!of_body.empty()) fmt::print("Halves of a body, mean NEES (6 where covariances are right):\n");
+  for (const auto& [body, sums] : of_body) {
+    fmt::print("  {:<28} {:>8.1f}  left, right {:.1f}  odd, even cells {:.1f}  ({} pairs)\n", body,
+               sums.both / sums.n, sums.sides / sums.n, sums.cells / sums.n, sums.n);
+  }
+}
+
 }  // namespace
 
 void add_run_output_flags(CLI::App& command, RunOutput& output) {
@@ -98,7 +121,10 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
       if (!output.quiet) fmt::print(stderr, "sextant: warning: {}: {}\n", source.source, warning);
     }
   }
-  if (!output.quiet) fmt::print("{}\n", to_text(summary));
+  if (!output.quiet) {
+    fmt::print("{}\n", to_text(summary));
+    print_consistency(result.records);
+  }
   fmt::print("Results: {}\n", output.out);
 }
 

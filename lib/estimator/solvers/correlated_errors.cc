@@ -10,7 +10,8 @@ namespace {
 constexpr int n_unknowns = ErrorScore::n_unknowns;
 constexpr int n_motion = 6;
 constexpr int n_products = n_unknowns * (n_unknowns + 1) / 2;
-constexpr size_t parts_sample = 100;  // to twice as many
+constexpr size_t few_cells = 150;  // sums over their pairs are as fast as over nodes
+constexpr size_t parts_sample = 100;
 
 using Unknowns = std::array<Lanes, n_unknowns>;
 
@@ -85,6 +86,32 @@ class SparseGrid {
   std::vector<std::array<size_t, 2>> where_;
 };
 
+/// sum_ij exp(-|c_i - c_j|^2 / (2 length^2)) S_i^T S_j over cells; length in cells.
+ScoreMatrix sum_over_pairs(const SparseGrid& cells, double length) {
+  const std::vector<Unknowns>& sums = cells.sums();
+  // Both coordinates are whole numbers: a table has every value of the separable kernel.
+  size_t most = 0;
+  for (size_t k = 0; k < sums.size(); ++k) most = std::max({most, cells.where(k)[0], cells.where(k)[1]});
+  std::vector<double> kernel;
+  for (size_t d = 0; d <= most; ++d)
+    kernel.push_back(std::exp(-0.5 * std::pow(static_cast<double>(d) / length, 2)));
+  const auto distance = [](size_t a, size_t b) { return a > b ? a - b : b - a; };
+  ScoreMatrix out = ScoreMatrix::Zero();
+  for (size_t i = 0; i < sums.size(); ++i) {
+    Unknowns seen = {};
+    for (size_t j = 0; j < sums.size(); ++j) {
+      const double rho = kernel[distance(cells.where(i)[0], cells.where(j)[0])] *
+                         kernel[distance(cells.where(i)[1], cells.where(j)[1])];
+      add_scaled(sums[j].data(), rho, n_unknowns, seen.data());
+    }
+    for (int a = 0; a < n_unknowns; ++a) {
+      for (int b = a; b < n_unknowns; ++b) out(a, b) += total(sums[i][a] * seen[b]);
+    }
+  }
+  out.triangularView<Eigen::StrictlyLower>() = out.transpose();
+  return out;
+}
+
 /// M_k of one length. Points of a cell, much smaller than the length or the body, count as at its centre. That
 /// widens the correlation by the variance of two uniform errors; the nodes lie closer by as much.
 ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double length_px) {
@@ -104,6 +131,7 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
                  p.derivative, 1);
   }
   const double relative = std::max(length_px / cell, 1.0);
+  if (of_cells.sums().size() <= few_cells) return sum_over_pairs(of_cells, relative);
   const double spacing = std::sqrt(2 * (relative * relative - 1.0 / 6));  // in cells
   const auto nodes = [&](double range) {
     return static_cast<size_t>(static_cast<double>(cells(range)) / spacing) + 4;
@@ -124,18 +152,31 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
 
 // ---- the parts from the residuals
 
-/// exp(-r^2 / (2 L^2)) for lengths in ratios of four, the longest first: one exponential and its powers.
+/// In ratios of four, the longest first: exp(-r^2 / (2 L^2)) of the next is the 16th power of one.
 constexpr std::array<double, 3> lengths_px = {160, 40, 10};
 constexpr int n_parts = 1 + static_cast<int>(lengths_px.size());  // and the independent one
 
-std::array<double, n_parts> kernels_at(double r2) {
-  const auto power16 = [](double x) {
-    for (int k = 0; k < 4; ++k) x *= x;
-    return x;
-  };
+/// Of two points so many pixels apart along one axis, for the longest length.
+const std::vector<double>& longest_kernel() {
+  static const std::vector<double> table = [] {
+    std::vector<double> values;
+    for (int d = 0; d < 6 * lengths_px[0]; ++d)
+      values.push_back(std::exp(-0.5 * std::pow(d / lengths_px[0], 2)));
+    values.push_back(0);
+    return values;
+  }();
+  return table;
+}
+
+std::array<double, n_parts> kernels_at(const std::vector<double>& longest, double du, double dv) {
+  const auto last = static_cast<double>(longest.size() - 1);
+  const auto at = [&](double d) { return longest[static_cast<size_t>(std::min(std::abs(d) + 0.5, last))]; };
   std::array<double, n_parts> out{};
-  out[1] = std::exp(-0.5 * r2 / (lengths_px[0] * lengths_px[0]));
-  for (int k = 2; k < n_parts; ++k) out[k] = power16(out[k - 1]);
+  out[1] = at(du) * at(dv);
+  for (int k = 2; k < n_parts; ++k) {
+    out[k] = out[k - 1];
+    for (int square = 0; square < 4; ++square) out[k] *= out[k];
+  }
   return out;
 }
 
@@ -175,6 +216,7 @@ bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForm
       for (int b = 0; b <= a; ++b) Q[i][a] += to_q(a, b) * points[i]->derivative[b];
     }
   }
+  const std::vector<double>& longest = longest_kernel();
   std::array<std::vector<MotionRows>, n_parts> KQ;
   KQ.fill(Q);
   for (size_t i = 0; i < n; ++i) {
@@ -185,8 +227,7 @@ bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForm
     out.S.array() += trace;
     for (size_t j = 0; j < i; ++j) {
       const ErrorScore& q = *points[j];
-      const double r2 = (p.u - q.u) * (p.u - q.u) + (p.v - q.v) * (p.v - q.v);
-      const std::array<double, n_parts> K = kernels_at(r2);
+      const std::array<double, n_parts> K = kernels_at(longest, p.u - q.u, p.v - q.v);
       const double product = 2 * total(p.residual * q.residual);
       const double pair_trace = 2 * common_trace(p, q);
       for (int a = 1; a < n_parts && K[a] > 1e-5; ++a) {
@@ -197,22 +238,26 @@ bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForm
       }
     }
   }
-  std::array<Matrix6d, n_parts> QKQ;
-  QKQ.fill(Matrix6d::Zero());
-  PartsMatrix crossed = PartsMatrix::Zero();
+  using Square = std::array<std::array<Lanes, n_motion>, n_motion>;
+  std::array<Square, n_parts> lanes_QKQ{};
+  std::array<std::array<Lanes, n_parts>, n_parts> lanes_crossed{};
   for (size_t i = 0; i < n; ++i) {
     const Lanes& depth = points[i]->by_depth;
     for (int a = 0; a < n_parts; ++a) {
       for (Lanes& row : KQ[a][i]) row = points[i]->measured * (row - depth * total(depth * row));
       for (int d = 0; d < n_motion; ++d) {
-        for (int e = 0; e < n_motion; ++e) QKQ[a](d, e) += total(Q[i][d] * KQ[a][i][e]);
-        for (int b = 0; b <= a; ++b) crossed(a, b) += total(KQ[a][i][d] * KQ[b][i][d]);
+        for (int e = 0; e < n_motion; ++e) lanes_QKQ[a][d][e] += Q[i][d] * KQ[a][i][e];
+        for (int b = 0; b <= a; ++b) lanes_crossed[a][b] += KQ[a][i][d] * KQ[b][i][d];
       }
     }
   }
+  std::array<Matrix6d, n_parts> QKQ;
   for (int a = 0; a < n_parts; ++a) {
+    for (int d = 0; d < n_motion; ++d) {
+      for (int e = 0; e < n_motion; ++e) QKQ[a](d, e) = total(lanes_QKQ[a][d][e]);
+    }
     for (int b = 0; b <= a; ++b) {
-      out.S(a, b) += (QKQ[a].cwiseProduct(QKQ[b].transpose())).sum() - 2 * crossed(a, b);
+      out.S(a, b) += (QKQ[a].cwiseProduct(QKQ[b].transpose())).sum() - 2 * total(lanes_crossed[a][b]);
       out.S(b, a) = out.S(a, b);
     }
   }
@@ -257,9 +302,9 @@ void ErrorScore::eliminate_depth() {
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   constexpr double significant = 3;
   ErrorParts out;
-  const size_t stride = std::max<size_t>(points.size() / parts_sample, 1);
+  const size_t n = std::min(points.size(), parts_sample);
   std::vector<const ErrorScore*> sample;
-  for (size_t i = 0; i < points.size(); i += stride) sample.push_back(&points[i]);
+  for (size_t i = 0; i < n; ++i) sample.push_back(&points[i * points.size() / n]);
   QuadraticForms forms;
   if (sample.size() < 2 * n_motion || !quadratic_forms(sample, forms)) return out;
   unsigned among = (1U << n_parts) - 1;
