@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace sextant {
 namespace {
@@ -66,7 +67,9 @@ SEXTANT_SIMD void add_scaled(const Lanes* from, double scale, int rows, Lanes* t
 /// Sums that get a place when something is first added to them, on a grid.
 class SparseGrid {
  public:
-  SparseGrid(size_t columns, size_t rows) : columns_(columns), place_(columns * rows, 0) {}
+  SparseGrid(size_t columns, size_t rows, size_t expected) : columns_(columns), place_(columns * rows, 0) {
+    sums_.reserve(std::min(expected, columns * rows));
+  }
   void add(size_t column, size_t row, const Lanes* values, double scale) {
     uint32_t& at = place_[row * columns_ + column];
     if (at == 0) {
@@ -125,7 +128,7 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
   double cell = 0.5 * length_px;
   if (extent > 0) cell = std::clamp(cell, extent / most_columns, extent / fewest_columns);
   const auto cells = [&](double range) { return static_cast<size_t>(range / cell) + 1; };
-  SparseGrid of_cells(cells(max_u - min_u), cells(max_v - min_v));
+  SparseGrid of_cells(cells(max_u - min_u), cells(max_v - min_v), points.size());
   for (const ErrorScore& p : points) {
     of_cells.add(static_cast<size_t>((p.u - min_u) / cell), static_cast<size_t>((p.v - min_v) / cell),
                  p.derivative, 1);
@@ -136,7 +139,7 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
   const auto nodes = [&](double range) {
     return static_cast<size_t>(static_cast<double>(cells(range)) / spacing) + 4;
   };
-  SparseGrid of_nodes(nodes(max_u - min_u), nodes(max_v - min_v));
+  SparseGrid of_nodes(nodes(max_u - min_u), nodes(max_v - min_v), 4 * of_cells.sums().size());
   for (size_t k = 0; k < of_cells.sums().size(); ++k) {
     double across[3], down[3];
     const auto [x, y] = of_cells.where(k);
@@ -152,7 +155,8 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
 
 // ---- the parts from the residuals
 
-/// In ratios of four, the longest first: exp(-r^2 / (2 L^2)) of the next is the 16th power of one.
+/// T_a = y^T K_a y and S_ab = tr(K_a R K_b R), R the projection that leaves residuals of a fit: E[T] = S variances.
+/// Lengths in ratios of four, the longest first: exp(-r^2 / (2 L^2)) of the next is the 16th power of one.
 constexpr std::array<double, 3> lengths_px = {160, 40, 10};
 constexpr int n_parts = 1 + static_cast<int>(lengths_px.size());  // and the independent one
 
@@ -168,38 +172,99 @@ const std::vector<double>& longest_kernel() {
   return table;
 }
 
-std::array<double, n_parts> kernels_at(const std::vector<double>& longest, double du, double dv) {
-  const auto last = static_cast<double>(longest.size() - 1);
-  const auto at = [&](double d) { return longest[static_cast<size_t>(std::min(std::abs(d) + 0.5, last))]; };
-  std::array<double, n_parts> out{};
-  out[1] = at(du) * at(dv);
-  for (int k = 2; k < n_parts; ++k) {
-    out[k] = out[k - 1];
-    for (int square = 0; square < 4; ++square) out[k] *= out[k];
-  }
-  return out;
-}
-
 using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
 using PartsVector = Eigen::Matrix<double, n_parts, 1>;
-using MotionRows = std::array<Lanes, n_motion>;
 
-/// T_a = y^T K_a y and S_ab = tr(K_a R K_b R), R the projection that leaves residuals of a fit: E[T] = S variances.
-struct QuadraticForms {
+/// A sample of points, and what the pairs of them add up to.
+struct Pairs {
+  size_t n;
+  std::vector<double> u, v;
+  std::vector<double> residual, by_depth, measured;  ///< channels of each point
+  std::vector<double> Q;  ///< orthonormal columns that the motion's derivatives span
+  std::array<std::vector<double>, n_parts> KQ;
   PartsVector T = PartsVector::Zero();
   PartsMatrix S = PartsMatrix::Zero();
 };
+constexpr size_t motion_rows = n_motion * n_lanes;  // numbers of Q for one point
 
-/// tr(Pi_i Pi_j) of what the depths leave of two points' channels.
-double common_trace(const ErrorScore& a, const ErrorScore& b) {
-  const Lanes both = a.measured * b.measured;
-  const double dot = total(a.by_depth * b.by_depth);
-  return total(both * (1.0 - a.by_depth * a.by_depth - b.by_depth * b.by_depth)) + dot * dot;
+[[gnu::always_inline]] inline double added(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+
+/// T += 2 K_ij y_i . y_j; S += 2 K_ij K'_ij tr(Pi_i Pi_j), Pi: what the depths leave of the channels; KQ.
+SEXTANT_SIMD void add_pairs(Pairs& pairs, const double* longest, int last) {
+  for (size_t i = 0; i < pairs.n; ++i) {
+    const Lanes y = SEXTANT_LOAD(&pairs.residual[i * n_lanes]);
+    const Lanes depth = SEXTANT_LOAD(&pairs.by_depth[i * n_lanes]);
+    const Lanes measured = SEXTANT_LOAD(&pairs.measured[i * n_lanes]);
+    const Lanes rest = measured - depth * depth;
+    for (size_t j = 0; j <= i; ++j) {
+      const Lanes product = y * SEXTANT_LOAD(&pairs.residual[j * n_lanes]);
+      const Lanes other = SEXTANT_LOAD(&pairs.by_depth[j * n_lanes]);
+      const Lanes left = SEXTANT_LOAD(&pairs.measured[j * n_lanes]) * rest - measured * other * other;
+      const Lanes both = depth * other;
+      const double dot = added(both);
+      const double times = i == j ? 1 : 2;
+      const double squared = times * added(product);
+      const double trace = times * (added(left) + dot * dot);
+      const auto at = [&](double d) { return longest[std::min(static_cast<int>(std::abs(d) + 0.5), last)]; };
+      double K[n_parts] = {};
+      K[1] = at(pairs.u[i] - pairs.u[j]) * at(pairs.v[i] - pairs.v[j]);
+      for (int a = 2; a < n_parts; ++a) {
+        K[a] = K[a - 1];
+        for (int square = 0; square < 4; ++square) K[a] *= K[a];
+      }
+      if (i == j) K[0] = 1;
+      for (int a = 0; a < n_parts; ++a) {
+        if (K[a] < 1e-5) continue;
+        pairs.T[a] += K[a] * squared;
+        for (int b = 0; b <= a; ++b) pairs.S(a, b) += K[a] * K[b] * trace;
+        double* here = &pairs.KQ[static_cast<size_t>(a)][i * motion_rows];
+        double* there = &pairs.KQ[static_cast<size_t>(a)][j * motion_rows];
+        const double* q_here = &pairs.Q[i * motion_rows];
+        const double* q_there = &pairs.Q[j * motion_rows];
+        for (size_t row = 0; row < motion_rows; row += n_lanes) {
+          SEXTANT_STORE(here + row, SEXTANT_LOAD(here + row) + K[a] * SEXTANT_LOAD(q_there + row));
+          if (i != j)
+            SEXTANT_STORE(there + row, SEXTANT_LOAD(there + row) + K[a] * SEXTANT_LOAD(q_here + row));
+        }
+      }
+    }
+  }
 }
 
-bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForms& out) {
-  const size_t n = points.size();
-  // Q: orthonormal columns that the motion's derivatives span.
+/// S += what the fit has taken out: -2 tr(K_a P K_b Pi) + tr(K_a P K_b P), P = Q Q^T.
+SEXTANT_SIMD void add_fit(Pairs& pairs) {
+  Lanes QKQ[n_parts][n_motion][n_motion] = {};
+  Lanes crossed[n_parts][n_parts] = {};
+  for (size_t i = 0; i < pairs.n; ++i) {
+    const Lanes depth = SEXTANT_LOAD(&pairs.by_depth[i * n_lanes]);
+    const Lanes measured = SEXTANT_LOAD(&pairs.measured[i * n_lanes]);
+    Lanes rows[n_parts][n_motion];
+    for (int a = 0; a < n_parts; ++a) {
+      for (size_t d = 0; d < n_motion; ++d) {
+        const Lanes row = SEXTANT_LOAD(&pairs.KQ[static_cast<size_t>(a)][i * motion_rows + d * n_lanes]);
+        const Lanes along = depth * row;
+        rows[a][d] = measured * (row - depth * added(along));
+      }
+      for (size_t d = 0; d < n_motion; ++d) {
+        const Lanes q = SEXTANT_LOAD(&pairs.Q[i * motion_rows + d * n_lanes]);
+        for (int e = 0; e < n_motion; ++e) QKQ[a][d][e] += q * rows[a][e];
+        for (int b = 0; b <= a; ++b) crossed[a][b] += rows[a][d] * rows[b][d];
+      }
+    }
+  }
+  for (int a = 0; a < n_parts; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      double sum = -2 * added(crossed[a][b]);
+      for (int d = 0; d < n_motion; ++d) {
+        for (int e = 0; e < n_motion; ++e) sum += added(QKQ[a][d][e]) * added(QKQ[b][e][d]);
+      }
+      pairs.S(a, b) += sum;
+      pairs.S(b, a) = pairs.S(a, b);
+    }
+  }
+}
+
+std::optional<Pairs> sums_of_pairs(const std::vector<const ErrorScore*>& points) {
   Matrix6d H = Matrix6d::Zero();
   for (const ErrorScore* p : points) {
     for (int a = 0; a < n_motion; ++a) {
@@ -208,65 +273,34 @@ bool quadratic_forms(const std::vector<const ErrorScore*>& points, QuadraticForm
   }
   H.triangularView<Eigen::StrictlyLower>() = H.transpose();
   const Eigen::LLT<Matrix6d> factor(H);
-  if (factor.info() != Eigen::Success) return false;
+  if (factor.info() != Eigen::Success) return std::nullopt;
   const Matrix6d to_q = factor.matrixL().solve(Matrix6d::Identity());
-  std::vector<MotionRows> Q(n, MotionRows{});
-  for (size_t i = 0; i < n; ++i) {
+  Pairs pairs{points.size()};
+  const auto put = [](std::vector<double>& to, const Lanes& from) {
+    for (size_t k = 0; k < n_lanes; ++k) to.push_back(from[k]);
+  };
+  for (const ErrorScore* p : points) {
+    pairs.u.push_back(p->u);
+    pairs.v.push_back(p->v);
+    put(pairs.residual, p->residual);
+    put(pairs.by_depth, p->by_depth);
+    put(pairs.measured, p->measured);
     for (int a = 0; a < n_motion; ++a) {
-      for (int b = 0; b <= a; ++b) Q[i][a] += to_q(a, b) * points[i]->derivative[b];
+      Lanes q = {};
+      for (int b = 0; b <= a; ++b) q += to_q(a, b) * p->derivative[b];
+      put(pairs.Q, q);
     }
   }
+  pairs.KQ.fill(std::vector<double>(pairs.Q.size(), 0));
   const std::vector<double>& longest = longest_kernel();
-  std::array<std::vector<MotionRows>, n_parts> KQ;
-  KQ.fill(Q);
-  for (size_t i = 0; i < n; ++i) {
-    const ErrorScore& p = *points[i];
-    const double squared = total(p.residual * p.residual);
-    const double trace = common_trace(p, p);
-    out.T.array() += squared;
-    out.S.array() += trace;
-    for (size_t j = 0; j < i; ++j) {
-      const ErrorScore& q = *points[j];
-      const std::array<double, n_parts> K = kernels_at(longest, p.u - q.u, p.v - q.v);
-      const double product = 2 * total(p.residual * q.residual);
-      const double pair_trace = 2 * common_trace(p, q);
-      for (int a = 1; a < n_parts && K[a] > 1e-5; ++a) {
-        out.T[a] += K[a] * product;
-        for (int b = 1; b < n_parts; ++b) out.S(a, b) += K[a] * K[b] * pair_trace;
-        add_scaled(Q[j].data(), K[a], n_motion, KQ[a][i].data());
-        add_scaled(Q[i].data(), K[a], n_motion, KQ[a][j].data());
-      }
-    }
-  }
-  using Square = std::array<std::array<Lanes, n_motion>, n_motion>;
-  std::array<Square, n_parts> lanes_QKQ{};
-  std::array<std::array<Lanes, n_parts>, n_parts> lanes_crossed{};
-  for (size_t i = 0; i < n; ++i) {
-    const Lanes& depth = points[i]->by_depth;
-    for (int a = 0; a < n_parts; ++a) {
-      for (Lanes& row : KQ[a][i]) row = points[i]->measured * (row - depth * total(depth * row));
-      for (int d = 0; d < n_motion; ++d) {
-        for (int e = 0; e < n_motion; ++e) lanes_QKQ[a][d][e] += Q[i][d] * KQ[a][i][e];
-        for (int b = 0; b <= a; ++b) lanes_crossed[a][b] += KQ[a][i][d] * KQ[b][i][d];
-      }
-    }
-  }
-  std::array<Matrix6d, n_parts> QKQ;
-  for (int a = 0; a < n_parts; ++a) {
-    for (int d = 0; d < n_motion; ++d) {
-      for (int e = 0; e < n_motion; ++e) QKQ[a](d, e) = total(lanes_QKQ[a][d][e]);
-    }
-    for (int b = 0; b <= a; ++b) {
-      out.S(a, b) += (QKQ[a].cwiseProduct(QKQ[b].transpose())).sum() - 2 * total(lanes_crossed[a][b]);
-      out.S(b, a) = out.S(a, b);
-    }
-  }
-  return true;
+  add_pairs(pairs, longest.data(), static_cast<int>(longest.size()) - 1);
+  add_fit(pairs);
+  return pairs;
 }
 
 /// Variances >= 0 of the parts in `among` (bits), and their standard deviations if the errors were independent;
 /// the least squares solution over all subsets of them.
-PartsVector non_negative(const QuadraticForms& forms, unsigned among, PartsVector& deviations) {
+PartsVector non_negative(const Pairs& pairs, unsigned among, PartsVector& deviations) {
   PartsVector best = PartsVector::Zero();
   double least = INFINITY;
   for (unsigned subset = 1; subset < 1U << n_parts; ++subset) {
@@ -275,9 +309,9 @@ PartsVector non_negative(const QuadraticForms& forms, unsigned among, PartsVecto
     PartsVector T = PartsVector::Zero();
     for (int a = 0; a < n_parts; ++a) {
       if ((subset >> a & 1U) == 0) continue;
-      T[a] = forms.T[a];
+      T[a] = pairs.T[a];
       for (int b = 0; b < n_parts; ++b) {
-        if ((subset >> b & 1U) != 0) S(a, b) = forms.S(a, b);
+        if ((subset >> b & 1U) != 0) S(a, b) = pairs.S(a, b);
       }
     }
     const Eigen::LLT<PartsMatrix> factor(S);
@@ -305,11 +339,12 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   const size_t n = std::min(points.size(), parts_sample);
   std::vector<const ErrorScore*> sample;
   for (size_t i = 0; i < n; ++i) sample.push_back(&points[i * points.size() / n]);
-  QuadraticForms forms;
-  if (sample.size() < 2 * n_motion || !quadratic_forms(sample, forms)) return out;
+  if (sample.size() < 2 * n_motion) return out;
+  const std::optional<Pairs> pairs = sums_of_pairs(sample);
+  if (!pairs) return out;
   unsigned among = (1U << n_parts) - 1;
   PartsVector deviations;
-  PartsVector variances = non_negative(forms, among, deviations);
+  PartsVector variances = non_negative(*pairs, among, deviations);
   for (;;) {
     int weakest = 0;
     double least = significant;
@@ -321,7 +356,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
     }
     if (weakest == 0) break;
     among &= ~(1U << weakest);
-    variances = non_negative(forms, among, deviations);
+    variances = non_negative(*pairs, among, deviations);
   }
   out.independent = variances[0];
   for (int a = 1; a < n_parts; ++a) {
