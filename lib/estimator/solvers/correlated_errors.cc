@@ -191,43 +191,54 @@ constexpr size_t motion_rows = n_motion * n_lanes;  // numbers of Q for one poin
 
 /// T += 2 K_ij y_i . y_j; S += 2 K_ij K'_ij tr(Pi_i Pi_j), Pi: what the depths leave of the channels; KQ.
 SEXTANT_SIMD void add_pairs(Pairs& pairs, const double* longest, int last) {
+  double T[n_parts] = {};
+  double S[n_parts][n_parts] = {};
+  const double* const Q = pairs.Q.data();
   for (size_t i = 0; i < pairs.n; ++i) {
     const Lanes y = SEXTANT_LOAD(&pairs.residual[i * n_lanes]);
     const Lanes depth = SEXTANT_LOAD(&pairs.by_depth[i * n_lanes]);
     const Lanes measured = SEXTANT_LOAD(&pairs.measured[i * n_lanes]);
     const Lanes rest = measured - depth * depth;
-    for (size_t j = 0; j <= i; ++j) {
+    const double u = pairs.u[i], v = pairs.v[i];
+    Lanes q[n_motion], sums[n_parts][n_motion] = {};
+    for (size_t d = 0; d < n_motion; ++d) q[d] = SEXTANT_LOAD(Q + i * motion_rows + d * n_lanes);
+    for (size_t j = 0; j < i; ++j) {
       const Lanes product = y * SEXTANT_LOAD(&pairs.residual[j * n_lanes]);
       const Lanes other = SEXTANT_LOAD(&pairs.by_depth[j * n_lanes]);
       const Lanes left = SEXTANT_LOAD(&pairs.measured[j * n_lanes]) * rest - measured * other * other;
       const Lanes both = depth * other;
       const double dot = added(both);
-      const double times = i == j ? 1 : 2;
-      const double squared = times * added(product);
-      const double trace = times * (added(left) + dot * dot);
+      const double squared = 2 * added(product);
+      const double trace = 2 * (added(left) + dot * dot);
       const auto at = [&](double d) { return longest[std::min(static_cast<int>(std::abs(d) + 0.5), last)]; };
-      double K[n_parts] = {};
-      K[1] = at(pairs.u[i] - pairs.u[j]) * at(pairs.v[i] - pairs.v[j]);
-      for (int a = 2; a < n_parts; ++a) {
-        K[a] = K[a - 1];
-        for (int square = 0; square < 4; ++square) K[a] *= K[a];
-      }
-      if (i == j) K[0] = 1;
-      for (int a = 0; a < n_parts; ++a) {
-        if (K[a] < 1e-5) continue;
-        pairs.T[a] += K[a] * squared;
-        for (int b = 0; b <= a; ++b) pairs.S(a, b) += K[a] * K[b] * trace;
-        double* here = &pairs.KQ[static_cast<size_t>(a)][i * motion_rows];
+      double K = at(u - pairs.u[j]) * at(v - pairs.v[j]);
+      double earlier[n_parts] = {};
+      for (int a = 1; a < n_parts && K > 1e-5; ++a) {
+        earlier[a] = K;
+        T[a] += K * squared;
+        for (int b = 1; b <= a; ++b) S[a][b] += K * earlier[b] * trace;
         double* there = &pairs.KQ[static_cast<size_t>(a)][j * motion_rows];
-        const double* q_here = &pairs.Q[i * motion_rows];
-        const double* q_there = &pairs.Q[j * motion_rows];
-        for (size_t row = 0; row < motion_rows; row += n_lanes) {
-          SEXTANT_STORE(here + row, SEXTANT_LOAD(here + row) + K[a] * SEXTANT_LOAD(q_there + row));
-          if (i != j)
-            SEXTANT_STORE(there + row, SEXTANT_LOAD(there + row) + K[a] * SEXTANT_LOAD(q_here + row));
+        for (size_t d = 0; d < n_motion; ++d) {
+          sums[a][d] += K * SEXTANT_LOAD(Q + j * motion_rows + d * n_lanes);
+          SEXTANT_STORE(there + d * n_lanes, SEXTANT_LOAD(there + d * n_lanes) + K * q[d]);
         }
+        for (int square = 0; square < 4; ++square) K *= K;
       }
     }
+    // With itself, every kernel is 1.
+    const Lanes own = y * y, left = measured * (rest - depth * depth), both = depth * depth;
+    const double dot = added(both);
+    for (int a = 0; a < n_parts; ++a) {
+      T[a] += added(own);
+      for (int b = 0; b <= a; ++b) S[a][b] += added(left) + dot * dot;
+      double* here = &pairs.KQ[static_cast<size_t>(a)][i * motion_rows];
+      for (size_t d = 0; d < n_motion; ++d)
+        SEXTANT_STORE(here + d * n_lanes, SEXTANT_LOAD(here + d * n_lanes) + sums[a][d] + q[d]);
+    }
+  }
+  for (int a = 0; a < n_parts; ++a) {
+    pairs.T[a] += T[a];
+    for (int b = 0; b <= a; ++b) pairs.S(a, b) += S[a][b];
   }
 }
 
