@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 
@@ -62,25 +63,34 @@ void run_as_told(RunFlags& flags) {
   run_and_write(config, flags.output);
 }
 
-/// How halves of the bodies agree, by body: mean of split_nees and of its two kinds; nothing without --consistency.
+/// How halves of the bodies agree, by body: means of split_nees, of its two kinds and of nees; nothing without
+/// --consistency.
 void print_consistency(const std::vector<Record>& records) {
-  struct Sums {
+  struct Mean {
+    double sum = 0;
     int n = 0;
-    double both = 0, sides = 0, cells = 0;
+    std::string text() const { return n == 0 ? "-" : fmt::format("{:.2f}", sum / n); }
   };
-  std::map<std::string, Sums> of_body;
+  const std::vector<std::string> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees"};
+  std::map<std::string, std::map<std::string, Mean>> of_body;
   for (const Record& record : records) {
-    if (!record.values.contains("split_nees")) continue;
-    Sums& sums = of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)];
-    ++sums.n;
-    sums.both += record.values.at("split_nees");
-    sums.sides += record.values.at("split_nees_sides");
-    sums.cells += record.values.at("split_nees_cells");
+    for (const std::string& key : keys) {
+      const auto value = record.values.find(key);
+      if (value == record.values.end()) continue;
+      Mean& mean = of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)][key];
+      mean.sum += value->second;
+      ++mean.n;
+    }
   }
-  if (!of_body.empty()) fmt::print("Halves of a body, mean NEES (6 where covariances are right):\n");
-  for (const auto& [body, sums] : of_body) {
-    fmt::print("  {:<28} {:>8.1f}  left, right {:.1f}  odd, even cells {:.1f}  ({} pairs)\n", body,
-               sums.both / sums.n, sums.sides / sums.n, sums.cells / sums.n, sums.n);
+  const bool asked =
+      std::ranges::any_of(of_body, [](const auto& body) { return body.second.contains("split_nees"); });
+  if (!asked) return;
+  fmt::print(
+      "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells), of the truth\n");
+  for (auto& [body, means] : of_body) {
+    fmt::print("  {:<28} {:>8} ({}; {}) {:>8}  {} pairs\n", body, means["split_nees"].text(),
+               means["split_nees_sides"].text(), means["split_nees_cells"].text(), means["nees"].text(),
+               std::max(means["split_nees"].n, means["nees"].n));
   }
 }
 
@@ -149,8 +159,9 @@ void add_run_command(CLI::App& app) {
                    "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->type_name("JSON|procedure")
       ->capture_default_str();
-  command->add_flag("--consistency", flags->consistency,
-                    "Also estimate every body from halves of its points and record how they agree (split_nees)");
+  command->add_flag(
+      "--consistency", flags->consistency,
+      "Also estimate every body from halves of its points and record how they agree (split_nees)");
   command->add_option("--level", flags->level, "What records call the level of the noise")
       ->type_name("NUMBER")
       ->capture_default_str();

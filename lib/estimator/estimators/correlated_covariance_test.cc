@@ -121,6 +121,10 @@ TEST(CorrelatedErrors, AreSumsOfSquaresWhateverThePoints) {
     }
   }
   EXPECT_TRUE(correlated_scores({}, {{20, 1}}).isZero(0));
+  std::vector<ErrorScore> far_apart = random_scores(50, 100, 5);
+  far_apart[0].u = 1e308, far_apart[1].u = -1e308;
+  EXPECT_TRUE(correlated_scores(far_apart, {{20, 1}}).allFinite());
+  EXPECT_GE(estimate_error_parts(far_apart).independent, 0);
 }
 
 /// Variances found on average, of errors with these parts after a fit of the motion to them.

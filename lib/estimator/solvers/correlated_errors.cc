@@ -125,6 +125,7 @@ ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double lengt
     min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
   }
   const double extent = std::max(max_u - min_u, max_v - min_v);
+  if (!(extent < 1e9)) return independent_scores(points);  // no image: nothing is near anything
   double cell = 0.5 * length_px;
   if (extent > 0) cell = std::clamp(cell, extent / most_columns, extent / fewest_columns);
   const auto cells = [&](double range) { return static_cast<size_t>(range / cell) + 1; };
@@ -210,7 +211,9 @@ SEXTANT_SIMD void add_pairs(Pairs& pairs, const double* longest, int last) {
       const double dot = added(both);
       const double squared = 2 * added(product);
       const double trace = 2 * (added(left) + dot * dot);
-      const auto at = [&](double d) { return longest[std::min(static_cast<int>(std::abs(d) + 0.5), last)]; };
+      const auto at = [&](double d) {
+        return longest[static_cast<int>(std::min(std::abs(d) + 0.5, static_cast<double>(last)))];
+      };
       double K = at(u - pairs.u[j]) * at(v - pairs.v[j]);
       double earlier[n_parts] = {};
       for (int a = 1; a < n_parts && K > 1e-5; ++a) {
