@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "sextant/estimator/solvers/correlated_errors.h"
+#include "sextant/estimator/solvers/error_parts.h"
 #include "sextant/estimator/solvers/degeneracy.h"
 
 namespace sextant {

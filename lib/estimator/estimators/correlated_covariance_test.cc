@@ -9,7 +9,7 @@
 
 #include "sextant/estimator/consistency.h"
 #include "sextant/estimator/registry.h"
-#include "sextant/estimator/solvers/correlated_errors.h"
+#include "sextant/estimator/solvers/error_parts.h"
 #include "sextant/estimator/solvers/testing.h"
 
 namespace sextant {

@@ -11,11 +11,9 @@
 //
 // (Conley 1999, with modelled instead of observed products of scores: those of a body that the errors have bent the
 // motion to are too small.) Sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
-// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of unit norm everywhere. So it costs a few operations a point, and M is positive semi-definite whatever the points.
-//
-// Where nothing is declared, the variances of the parts are estimated from the residuals: minimum norm quadratic
-// unbiased estimation (Rao 1971) on a sample, in which the residuals' expectation counts what the fit has taken out
-// of them. Parts that do not differ from nothing by three standard deviations are left out.
+// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of
+// unit norm everywhere. Where the points fill few cells of L_k / 2, pairs of cells are summed as they stand. So it
+// costs a few operations a point, and M is positive semi-definite whatever the points.
 //
 // The disparities of a stereo matcher or network may be wrong by a common offset, which is correlated over any
 // distance. Its estimate is one more unknown beside the motion; what its square has beyond its own variance is
@@ -29,12 +27,6 @@
 #include "sextant/measurement/spatial_correlation.h"
 
 namespace sextant {
-
-/// Variances of independent and of correlated parts of the errors, in units of the variance they were taken for.
-struct ErrorParts {
-  double independent = 1;
-  std::vector<SpatialCorrelation::Part> correlated;  ///< share: the variance
-};
 
 /// One point as the covariance sees it. Lanes: the four channels; 0 where the point has no such measurement.
 struct ErrorScore {
@@ -50,9 +42,6 @@ struct ErrorScore {
 };
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
-
-/// From the residuals of at least twelve points; else, and where they tell nothing, independent ones.
-ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 
 /// sum_k variance_k M_k over the correlated parts.
 ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
