@@ -32,6 +32,31 @@ void normals_in_batches(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * 2 * state.range(0));
 }
 
+/// As errors of a network.
+const NoiseCorrelation spatial(SpatialCorrelation{{{5, 0.4}, {40, 0.5}}});
+
+void correlated_normals(benchmark::State& state, Row row) {
+  const Draws draws(1, "vdo", "0003");
+  int frame = 0;
+  for (auto _ : state) {
+    spatial.normals(draws, NoiseChannel::flow, {frame++, row.x, row.y}, row.first, row.second);
+    benchmark::DoNotOptimize(row.first.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * 2 * static_cast<int64_t>(row.x.size()));
+}
+
+void correlated_normals_of_a_row(benchmark::State& state) { correlated_normals(state, Row(1242)); }
+
+/// Spread over an image.
+void correlated_normals_of_features(benchmark::State& state) {
+  Row row(4000);
+  std::mt19937 random(1);
+  for (int& x : row.x) x = static_cast<int>(random() % 1242);
+  for (int& y : row.y) y = static_cast<int>(random() % 375);
+  correlated_normals(state, row);
+}
+
 void normals_one_by_one(benchmark::State& state) {
   const Draws draws(1, "vdo", "0003");
   int x = 0;
@@ -93,6 +118,8 @@ void noise_on_the_points_of_a_pair(benchmark::State& state) {
 
 BENCHMARK(noise_on_the_points_of_a_pair)->Arg(4000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(normals_in_batches)->Arg(1242)->Arg(4000);
+BENCHMARK(correlated_normals_of_a_row);
+BENCHMARK(correlated_normals_of_features);
 BENCHMARK(normals_one_by_one);
 BENCHMARK(uniforms_in_batches)->Arg(4000);
 BENCHMARK(mersenne_twister);

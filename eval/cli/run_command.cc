@@ -9,6 +9,7 @@
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/report/consistency_text.h"
 #include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
@@ -19,6 +20,7 @@ struct RunFlags : CommonFlags {
   std::string estimator = RunConfig{}.estimator;
   std::string procedure;
   std::string noise = "none";
+  bool consistency = false;
   double level = 0;
   int n_seeds = RunConfig{}.n_seeds;
   RunOutput output;
@@ -44,6 +46,7 @@ void run_as_told(RunFlags& flags) {
     config.sources.push_back(find_source(source, flags.data_root));
   config.estimator = flags.estimator;
   config.options = options_tree(flags.options, flags.sets);
+  if (flags.consistency) config.options["pipeline"]["consistency"] = true;
   const bool noise_of_procedure = flags.noise == of_procedure;
   if (!noise_of_procedure) config.noise = Noise::parse(flags.noise);
   config.level = flags.level;
@@ -97,7 +100,10 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
       if (!output.quiet) tell("warning", fmt::format("{}: {}", source.source, warning));
     }
   }
-  if (!output.quiet) fmt::print("{}\n", to_text(summary));
+  if (!output.quiet) {
+    fmt::print("{}\n", to_text(summary));
+    fmt::print("{}", consistency_text(result.records));
+  }
   fmt::print("Results: {}\n", output.out);
 }
 
@@ -122,6 +128,9 @@ void add_run_command(CLI::App& app) {
                    "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->type_name("JSON|procedure")
       ->capture_default_str();
+  command->add_flag(
+      "--consistency", flags->consistency,
+      "Also estimate every body from halves of its points and record how they agree (split_nees)");
   command->add_option("--level", flags->level, "What records call the level of the noise")
       ->type_name("NUMBER")
       ->capture_default_str();

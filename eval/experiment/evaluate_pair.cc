@@ -50,6 +50,10 @@ void add_body(const BodyResult& body, Record& record) {
   record.n_points = body.n_points;
   record.n_inliers = body.n_inliers;
   if (std::isfinite(body.estimate.condition)) record.values["condition"] = body.estimate.condition;
+  if (body.split.sides) record.values["split_nees_sides"] = *body.split.sides;
+  if (body.split.cells) record.values["split_nees_cells"] = *body.split.cells;
+  if (body.split.sides && body.split.cells)
+    record.values["split_nees"] = 0.5 * (*body.split.sides + *body.split.cells);
   record.time_ms["total"] = body.times.total_ms();
   record.time_ms["start"] = body.times.start_ms;
   record.time_ms["refine"] = body.times.refine_ms;

@@ -73,6 +73,22 @@ TEST_F(RunFixture, HasARecordOfEgoPerPairInOrder) {
   EXPECT_EQ(frame, 19);
 }
 
+TEST_F(RunFixture, HalvesOfBodiesAreOneMoreLookAndChangeNothing) {
+  RunConfig config = config_of(fixture_->source());
+  config.estimator = "joint_flow_depth";
+  RunResult plain = run(config);
+  config.options["pipeline"]["consistency"] = true;
+  RunResult halves = run(config);
+  int n = 0;
+  for (Record& record : halves.records) {
+    n += static_cast<int>(record.values.erase("split_nees"));
+    record.values.erase("split_nees_sides");
+    record.values.erase("split_nees_cells");
+  }
+  EXPECT_GT(n, 10);
+  EXPECT_EQ(untimed(plain), untimed(halves));
+}
+
 TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
   const RunResult result = run(config_of(fixture_->source(), 2));
   for (const Record& record : result.records) {

@@ -142,6 +142,11 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
   std::sort(result.objects.begin(), result.objects.end(),
             [](const BodyResult& a, const BodyResult& b) { return a.instance < b.instance; });
 
+  if (options_.consistency) {
+    check_consistency(pair, result.ego);
+    for (BodyResult& body : result.objects) check_consistency(pair, body);
+  }
+
   last_curr_ = pair.curr;
   has_last_ = true;
   has_camera_motion_ = result.ego.status == Status::ok;
@@ -149,6 +154,11 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
   track_of_instance_ = tracks;
   motion_of_track_ = std::move(motions);
   return result;
+}
+
+void FrameEstimator::check_consistency(const FramePair& pair, BodyResult& body) const {
+  if (body.status != Status::ok) return;
+  body.split = split_nees({pair.camera, body.points, body.noise}, body.estimate, *estimator_);
 }
 
 BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "sextant/estimator/classification.h"
+#include "sextant/estimator/consistency.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/start/point_choice.h"
 #include "sextant/estimator/start/robust_start.h"
@@ -34,6 +35,7 @@ struct PipelineOptions {
   double min_object_area = 0.005;
   int min_object_points = 30;
   bool estimate_static_objects = false;
+  bool consistency = false;
 
   void visit(auto& v) {
     v("start", start, "", "RANSAC against the propagated motion");
@@ -46,6 +48,7 @@ struct PipelineOptions {
     v("min_object_area", min_object_area, "fraction of the image", "gate on an object's area (paper: 0.005)");
     v("min_object_points", min_object_points, "count", "fewest points and fewest inliers of an object");
     v("estimate_static_objects", estimate_static_objects, "", "also estimate objects classified static");
+    v("consistency", consistency, "", "also estimate every body from halves of its points (consistency.h)");
   }
   void check() const;
 };
@@ -76,6 +79,7 @@ struct BodyResult {
   bool is_dynamic = false;
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();  ///< of the inliers, previous camera coordinates
   double speed_mps = 0;                                  ///< |t - (I - R) c| / dt; NaN when not estimated
+  SplitNees split;                                       ///< where pipeline.consistency asks for it
   BodyTimes times;
 };
 
@@ -94,6 +98,7 @@ class FrameEstimator {
 
  private:
   BodyResult estimate_ego(const FramePair& pair) const;
+  void check_consistency(const FramePair& pair, BodyResult& body) const;
   BodyResult gate_and_classify(const FramePair& pair, const ObjectObservation& object,
                                const BodyResult& ego) const;
   std::map<int, int> associate(const FramePair& pair, const std::vector<BodyResult>& objects);

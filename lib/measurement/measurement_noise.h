@@ -7,6 +7,8 @@
 //   depth   of both frames: N(0, sigma^2), sigma(z) = z^2 * inverse_depth_per_m: a disparity of accuracy
 //           delta_d (px) has delta_d / (f b)
 
+#include "sextant/measurement/spatial_correlation.h"
+
 namespace sextant {
 
 struct MeasurementNoise {
@@ -14,6 +16,7 @@ struct MeasurementNoise {
   double flow_y_px = 0;
   double inverse_depth_per_m = 0;  ///< 1/m
   double flow_outlier_share = 0;   ///< 0..1, of flows that are wrong beyond the deviations above
+  SpatialCorrelation correlation;  ///< of each channel's errors between points
   /// The errors are independent between points and Gaussian: no outliers, no rounding, no common draw.
   bool independent_gaussian = true;
 

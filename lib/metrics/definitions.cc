@@ -96,6 +96,13 @@ const std::vector<MetricDefinition>& table() {
       {"track", values, "object", "track", "label", 0, neither,
        "label of the pipeline's tracker, 0 = static or none"},
       // What the estimator says of itself.
+      {"split_nees", values, "both", "split NEES", "1", 2, neither, "mean of the two below"},
+      {"split_nees_sides", values, "both", "split NEES, sides", "1", 2, neither,
+       "with `--consistency`: normalised square of the difference of two estimates from the left and the right half "
+       "of the inliers, parted at their median pixel: `e^T (C1 + C2)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`. Needs no truth; 6 on "
+       "average where covariances are right"},
+      {"split_nees_cells", values, "both", "split NEES, cells", "1", 2, neither,
+       "the same from odd and even squares of 80 px"},
       {"nees", values, "both", "NEES", "1", 2, neither,
        "normalised error squared of the estimate: `e^T C⁻¹ e`, `exp(e) = X̂ X⁻¹`, C the estimator's own "
        "covariance; see The limit"},

@@ -167,8 +167,8 @@ void NoiseApplication::verify_neighbours(NoiseChannel channel, const PixelBatch&
   }
   const size_t n = x.size();
   std::vector<double> here(n), right(n), unused(n);
-  context_.draws.normals(channel, {pixels.frame, x, y}, context_.correlation, here, unused);
-  context_.draws.normals(channel, {pixels.frame, right_x, y}, context_.correlation, right, unused);
+  context_.normals(channel, {pixels.frame, x, y}, here, unused);
+  context_.normals(channel, {pixels.frame, right_x, y}, right, unused);
   for (size_t i = 0; i < n; ++i) sums.add(here[i], right[i]);
 }
 

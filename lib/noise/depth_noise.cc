@@ -40,7 +40,7 @@ void DepthNoise::corrupt_depth(const NoiseContext& context, const PixelBatch& pi
   if (!changes_depth()) return;
   const double scale = options_.delta_d_px / focal_baseline(context.camera, options_.baseline_m);
   std::vector<double> normal(pixels.size()), unused(pixels.size());
-  context.draws.normals(NoiseChannel::depth, pixels, context.correlation, normal, unused);
+  context.normals(NoiseChannel::depth, pixels, normal, unused);
   for (size_t i = 0; i < pixels.size(); ++i) {
     depth_m[i] += depth_m[i] * depth_m[i] * scale * normal[i];
   }

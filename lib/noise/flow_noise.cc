@@ -96,8 +96,7 @@ void FlowNoise::corrupt_flow(const NoiseContext& context, const PixelBatch& pixe
                              const FlowBatch& flow) const {
   if (!changes_flow()) return;
   std::vector<double> x(pixels.size()), y(pixels.size());
-  context.draws.normals(flow.backward ? NoiseChannel::backward_flow : NoiseChannel::flow, pixels,
-                        context.correlation, x, y);
+  context.normals(flow.backward ? NoiseChannel::backward_flow : NoiseChannel::flow, pixels, x, y);
   FlowSigma sigma = flow_sigma(0);
   int body = 0;
   for (size_t i = 0; i < pixels.size(); ++i) {

@@ -10,12 +10,6 @@ namespace {
 
 constexpr const char* correlation_key = "correlation";
 
-Correlation read_correlation(const Json& value) {
-  if (!value.is_string())
-    fail("option noise.{}: expected a text, got {}", correlation_key, json_excerpt(value));
-  return from_name<Correlation>(value.get<std::string>(), "noise correlation");
-}
-
 void refuse_unknown_keys(const Json& options) {
   std::vector<std::string> known;
   for (const NoiseModelEntry& entry : noise_models()) known.push_back(entry.name);
@@ -36,7 +30,8 @@ bool changes_something(const NoiseModel& model) {
 Noise::Noise(const Json& options) {
   if (!options.is_object()) fail("option noise: expected an object, got {}", json_excerpt(options));
   refuse_unknown_keys(options);
-  if (options.contains(correlation_key)) correlation_ = read_correlation(options.at(correlation_key));
+  if (options.contains(correlation_key))
+    correlation_ = NoiseCorrelation::read(options.at(correlation_key), "noise.correlation");
   for (const NoiseModelEntry& entry : noise_models()) {
     if (!options.contains(entry.name)) continue;
     std::shared_ptr<const NoiseModel> model = entry.make(options.at(entry.name));
@@ -56,15 +51,14 @@ Noise Noise::parse(std::string_view text) {
 Json Noise::options() const {
   Json json = Json::object();
   for (const NamedModel& named : models_) json[named.key] = named.model->options();
-  if (!none()) json[correlation_key] = to_string(correlation_);
+  if (!none()) json[correlation_key] = correlation_.json();
   return json;
 }
 
 std::string Noise::name() const {
   std::string text;
   for (const NamedModel& named : models_) text += (text.empty() ? "" : " + ") + named.model->name();
-  if (text.empty()) return "none";
-  return correlation_ == Correlation::shared_per_frame ? text + " (shared per frame)" : text;
+  return text.empty() ? "none" : text + correlation_.name();
 }
 
 bool Noise::changes_masks() const {
@@ -119,8 +113,8 @@ MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
     noise.flow_outlier_share = 1 - (1 - noise.flow_outlier_share) * (1 - named.model->outlier_share());
   }
   noise.inverse_depth_per_m = std::sqrt(depth_variance);
-  noise.independent_gaussian =
-      !rounded && noise.flow_outlier_share == 0 && correlation_ == Correlation::independent;
+  noise.correlation = correlation_.spatial();
+  noise.independent_gaussian = !rounded && noise.flow_outlier_share == 0 && correlation_.independent();
   return noise;
 }
 
@@ -129,8 +123,10 @@ std::vector<OptionHelp> describe_noise_options() {
   for (const NoiseModelEntry& entry : noise_models()) {
     for (OptionHelp& line : entry.options()) lines.push_back(std::move(line));
   }
-  lines.push_back({"noise.correlation", json_line(to_string(Correlation{})), "",
-                   internal::either_of(names_of(Correlation{}))});
+  lines.push_back(
+      {"noise.correlation", "\"independent\"", "",
+       "independent, shared_per_frame or spatial: {\"model\": \"spatial\", \"lengths_px\": [...], "
+       "\"shares\": [...]}"});
   return lines;
 }
 

@@ -81,7 +81,7 @@ class Noise {
   void declare(FramePair& pair) const;
 
   std::vector<NamedModel> models_;  ///< those that change something, in the order of noise_models()
-  Correlation correlation_ = Correlation::independent;
+  NoiseCorrelation correlation_;
 };
 
 /// Every option of every model, below "noise".

@@ -18,15 +18,20 @@
 #include "sextant/base/options.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/measurement/image.h"
-#include "sextant/noise/draws.h"
+#include "sextant/noise/noise_correlation.h"
 
 namespace sextant {
 
 /// What a model may know besides the measurement.
 struct NoiseContext {
   const Draws& draws;
-  Correlation correlation = Correlation::independent;
+  const NoiseCorrelation& correlation;
   StereoCamera camera;
+
+  void normals(NoiseChannel channel, const PixelBatch& pixels, std::span<double> first,
+               std::span<double> second) const {
+    correlation.normals(draws, channel, pixels, first, second);
+  }
 };
 
 /// Flow of the pixels of a batch, px; arrays of its length.

@@ -85,9 +85,10 @@ void expect_equal(const Correspondences& a, const Correspondences& b) {
 
 TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
   const Frame prev = make_frame(7), curr = make_frame(8);
-  for (const char* correlation : {"independent", "shared_per_frame"}) {
+  for (const char* correlation : {R"("independent")", R"("shared_per_frame")",
+                                  R"({"model": "spatial", "lengths_px": [3, 20], "shares": [0.3, 0.6]})"}) {
     Json options = Json::parse(everything);
-    options["correlation"] = correlation;
+    options["correlation"] = Json::parse(correlation);
     const Noise noise(options);
     const FramePair clean = make_pair(prev, curr, 2);
     const NoisyPair points = noise.apply(clean, draws);
@@ -290,6 +291,24 @@ TEST(Noise, DeclaresItsDeviationsByBodyAndNothingWithoutNoise) {
   EXPECT_EQ(noisy.noise.at(0), (MeasurementNoise{0.3, 0.2, inverse_depth_per_m}));
   EXPECT_EQ(noisy.noise.at(1), (MeasurementNoise{1, 1, inverse_depth_per_m}));
   EXPECT_DOUBLE_EQ(noisy.noise.at(1).depth_sigma_m(20), camera.depth_sigma_m(20, 0.2));
+}
+
+TEST(Noise, DeclaresAndVerifiesSpatialCorrelation) {
+  const Noise correlated = noise(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1},
+      "correlation": {"model": "spatial", "lengths_px": [6], "shares": [0.9]}})");
+  EXPECT_EQ(correlated.name(), "depth 0.2 px + flow 1 px (spatial 6 px)");
+  EXPECT_EQ(Noise(correlated.options()).options(), correlated.options());
+  const MeasurementNoise declared = correlated.declared(camera, 0);
+  EXPECT_EQ(declared.correlation, (SpatialCorrelation{{{6, 0.9}}}));
+  EXPECT_EQ(declared.flow_x_px, 1);
+  EXPECT_FALSE(declared.independent_gaussian);
+  NoiseVerification total;
+  for (int frame = 0; frame < 20; ++frame)
+    total.merge(correlated.apply(make_frame(frame), camera, draws).achieved);
+  EXPECT_NEAR(*total.flow_neighbours.correlation(), declared.correlation.at(1), 0.005);
+  EXPECT_NEAR(*total.depth_neighbours.correlation(), declared.correlation.at(1), 0.005);
+  EXPECT_NEAR(*total.flow.at(0).x.sigma(), 1, 0.02);
+  EXPECT_NEAR(*total.depth.normalised.sigma(), 1, 0.02);
 }
 
 TEST(Noise, DeclaresWhatIsNotGaussian) {

@@ -13,6 +13,7 @@ MotionEstimate JointFlow::estimate(const Problem& problem, const StartingPoint& 
   MotionEstimate estimate =
       estimate_with_kernel(problem, start, options_.effective_kernel(), options_.robust, options_.solver);
   if (estimate.status != Status::ok) return estimate;
+  if (options_.covariance == CovarianceOf::correlated) correlate(problem, options_.effective_kernel(), estimate);
   const HuberKernel projection = options_.projection_kernel();
   const HuberKernel flow = options_.flow_kernel();
   const Correspondences& points = problem.points;

@@ -19,6 +19,7 @@ struct JointFlowOptions {
   double huber_projection = 1.345;
   double huber_flow = 1.345;
   Robust robust = Robust::huber;
+  CovarianceOf covariance = CovarianceOf::independent;
   SolverOptions solver;
 
   void visit(auto& v) {
@@ -28,6 +29,7 @@ struct JointFlowOptions {
     v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
     v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
     v("robust", robust, "", "kernel");
+    v("covariance", covariance, "", covariance_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;

@@ -223,9 +223,12 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   }
   const double inflation =
       decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
-  const Matrix6d covariance =
-      motion_covariance(depth_information(points, solution.T_curr_prev, decided.levels, {}), decided.prior);
-  conclude(problem, inflation * covariance, estimate);
+  const DepthInformation information = depth_information(points, solution.T_curr_prev, decided.levels, {});
+  conclude(problem, inflation * motion_covariance(information, decided.prior), estimate);
+  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok) {
+    correlate(problem, points, decided.levels, decided.kernel, decided.prior, information, inflation,
+              estimate);
+  }
   return estimate;
 }
 

@@ -12,6 +12,7 @@
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
 #include "sextant/base/with_options.h"
+#include "sextant/estimator/estimators/correlated_covariance.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
 #include "sextant/estimator/solvers/flow_depth_solver.h"
@@ -30,6 +31,7 @@ struct JointFlowDepthOptions {
   double huber = 1.345;
   double scale = 0;
   double gate = 0.9999;
+  CovarianceOf covariance = CovarianceOf::correlated;
   SolverOptions solver{.step_tolerance = 1e-9};
 
   void visit(auto& v) {
@@ -47,6 +49,7 @@ struct JointFlowDepthOptions {
     v("huber", huber, "sigmas", "threshold of robust = huber");
     v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
     v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");
+    v("covariance", covariance, "", covariance_meaning);
     v("solver", solver, "", "Levenberg-Marquardt");
   }
   void check() const;

@@ -60,8 +60,11 @@ MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint&
 }
 
 MotionEstimate MotionOnly::estimate(const Problem& problem, const StartingPoint& start) const {
-  return estimate_with_kernel(problem, start, {options_.sigma_px, options_.huber}, options_.robust,
-                              options_.solver);
+  const HuberKernel kernel{options_.sigma_px, options_.huber};
+  MotionEstimate estimate = estimate_with_kernel(problem, start, kernel, options_.robust, options_.solver);
+  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok)
+    correlate(problem, kernel, estimate);
+  return estimate;
 }
 
 }  // namespace sextant

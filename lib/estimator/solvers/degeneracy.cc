@@ -141,6 +141,13 @@ void conclude(const Problem& problem, const Matrix6d& covariance, MotionEstimate
   if (estimate.status == Status::ok && open) estimate.status = Status::no_parallax;
 }
 
+void replace_covariance(const Matrix6d& covariance, MotionEstimate& estimate) {
+  const auto condition = condition_of(covariance);
+  if (!condition) return;
+  estimate.covariance = covariance;
+  estimate.condition = *condition;
+}
+
 void conclude(const Problem& problem, const Matrix6d& hessian, double variance_factor,
               MotionEstimate& estimate) {
   Matrix6d covariance = Matrix6d::Constant(INFINITY);

@@ -48,5 +48,8 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
 /// Of the left twist of the optimum, from errors of measurements and what is known of the bias; infinite
 /// where a direction is not determined.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior);
+/// The same for errors of variance `independent` and others whose scores have the covariance `correlated`.
+Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior, double independent,
+                           const Matrix6d& correlated);
 
 }  // namespace sextant

@@ -1,0 +1,25 @@
+#pragma once
+
+// Whether a covariance can be believed, without any truth: a body is estimated once more from each of two disjoint
+// halves of its points, X_1 and X_2, and
+//
+//   split NEES = e^T (C_1 + C_2)^-1 e,   exp(e) = X_1 X_2^-1,
+//
+// has a mean of 6 where covariances are right and the halves err independently. Halves that touch everywhere err
+// alike where errors are correlated, which makes it smaller. A larger one means errors that the covariance does not know.
+
+#include <optional>
+
+#include "sextant/estimator/estimators/estimator.h"
+
+namespace sextant {
+
+struct SplitNees {
+  std::optional<double> sides;  ///< left and right of the median pixel of the inliers
+  std::optional<double> cells;  ///< odd and even squares of 80 px, as on a chess board
+};
+
+/// None where a half has no estimate. Each begins with the motion and the inliers of the whole.
+SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const Estimator& estimator);
+
+}  // namespace sextant

@@ -1,0 +1,52 @@
+#pragma once
+
+// Covariance of a motion whose measurements' errors are correlated over the image (docs/method.md).
+//
+// To first order the optimum errs by A^-1 sum_i s_i, s_i = sum_c G_ic^T n_c(p_i): n_c is the error of channel c
+// (flow u, flow v, previous and current disparity) at the pixel, in its standard deviations, and G_ic what is left
+// of its effect on the motion when the depth of the point has been eliminated. Where errors of a channel correlate by
+// rho(|p - p'|) = sum_k share_k exp(-r^2 / (2 L_k^2)), the sum has the covariance
+//
+//   M = sum_c sum_ij rho(|p_i - p_j|) G_ic^T G_jc,     cov = A^-1 M A^-1.
+//
+// (Conley 1999, with modelled instead of observed products of scores: those of a body that the errors have bent the
+// motion to are too small.) Sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
+// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of
+// unit norm everywhere. Where the points fill few cells of L_k / 2, pairs of cells are summed as they stand. So it
+// costs a few operations a point, and M is positive semi-definite whatever the points.
+//
+// The disparities of a stereo matcher or network may be wrong by a common offset, which is correlated over any
+// distance. Its estimate is one more unknown beside the motion; what its square has beyond its own variance is
+// added to the covariance as that of a common error.
+
+#include <array>
+#include <vector>
+
+#include "sextant/geometry/lanes.h"
+#include "sextant/geometry/se3.h"
+#include "sextant/measurement/spatial_correlation.h"
+
+namespace sextant {
+
+/// One point as the covariance sees it. Lanes: the four channels; 0 where the point has no such measurement.
+struct ErrorScore {
+  static constexpr int n_unknowns = 7;  ///< left twist (m, rad); common offset of the disparities (px)
+  double u = 0, v = 0;                  ///< previous pixel
+  Lanes derivative[n_unknowns] = {};    ///< of the residuals
+  Lanes by_depth = {};                  ///< derivative by the point's own depth, of unit length; 0: has none
+  Lanes measured = {};                  ///< 1 for each channel there is
+  Lanes residual = {};
+
+  /// Takes the depth out of derivatives and residual.
+  void eliminate_depth();
+};
+
+using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
+
+/// sum_k variance_k M_k over the correlated parts.
+ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
+                              const std::vector<SpatialCorrelation::Part>& parts);
+/// M of independent errors of variance 1.
+ScoreMatrix independent_scores(const std::vector<ErrorScore>& points);
+
+}  // namespace sextant

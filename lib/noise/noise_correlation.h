@@ -1,0 +1,59 @@
+#pragma once
+
+// How the normals of the pixels of one frame and channel relate: each by itself, one for all, or a stationary
+// Gaussian field with a given correlation (spatial_correlation.h):
+//
+//   "independent"   "shared_per_frame"   {"model": "spatial", "lengths_px": [5, 40], "shares": [0.4, 0.5]}
+//
+// A field is a sum of parts. One of length L is white noise on the nodes of a lattice, each a draw of its own,
+// seen through a Gaussian kernel:
+//
+//   n(p) = sum_q w(p - q) n_q / sqrt(sum_q w(p - q)^2),   w(d) = exp(-|d|^2 / L^2),
+//
+// which has unit variance at every pixel exactly, and correlation exp(-r^2 / (2 L^2)): sampled this densely
+// (spacing floor(L / 1.5)), sum_q w(p - q) w(p' - q) depends on where the lattice lies by less than 1e-4. The
+// kernel is separable and ends beyond 2.5 L. So a draw stays a pure function of (seed, dataset, sequence,
+// frame, channel, pixel), and costs a few nodes.
+
+#include "sextant/base/json.h"
+#include "sextant/measurement/spatial_correlation.h"
+#include "sextant/noise/draws.h"
+
+namespace sextant {
+
+class NoiseCorrelation {
+ public:
+  NoiseCorrelation(Correlation of_pixels = Correlation::independent) : of_pixels_(of_pixels) {}
+  /// Throws Error where a length is outside 1..1000 px, a share is not above 0, or all are above 1.
+  explicit NoiseCorrelation(const SpatialCorrelation& spatial);
+  /// A name or an object as above. Throws Error that begins with `where`.
+  static NoiseCorrelation read(const Json& json, const std::string& where);
+
+  Json json() const;
+  /// For records: "" for independent, " (shared per frame)", " (spatial 5, 40 px)".
+  std::string name() const;
+  bool independent() const { return of_pixels_ == Correlation::independent && fields_.empty(); }
+  const SpatialCorrelation& spatial() const { return spatial_; }
+
+  /// Two independent standard normals for every pixel; `first` and `second` have the length of `pixels`.
+  void normals(const Draws& draws, NoiseChannel channel, const PixelBatch& pixels, std::span<double> first,
+               std::span<double> second) const;
+
+ private:
+  /// One part: kernel values of the nodes around a pixel, by where it lies between two nodes.
+  struct Field {
+    int spacing_px;
+    int reach;                    ///< nodes on either side
+    std::vector<double> weights;  ///< 2 reach for each of `spacing_px` phases, squares summing to 1
+    double amplitude;             ///< sqrt(share)
+    explicit Field(const SpatialCorrelation::Part& part);
+    void add(const Draws& draws, NoiseChannel channel, const PixelBatch& pixels, std::span<double> first,
+             std::span<double> second) const;
+  };
+
+  Correlation of_pixels_ = Correlation::independent;
+  SpatialCorrelation spatial_;
+  std::vector<Field> fields_;
+};
+
+}  // namespace sextant
