@@ -86,7 +86,7 @@ TEST_F(RunFixture, HalvesOfBodiesAreOneMoreLookAndChangeNothing) {
     record.values.erase("split_nees_cells");
   }
   EXPECT_GT(n, 10);
-  EXPECT_EQ(untimed(plain), untimed(halves));
+  EXPECT_EQ(untimed(plain.records), untimed(halves.records));
 }
 
 TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {

@@ -142,7 +142,7 @@ TEST(MotionBound, NoneWhereThereIsNoFiniteBound) {
   const Scene scene = make_scene(6, 30);
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0, 0, 1e-3}));    // exact flow
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0, 1e-3}));  // on one axis
-  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0.2, 1e-3, 0.1, false}));
+  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0.2, 1e-3, 0.1, {}, false}));
   EXPECT_FALSE(motion_bound(camera, {}, scene.X, declared));
   EXPECT_FALSE(motion_bound(camera, make_scene(7, 2).exact, scene.X, declared));
   Correspondences line;  // all on one ray of space: the turn about it is free
