@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <set>
+
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
@@ -21,6 +25,39 @@ TEST_F(PlanTest, CasesAreAGrid) {
   EXPECT_EQ(c.estimator, 1U);
   EXPECT_EQ(c.level, 1U);
   EXPECT_EQ(c.seed, 1U);
+}
+
+TEST_F(PlanTest, SharesAreEqualWithFewSourcesAndAllEstimators) {
+  std::string sources;
+  for (const char* scene : {"s18", "s01-turn", "city", "highway"}) {
+    for (const char* frames : {"0-2", "3-5"})
+      sources += fmt::format("{}\"synthetic:{}@{}\"", sources.empty() ? "" : ",", scene, frames);
+  }
+  const Plan plan = parse_plan("{\"sources\":[" + sources +
+                                   "],\"estimators\":[\"motion_only\",\"joint_flow\",\"joint_flow_depth\"],\"seeds\":40}",
+                               "plan.json", "");
+  ASSERT_EQ(plan.n_cases(), 960U);
+  for (const uint64_t n : {1, 3, 7, 16, 959, 960}) {
+    std::set<uint64_t> all;
+    for (uint64_t shard = 0; shard < n; ++shard) {
+      const std::vector<uint64_t> numbers = cases_of_shard(plan, shard, n);
+      EXPECT_TRUE(std::ranges::is_sorted(numbers));
+      EXPECT_NEAR(static_cast<double>(numbers.size()), 960.0 / static_cast<double>(n), 1);
+      std::set<size_t> of_sources;
+      std::map<size_t, int> of_estimators;
+      for (const uint64_t number : numbers) {
+        of_sources.insert(plan.at(number).source);
+        ++of_estimators[plan.at(number).estimator];
+        EXPECT_TRUE(all.insert(number).second) << number;
+      }
+      EXPECT_LE(of_sources.size(), 8 / n + 2);
+      if (n > 16) continue;
+      for (size_t e = 0; e < 3; ++e)  // a third each, nearly
+        EXPECT_NEAR(of_estimators[e], static_cast<double>(numbers.size()) / 3, 4) << n << " " << shard;
+    }
+    EXPECT_EQ(all.size(), 960U);
+  }
+  EXPECT_TRUE(cases_of_shard(plan, 5, 2000).size() <= 1);
 }
 
 TEST_F(PlanTest, BadPlansNameLineAndKey) {

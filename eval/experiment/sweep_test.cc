@@ -300,6 +300,38 @@ TEST_F(SweepTest, AFolderOfAnotherSweepIsRefused) {
   expect_error([&] { sweep(config("a")); }, "data that have changed");
 }
 
+// As if the shard in `folder` had been made, or begun, by an older program.
+void set_program(const fs::path& folder, const std::string& version) {
+  Json plan = read_json(folder / "plan.json");
+  plan["programs"] = {{{"version", version}, {"git_commit", "abc"}}};
+  write_file(folder / "plan.json", json_text(plan));
+}
+
+TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
+  SweepConfig first = config("part1"), second = config("part2");
+  first.n_shards = second.n_shards = 2;
+  second.shard = 1;
+  sweep(first);
+  sweep(second);
+  set_program(file("part2"), "0.0.9");
+  const std::vector<fs::path> parts = {file("part1"), file("part2")};
+  expect_error([&] { merge_sweeps(parts, file("m")); }, "was made by Sextant 0.0.9 (commit abc)");
+  EXPECT_FALSE(fs::exists(file("m")));
+  merge_sweeps(parts, file("m"), /*allow_mixed=*/true);
+  EXPECT_EQ(read_json(file("m") / "run.json")["programs"].size(), 2U);
+  EXPECT_EQ(read_json(file("m") / "run.json")["shards"].size(), 2U);
+
+  make_unfinished("begun", "part1", [](Journal&) {});
+  set_program(file("begun"), "0.0.9");
+  SweepConfig resumed = config("begun");
+  resumed.n_shards = 2;
+  expect_error([&] { sweep(resumed); }, "was begun by Sextant 0.0.9 (commit abc)");
+  resumed.allow_mixed = true;
+  sweep(resumed);
+  EXPECT_EQ(untimed_bytes("begun"), untimed_bytes("part1"));
+  EXPECT_EQ(read_json(file("begun") / "run.json")["programs"].size(), 2U);
+}
+
 // A file size limit makes write() fail as a full disk does.
 TEST_F(SweepTest, AFullDiskLosesNothing) {
   sweep(config("whole"));
