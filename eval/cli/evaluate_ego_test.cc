@@ -71,6 +71,7 @@ TEST_F(EvaluateEgo, SeveralSystems) {
 
 TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
   const std::string nan = write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
+  const std::string topic_of_no_recording = est + ":/topic";
   for (const std::vector<const char*>& arguments :
        std::vector<std::vector<const char*>>{{gt.c_str(), nan.c_str()},
                                              {gt.c_str()},
@@ -92,7 +93,7 @@ TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
                                              {gt.c_str(), est.c_str(), "--interpolate", "0"},
                                              {gt.c_str(), est.c_str(), "--interpolate", "inf"},
                                              {gt.c_str(), est.c_str(), "--estimate-offset"},
-                                             {gt.c_str(), (est + ":/topic").c_str()}}) {
+                                             {gt.c_str(), topic_of_no_recording.c_str()}}) {
     const Outcome r = sextant(arguments);
     EXPECT_EQ(r.code, 2) << r.out;
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
