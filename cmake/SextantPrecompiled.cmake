@@ -1,6 +1,6 @@
 # sextant_precompile(TARGET KIND)
 #
-# Headers of libraries that nearly every source reads, parsed once: half of the time of a build from nothing.
+# Headers of libraries that nearly every source reads, parsed once.
 # Only headers of others stand here, so that a change of ours never compiles everything anew. A compiler takes a
 # precompiled header only for the options it was made with, so there is one per KIND of target: `library`,
 # `pages` (little optimised) and `test`. A source with options of its own needs SKIP_PRECOMPILE_HEADERS.

@@ -92,6 +92,7 @@ DOORS = {
 TARGETS = "eval/fuzz/targets.cc"
 READERS_WITHIN = {
     "read_file": "bytes, whatever they are", "read_json": "parse_json", "read_records": "parse_records",
+    "read_plan_file": "merge_sweeps",
     "read_bag": "trajectory format bag", "read_mcap": "trajectory format mcap",
     "read_vdo_frontend_xml": "trajectory format vdo_xml", "read_trajectory": "decode_trajectory",
     "parse_body_from_camera": "decode_body_from_camera", "read_kitti_truth": "adapter kitti",

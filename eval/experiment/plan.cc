@@ -1,9 +1,9 @@
 #include "sextant/eval/experiment/plan.h"
 
 #include <algorithm>
-#include <numeric>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "sextant/base/error.h"

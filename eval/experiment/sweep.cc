@@ -166,12 +166,12 @@ SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
   const PlanRunner runner(config, numbers);
   const Json plan = plan_file(config, runner.data_json());
-  claim_folder(config.out, plan, config.replace, config.allow_mixed);
+  const Json claimed = claim_folder(config.out, plan, config.replace, config.allow_mixed);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
   const fs::path records_path = config.out / "records.jsonl";
   const fs::path journal_path = config.out / "journal.jsonl";
-  if (fs::exists(records_path) && !fs::exists(journal_path)) {  // finished before
+  if (is_finished_sweep(config.out)) {  // before
     outcome.n_before = numbers.size();
     const std::string text = read_file(records_path, records_file);
     outcome.n_records = static_cast<uint64_t>(std::ranges::count(text, '\n'));
@@ -210,7 +210,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       index += json_line(case_json(number, block.n_records, block.noise)) + "\n";
     }
     Json provenance = sweep_provenance(config, runner, journal);
-    provenance["programs"] = read_json(config.out / "plan.json")["programs"];
+    provenance["programs"] = claimed["programs"];
     provenance["records"] = outcome.n_records;
     write_file(config.out / "run.json", json_text(provenance));
     write_file(config.out / "cases.jsonl", index);

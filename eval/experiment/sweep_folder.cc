@@ -19,14 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Json read_plan_file(const fs::path& folder) {
-  const Json json = read_json(folder / "plan.json");
-  if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
-    fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
-  }
-  return json;
-}
-
 /// "0.1.0 (commit abc)".
 std::string program_text(const Json& programs) {
   if (!programs.is_array() || programs.empty()) return "unknown";
@@ -49,7 +41,7 @@ class ShardReader {
     Json noise;
   };
 
-  /// The next line of cases.jsonl; nothing at its end.
+  /// The next line of cases.jsonl, whose numbers rise; nothing at its end.
   std::optional<Entry> next_case() {
     for (std::string text; std::getline(index_, text);) {
       ++line_;
@@ -57,8 +49,11 @@ class ShardReader {
       const std::string name = (folder_ / "cases.jsonl").string();
       const Json json = parse_json(text, name, line_);
       const std::string where = fmt::format("{}:{}", name, line_);
-      return Entry{json_member<uint64_t>(json, "case", where), json_member<uint64_t>(json, "records", where),
-                   json.value("noise", Json())};
+      const auto number = json_member<uint64_t>(json, "case", where);
+      if (last_ && number == *last_) fail("{}: case {} is there twice", where, number);
+      if (last_ && number < *last_) fail("{}: case {} stands after case {}", where, number, *last_);
+      last_ = number;
+      return Entry{number, json_member<uint64_t>(json, "records", where), json.value("noise", Json())};
     }
     return std::nullopt;
   }
@@ -85,42 +80,8 @@ class ShardReader {
   fs::path folder_;
   std::ifstream index_, records_;
   int line_ = 0;
+  std::optional<uint64_t> last_;
 };
-
-struct ShardCase {
-  uint64_t number = 0;
-  uint32_t shard = 0;
-};
-
-/// Every case of the shards, in order of number. Throws Error where one is there twice, or missing.
-std::vector<ShardCase> cases_of_shards(const std::vector<fs::path>& folders, uint64_t n_cases) {
-  std::vector<ShardCase> cases;
-  for (size_t shard = 0; shard < folders.size(); ++shard) {
-    ShardReader reader(folders[shard]);
-    std::optional<uint64_t> last;
-    while (const auto entry = reader.next_case()) {
-      if (last && entry->number == *last) fail("{}: case {} is there twice", folders[shard].string(), entry->number);
-      if (last && entry->number < *last)
-        fail("{}: cases.jsonl: case {} stands after case {}", folders[shard].string(), entry->number, *last);
-      last = entry->number;
-      cases.push_back({entry->number, static_cast<uint32_t>(shard)});
-    }
-  }
-  std::ranges::sort(cases, {}, [](const ShardCase& c) { return std::pair(c.number, c.shard); });
-  for (size_t i = 0; i < cases.size(); ++i) {
-    if (i > 0 && cases[i].number == cases[i - 1].number) {
-      fail("{}: case {} is in an earlier folder too: give each shard once", folders[cases[i].shard].string(),
-           cases[i].number);
-    }
-    if (cases[i].number >= n_cases)
-      fail("{}: has case {}, its plan {} cases", folders[cases[i].shard].string(), cases[i].number, n_cases);
-  }
-  for (uint64_t number = 0; number < n_cases; ++number) {
-    if (number >= cases.size() || cases[number].number != number)
-      fail("case {} of {} is in none of the folders: a shard is missing", number, n_cases);
-  }
-  return cases;
-}
 
 /// What the merged run.json keeps of a shard's.
 Json shard_provenance(const Json& plan, const Json& run) {
@@ -132,7 +93,25 @@ Json shard_provenance(const Json& plan, const Json& run) {
 
 }  // namespace
 
-void claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
+Json read_plan_file(const fs::path& folder) {
+  const Json json = read_json(folder / "plan.json");
+  if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
+    fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
+  }
+  return json;
+}
+
+uint64_t planned_cases(const Json& plan, const std::string& where) {
+  uint64_t n = 1;
+  for (const char* list : {"sources", "estimators", "noise", "seeds"}) {
+    const size_t size = json_list(plan, list, where).size();
+    if (size > max_plan_cases || (n *= size) > max_plan_cases)
+      fail("{}: its plan has more than {} cases", where, max_plan_cases);
+  }
+  return n;
+}
+
+Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || !fs::is_directory(folder)) {
@@ -144,9 +123,9 @@ void claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
       fail("{}: holds the records of something else than a sweep; choose another folder", folder.string());
     }
     write_file(folder / "plan.json", json_text(wanted));
-    return;
+    return wanted;
   }
-  const Json present = read_plan_file(folder);
+  Json present = read_plan_file(folder);
   for (const auto& [key, what] : {std::pair{"plan", "another plan"}, std::pair{"shard", "another shard"},
                                   std::pair{"data", "data that have changed since"}}) {
     if (present[key] == wanted[key]) continue;
@@ -156,20 +135,19 @@ void claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
     for (const char* file : {"records.jsonl", "cases.jsonl", "run.json", "journal.jsonl"})
       fs::remove(folder / file);
     write_file(folder / "plan.json", json_text(wanted));
-    return;
+    return wanted;
   }
   const Json program = wanted["programs"].front();
   Json programs = present.value("programs", Json::array());
-  const bool is_finished = fs::exists(folder / "records.jsonl") && !fs::exists(folder / "journal.jsonl");
-  if (is_finished || std::ranges::find(programs, program) != programs.end()) return;
+  if (is_finished_sweep(folder) || std::ranges::find(programs, program) != programs.end()) return present;
   if (!allow_mixed) {
     fail("{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass --allow-mixed",
          folder.string(), program_text(programs), program_text(wanted["programs"]));
   }
   programs.push_back(program);
-  Json both = present;
-  both["programs"] = programs;
-  write_file(folder / "plan.json", json_text(both));
+  present["programs"] = std::move(programs);
+  write_file(folder / "plan.json", json_text(present));
+  return present;
 }
 
 void remove_temporaries(const fs::path& folder) {
@@ -203,7 +181,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       if (is_new) plan["data"][source] = packs;
       if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
     }
-    if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
+    if (!is_finished_sweep(folder)) {
       fail("{}: its sweep is not finished: give its command again first", folder.string());
     }
     for (const Json& program : of_folder.value("programs", Json::array())) {
@@ -221,26 +199,38 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   }
   Json provenance = read_run_json(folders.front());
   const auto n_cases = provenance.value("cases", uint64_t{0});
-  double n_planned = 1;
-  for (const char* list : {"sources", "estimators", "noise", "seeds"})
-    n_planned *= static_cast<double>(json_list(plan["plan"], list, "plan.json").size());
-  if (n_planned != static_cast<double>(n_cases))
+  const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());
+  if (n_planned != n_cases)
     fail("{}: its plan has {} cases, run.json says {}", folders.front().string(), n_planned, n_cases);
-  const std::vector<ShardCase> cases = cases_of_shards(folders, n_cases);
   check_output_folder(out, provenance["configuration"], /*force=*/false);
 
   SweepOutcome outcome;
-  outcome.n_cases = cases.size();
   NoiseOfCases noise(plan["plan"]);
   std::vector<ShardReader> readers(folders.begin(), folders.end());
+  using Next = std::pair<size_t, ShardReader::Entry>;  // the shard, and its case
+  std::map<uint64_t, Next> next;                       // of every shard that has one, by number
+  const auto advance = [&](size_t shard) {
+    std::optional<ShardReader::Entry> entry = readers[shard].next_case();
+    if (!entry) return;
+    const uint64_t number = entry->number;
+    if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folders[shard].string(), number, n_cases);
+    const auto [other, is_new] = next.try_emplace(number, shard, std::move(*entry));
+    if (is_new) return;
+    fail("{}: case {} is in an earlier folder too: give each shard once",
+         folders[std::max(shard, other->second.first)].string(), number);
+  };
+  for (size_t shard = 0; shard < folders.size(); ++shard) advance(shard);
   OutputFolder files(out);
   StreamedFile index(files.path("cases.jsonl")), records(files.path("records.jsonl"));
   std::string lines;
-  for (const ShardCase& c : cases) {
+  for (; outcome.n_cases < n_cases; ++outcome.n_cases) {
     check_interrupt();
-    const ShardReader::Entry entry = readers[c.shard].next_case().value();
+    if (next.empty() || next.begin()->first != outcome.n_cases)
+      fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
+    const auto [shard, entry] = std::move(next.extract(next.begin()).mapped());
+    advance(shard);
     lines.clear();
-    readers[c.shard].take_records(entry.n_records, lines);
+    readers[shard].take_records(entry.n_records, lines);
     outcome.n_records += entry.n_records;
     index.append(json_line(case_json(entry.number, entry.n_records, entry.noise)) + "\n");
     records.append(lines);

@@ -6,13 +6,13 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
+#include "sextant/eval/experiment/sweep_folder.h"
+#include "sextant/eval/records/journal.h"
 
 namespace sextant {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* state_names[] = {"missing", "stopped", "running", "done"};
 
 /// In order of name.
 std::vector<fs::path> shard_folders(const fs::path& folder) {
@@ -48,22 +48,13 @@ ShardStatus read_shard(const fs::path& folder, uint64_t number) {
   const fs::path file = open ? journal : folder / "cases.jsonl";
   shard.cases_done = count_cases(file);
   shard.seconds = seconds_between(folder / "plan.json", file);
-  if (!open && fs::exists(folder / "records.jsonl")) {
+  if (is_finished_sweep(folder)) {
     shard.state = ShardStatus::State::done;
   } else {
     const bool is_free = !open || FileLock::take(journal).has_value();
     shard.state = is_free ? ShardStatus::State::stopped : ShardStatus::State::running;
   }
   return shard;
-}
-
-uint64_t cases_of(const Json& plan, const fs::path& file) {
-  uint64_t n = 1;
-  for (const char* key : {"sources", "estimators", "noise", "seeds"}) {
-    if (!plan.contains(key) || !plan[key].is_array()) fail("{}: plan.{}: expected a list", file.string(), key);
-    n *= plan[key].size();
-  }
-  return n;
 }
 
 }  // namespace
@@ -116,10 +107,10 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
   std::map<uint64_t, fs::path> begun;
   for (const fs::path& shard : shard_folders(folder)) {
     const fs::path file = shard / "plan.json";
-    const Json json = read_json(file);
-    const Json numbers = json.is_object() ? json.value("shard", Json()) : Json();
+    const Json json = read_plan_file(shard);
+    const Json& numbers = json["shard"];
     if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() || !numbers[1].is_number_unsigned() ||
-        numbers[1] == 0 || !json.contains("plan")) {
+        numbers[1] == 0) {
       fail("{}: not the plan file of a sweep", file.string());
     }
     const uint64_t n = numbers[1];
@@ -129,7 +120,7 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
     if (plan.is_null()) {
       plan = json["plan"];
       of_plan = shard;
-      status.n_cases = cases_of(plan, file);
+      status.n_cases = planned_cases(plan, file.string());
     }
     if (json["plan"] != plan) fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
     if (!begun.emplace(number, shard).second)
@@ -150,7 +141,7 @@ Json to_json(const SweepStatus& status) {
   Json shards = Json::array();
   for (const ShardStatus& shard : status.shards) {
     shards.push_back({{"shard", shard.number},
-                      {"state", state_names[static_cast<int>(shard.state)]},
+                      {"state", to_string(shard.state)},
                       {"cases_done", shard.cases_done}});
   }
   Json json = {{"cases", status.n_cases}, {"cases_done", status.cases_done()}, {"to_submit", status.to_submit()}};
@@ -163,7 +154,7 @@ std::string to_text(const SweepStatus& status) {
   using State = ShardStatus::State;
   std::string text = fmt::format("shards  {} of {} done", status.count(State::done), status.shards.size());
   for (const State state : {State::running, State::stopped, State::missing}) {
-    if (const uint64_t n = status.count(state)) text += fmt::format(", {} {}", n, state_names[static_cast<int>(state)]);
+    if (const uint64_t n = status.count(state)) text += fmt::format(", {} {}", n, to_string(state));
   }
   if (status.n_cases > 0) text += fmt::format("\ncases   {} of {} done", status.cases_done(), status.n_cases);
   const auto seconds = status.remaining_s();

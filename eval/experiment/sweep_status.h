@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sextant/base/json.h"
+#include "sextant/base/names.h"
 
 namespace sextant {
 
@@ -22,6 +23,8 @@ struct ShardStatus {
   uint64_t cases_done = 0;
   double seconds = 0;  ///< from its beginning to its last case
 };
+
+constexpr Names<4> names_of(ShardStatus::State) { return {"missing", "stopped", "running", "done"}; }
 
 struct SweepStatus {
   uint64_t n_cases = 0;  ///< of the whole plan; 0 as long as no shard has begun

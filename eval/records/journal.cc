@@ -53,6 +53,10 @@ Json case_json(uint64_t number, uint64_t n_records, const Json& noise) {
   return json;
 }
 
+bool is_finished_sweep(const std::filesystem::path& folder) {
+  return std::filesystem::exists(folder / "records.jsonl") && !std::filesystem::exists(folder / "journal.jsonl");
+}
+
 Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
     : path_(std::move(path)), owner_(std::move(owner)) {
   // A look at the state of a sweep (sweep_status.h) holds the lock for a moment: try again for half a second.

@@ -21,6 +21,9 @@ namespace sextant {
 /// {"case","records"} and, unless it is null, "noise": a line of cases.jsonl, and of what precedes a block.
 Json case_json(uint64_t number, uint64_t n_records, const Json& noise);
 
+/// Whether a sweep has put all its records into `folder`: they are written before the journal is removed.
+bool is_finished_sweep(const std::filesystem::path& folder);
+
 class Journal {
  public:
   struct Block {
