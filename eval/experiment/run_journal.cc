@@ -85,7 +85,9 @@ std::optional<SourceOutcome> RunJournal::find(size_t source) const {
   if (!journal_) return std::nullopt;
   const auto block = journal_->blocks().find(source);
   if (block == journal_->blocks().end() || !same_inputs(block->second.noise.at("inputs"))) return std::nullopt;
-  return outcome_of(block->second.noise, journal_->lines(block->second));
+  const std::string text = read_file(path_, records_file);
+  return outcome_of(block->second.noise,
+                    std::string_view(text).substr(block->second.offset, block->second.bytes));
 }
 
 void RunJournal::append(size_t source, const SourceOutcome& outcome) {

@@ -127,10 +127,6 @@ void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines
   end_ += block.size();
 }
 
-std::string Journal::lines(const Block& block) const {
-  return read_file(path_, records_file).substr(block.offset, block.bytes);
-}
-
 std::string Journal::ordered_lines() const {
   const std::string text = read_file(path_, records_file);
   std::string lines;
