@@ -4,6 +4,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -72,7 +73,7 @@ bool is_benchmark_file(const fs::directory_entry& entry) {
 
 /// What lies in `folder` itself.
 void read_folder(const fs::path& folder, Side& side) {
-  if (fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
+  if (has_results(folder) || fs::exists(folder / "journal.jsonl")) {
     side.runs.push_back(read_run(folder));
   }
   std::vector<fs::path> files;

@@ -9,6 +9,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record_fields.h"
 #include "sextant/eval/records/record_scanner.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -195,6 +196,7 @@ std::vector<Record> parse_records(std::string_view text, const std::string& name
 }
 
 std::vector<Record> read_records(const std::filesystem::path& path) {
+  check_keeps_records(path);
   return parse_records(read_file(path, records_file), path.string());
 }
 

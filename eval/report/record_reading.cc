@@ -30,15 +30,6 @@ bool has_compared_error(const Record& record) {
                              [&](const MetricDefinition* m) { return record.errors.contains(m->name); });
 }
 
-bool has_truth(const Record& record) {
-  if (record.is_ego()) return record.values.contains("step_gt_m");
-  return record.values.contains("distance_gt_m") && find_number(record.values, "dynamic_gt").value_or(1) != 0;
-}
-
-int body_order(const Record& record) {
-  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
-}
-
 std::string body_title(const std::string& body) {
   constexpr std::string_view object = "object:";
   return body == "ego" ? "camera" : "object " + body.substr(object.size());
