@@ -93,7 +93,7 @@ class PlanRunner {
     try {
       return std::ranges::all_of(parse_records(lines, "journal"), [&](const Record& r) {
         return r.dataset == info.dataset && r.sequence == info.sequence && r.seed == s.seed &&
-               (r.estimator == s.estimator_label || r.estimator.starts_with(s.estimator_label + ".")) &&
+               (r.estimator == s.estimator_label || r.estimator.str().starts_with(s.estimator_label + ".")) &&
                r.level == s.level && r.noise == s.noise.name();
       });
     } catch (const Error&) {

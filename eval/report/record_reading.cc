@@ -4,11 +4,6 @@
 
 namespace sextant {
 
-std::optional<double> find_number(const Record::Numbers& numbers, const std::string& key) {
-  const double* number = find_in(numbers, key);
-  return number == nullptr ? std::nullopt : std::optional(*number);
-}
-
 std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key) {
   std::vector<double> numbers;
   for (const Record* record : records) {
@@ -35,9 +30,7 @@ bool has_truth(const Record& record) {
   return record.values.contains("distance_gt_m") && find_number(record.values, "dynamic_gt").value_or(1) != 0;
 }
 
-int body_order(const Record& record) {
-  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
-}
+int body_order(Interned body) { return body == "ego" ? 0 : std::stoi(body.str().substr(body.str().find(':') + 1)); }
 
 std::string body_title(const std::string& body) {
   constexpr std::string_view object = "object:";
