@@ -217,13 +217,13 @@ CaseSummary summarize_case(const std::vector<Record>& records) {
   CaseSummary summary;
   if (records.empty()) return summary;
   const Record& first = records.front();
-  summary.dataset = first.dataset;
-  summary.sequence = first.sequence;
-  summary.noise = first.noise;
+  summary.dataset = first.dataset.str();
+  summary.sequence = first.sequence.str();
+  summary.noise = first.noise.str();
   summary.level = first.level;
   summary.seed = first.seed;
   std::map<std::string, std::map<int, BodySums>> bodies;  // by estimator, which a case lists in that order
-  for (const Record& record : records) add_record(record, bodies[record.estimator][body_order(record)]);
+  for (const Record& record : records) add_record(record, bodies[record.estimator.str()][body_order(record.body)]);
   for (auto& [estimator, of_estimator] : bodies) {
     ResultSums& result = summary.results.emplace_back();
     result.estimator = estimator;

@@ -8,8 +8,6 @@ bool has_truth(const Record& record) {
   return record.values.contains("distance_gt_m") && (dynamic == record.values.end() || dynamic->second != 0);
 }
 
-int body_order(const Record& record) {
-  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
-}
+int body_order(Interned body) { return body == "ego" ? 0 : std::stoi(body.str().substr(body.str().find(':') + 1)); }
 
 }  // namespace sextant

@@ -10,6 +10,6 @@ namespace sextant {
 bool has_truth(const Record& record);
 
 /// Where a body stands in tables: 0 for ego, else its id.
-int body_order(const Record& record);
+int body_order(Interned body);
 
 }  // namespace sextant

@@ -4,11 +4,6 @@
 
 namespace sextant {
 
-std::optional<double> find_number(const Record::Numbers& numbers, const std::string& key) {
-  const double* number = find_in(numbers, key);
-  return number == nullptr ? std::nullopt : std::optional(*number);
-}
-
 std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key) {
   std::vector<double> numbers;
   for (const Record* record : records) {
