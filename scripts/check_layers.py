@@ -47,7 +47,7 @@ LAYERS = {
     "datasets/channels": _MEASUREMENT + ["datasets/codec"],
     "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
     "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
-    "eval/records": ["base", "metrics"],
+    "eval/records": ["base", "stats", "metrics"],
     "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/report"],
     "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records"],
     "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],

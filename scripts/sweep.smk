@@ -12,7 +12,7 @@ sextant = config.get("sextant", "build/release/bin/sextant")
 
 rule merge:
     input: expand(out + "/shards/{i}/run.json", i=shards)
-    output: out + "/records.jsonl"
+    output: out + "/run.json"
     params: folders=[f"{out}/shards/{i}" for i in shards]
     shell: "{sextant:q} merge {params.folders:q} --out {out:q}"
 
@@ -24,8 +24,7 @@ rule packs:
     shell: "{sextant:q} sweep {input:q} --dry-run"
 
 
-# records.jsonl is written last. Snakemake removes the outputs of a rule that failed, so it is told of run.json alone, and
-# a shard keeps its journal.
+# Snakemake removes the outputs of a rule that failed, so it is told of run.json alone, and a shard keeps its journal.
 rule shard:
     input: plan, out + "/packs.made"
     output: out + "/shards/{i}/run.json"

@@ -5,6 +5,7 @@
 #include "sextant/base/registry.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/noise/noise.h"
@@ -30,6 +31,8 @@ Table options_table(const std::string& estimator) {
   const std::vector<EstimatorEntry> known = all_estimators();
   add_rows(find_entry(std::span<const EstimatorEntry>(known), estimator, "estimator").options(), table);
   add_rows(describe_noise_options(), table);
+  table.add_row({"plan.keep", std::string(to_string(Plan().keep)), Cell(),
+                 "what a sweep keeps of a case, a key of its plan: records, or summary (counts, sums, histograms)"});
   table.title = "Options of a run with " + estimator;
   table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
                  "'noise.*' is also what --noise and plans take as JSON: {\"depth\": {\"delta_d_px\": 0.2}}."};

@@ -75,7 +75,7 @@ std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, con
     const auto error = find_number(record.errors, key);
     if (!error) continue;
     runs[run->second].errors.push_back(*error);
-    runs[run->second].steps.emplace_back(body_order(record), record.frame);
+    runs[run->second].steps.emplace_back(body_order(record.body), record.frame);
   }
   return runs;
 }

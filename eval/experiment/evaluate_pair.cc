@@ -238,7 +238,7 @@ std::set<int> all_ids(const FrameResult& result, const SequenceTruth& truth) {
 /// Non-finite numbers do not enter records, in memory as on disk.
 void drop_non_finite(Record& record) {
   for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms}) {
-    std::erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
+    erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
   }
 }
 

@@ -60,7 +60,7 @@ void add_bound(const MotionBound& bound, const SE3& transport, Record& record) {
 }  // namespace
 
 void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records) {
-  const auto record_of = [&](const std::string& body) -> Record& {
+  const auto record_of = [&](Interned body) -> Record& {
     const auto record = std::ranges::find(records, body, &Record::body);
     SEXTANT_CHECK(record != records.end());
     return *record;

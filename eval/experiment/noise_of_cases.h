@@ -22,10 +22,21 @@ class NoiseOfCases {
   /// The sums of a case, NoiseVerification::sums(), null without noise. Cases come in order of number. Estimators that are
   /// given the same points have the same draws, which count once. Throws Error where a case of a noisy level has no sums.
   void add(uint64_t number, const Json& sums);
+  /// Those of a level, added up elsewhere.
+  void set(const std::pair<size_t, size_t>& source_and_level, const NoiseVerification& noise);
+
+  /// Whether its level adds noise, and no earlier estimator of the plan is given the same points.
+  bool is_counted(uint64_t number) const;
+  std::pair<size_t, size_t> source_and_level(uint64_t number) const;
 
   Json json() const;
 
  private:
+  struct Place {
+    size_t source, estimator, level, seed;
+  };
+  Place place_of(uint64_t number) const;
+
   Json plan_;
   size_t n_levels_ = 0, n_seeds_ = 0, n_estimators_ = 0, n_kinds_ = 0;
   std::vector<bool> is_noisy_;                                         ///< by level

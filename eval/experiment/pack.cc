@@ -1,16 +1,11 @@
 #include "sextant/eval/experiment/pack.h"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <type_traits>
 
-#include "sextant/base/error.h"
+#include "sextant/base/byte_stream.h"
 
 namespace sextant {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "packs are written as they lie in memory");
 
 constexpr std::string_view magic = "SEXTPACK";
 constexpr size_t digest_bytes = 64;  // hexadecimal
@@ -18,16 +13,12 @@ constexpr size_t digest_bytes = 64;  // hexadecimal
 constexpr size_t object_bytes = 24;
 constexpr size_t pair_bytes = 105;
 
-class Writer {
+/// Counts and lengths of a pack have 8 bytes.
+class Writer : public ByteWriter {
  public:
-  template <typename T>
-  void put(const T& value) {
-    static_assert(std::is_arithmetic_v<T>);
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
   void text(std::string_view text) {
     put(static_cast<uint64_t>(text.size()));
-    bytes_ += text;
+    raw(text);
   }
   void floats(const std::vector<double>& values) {
     for (const double value : values) {
@@ -36,29 +27,13 @@ class Writer {
       put(single);
     }
   }
-  std::string take() { return std::move(bytes_); }
-  void raw(std::string_view bytes) { bytes_ += bytes; }
-
- private:
-  std::string bytes_;
 };
 
-class Reader {
+class Reader : public ByteReader {
  public:
-  Reader(std::string_view bytes, const std::string& name) : rest_(bytes), name_(name) {}
+  using ByteReader::ByteReader;
 
-  template <typename T>
-  T get() {
-    T value;
-    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
-    return value;
-  }
-  /// A number of things of at least `size` bytes each that follow.
-  size_t count(size_t size) {
-    const auto n = get<uint64_t>();
-    if (n > rest_.size() / size) damaged();
-    return static_cast<size_t>(n);
-  }
+  size_t count(size_t size) { return checked_count(get<uint64_t>(), size); }
   /// Things that follow, of at least `size` bytes each: memory grows with what is there, not with their number.
   template <typename T, typename Get>
   std::vector<T> list(size_t size, const Get& get) {
@@ -72,21 +47,6 @@ class Reader {
     for (double& value : values) value = static_cast<double>(get<float>());
     return values;
   }
-  std::string_view raw(size_t n) {
-    if (n > rest_.size()) damaged();
-    const std::string_view piece = rest_.substr(0, n);
-    rest_.remove_prefix(n);
-    return piece;
-  }
-  void expect_end() const {
-    if (!rest_.empty()) damaged();
-  }
-
- private:
-  [[noreturn]] void damaged() const { fail("{}: damaged: it ends too early or too late", name_); }
-
-  std::string_view rest_;
-  const std::string& name_;
 };
 
 void put_points(const Correspondences& points, Writer& out) {

@@ -23,7 +23,7 @@ class PlanReader {
   Plan read() {
     Json json = parse_json(text_, name_);
     if (!json.is_object()) fail_at(0, "expected an object with \"sources\"");
-    check_keys(json, {"name", "procedure", "sources", "estimators", "noise", "seeds", "options"});
+    check_keys(json, {"name", "procedure", "sources", "estimators", "noise", "seeds", "options", "keep"});
     if (json.contains("procedure")) {
       in("procedure", [&] { json = on_procedure(text_of(json["procedure"], "procedure"), json); });
     }
@@ -34,6 +34,7 @@ class PlanReader {
     in("estimators", [&] { read_estimators(json, plan); });
     in("noise", [&] { read_noise(json, plan); });
     in("seeds", [&] { read_seeds(json, plan); });
+    in("keep", [&] { plan.keep = kept(json, "plan"); });
     check_size(plan);
     return plan;
   }
@@ -258,6 +259,14 @@ class PlanReader {
   const std::string& data_root_;
 };
 
+/// A list of consecutive seeds as {"first", "count"} where it would be long.
+Json seeds_json(const std::vector<uint64_t>& seeds) {
+  constexpr size_t long_list = 1000;
+  const auto gap = std::ranges::adjacent_find(seeds, [](uint64_t a, uint64_t b) { return b != a + 1; });
+  if (seeds.size() <= long_list || gap != seeds.end()) return seeds;
+  return {{"first", seeds.front()}, {"count", seeds.size()}};
+}
+
 void add_changed(const char* key, const Json& options, const Json& of_plan, Json& entry) {
   if (options != of_plan) entry[key] = options;
 }
@@ -305,9 +314,20 @@ Json Plan::json() const {
   for (const PlanLevel& level : levels) {
     out["noise"].push_back({{"level", level.level}, {"noise", level.noise.options()}});
   }
-  out["seeds"] = seeds;
+  out["seeds"] = seeds_json(seeds);
   out["options"] = {{"extraction", write_options(extraction)}, {"pipeline", write_options(pipeline)}};
+  if (keep != Keep::records) out["keep"] = std::string(to_string(keep));
   return out;
+}
+
+Keep kept(const Json& plan, const std::string& where) {
+  return from_name<Keep>(json_member<std::string>(plan, "keep", where, std::string(to_string(Keep::records))),
+                         "value of 'keep'");
+}
+
+uint64_t planned_seeds(const Json& plan, const std::string& where) {
+  if (!plan.contains("seeds") || !plan["seeds"].is_object()) return json_list(plan, "seeds", where).size();
+  return json_member<uint64_t>(plan["seeds"], "count", where + ": seeds");
 }
 
 std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards) {

@@ -8,7 +8,8 @@
 //                                    "extraction": {...}, "pipeline": {...}}],   // on top of "options" below
 //     "noise": {"parameter": "depth.delta_d_px", "levels": [0.05, 0.1], "base": {"flow": {"epe_px": 0.3}}},
 //     "seeds": 20,                                  // 0..19; or a list; or {"first": 5, "count": 10}
-//     "options": {"extraction": {...}, "pipeline": {...}} }
+//     "options": {"extraction": {...}, "pipeline": {...}},
+//     "keep": "records" }                           // or "summary": sums and histograms a case, no records
 //
 // "procedure": "paper_release" puts the keys of a named procedure (procedures.h) below the plan's own.
 // "noise" may be left out (no noise), or be a list of such grids and of single settings {"level": 1,
@@ -22,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_runner.h"
@@ -38,6 +40,10 @@ struct PlanEstimator {
   PipelineOptions pipeline;
   std::shared_ptr<const CaseEstimator> estimator;  ///< made of these
 };
+
+/// What a sweep leaves of a case: every record, or its summary (records/case_summary.h).
+enum class Keep { records, summary };
+constexpr Names<2> names_of(Keep) { return {"records", "summary"}; }
 
 struct PlanLevel {
   double level = 0;
@@ -61,15 +67,20 @@ struct Plan {
   std::vector<uint64_t> seeds;
   ExtractionOptions extraction;  ///< of estimators that say nothing else
   PipelineOptions pipeline;
+  Keep keep = Keep::records;
 
   uint64_t n_cases() const {
     return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
   }
   PlanCase at(uint64_t number) const;
-  /// Everything that decides the records, with every default spelled out: equal JSON, equal records on equal
-  /// data.
+  /// Everything that decides the records, with every default spelled out ("keep" where it is not records): equal JSON,
+  /// equal records on equal data.
   Json json() const;
 };
+
+/// "keep", and how many seeds there are, of Plan::json(). Throws Error that begins with `where`.
+Keep kept(const Json& plan, const std::string& where);
+uint64_t planned_seeds(const Json& plan, const std::string& where);
 
 /// A case as it is run; its folder and whether it is rescored are for the caller to say.
 CaseSettings case_settings(const Plan& plan, const PlanCase& c);

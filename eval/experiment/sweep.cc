@@ -8,11 +8,14 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/noise_of_cases.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
+#include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {
@@ -86,16 +89,25 @@ class PlanRunner {
     return std::move(run_cases(sequence, {settings}, next, 1).front());
   }
 
-  /// Whether the lines are records that the case can have: of its data, estimator, level and seed.
-  bool has_written(const PlanCase& c, std::string_view lines) const {
+  /// Whether the content is what the case can have left: of its data, estimator, level and seed.
+  bool has_left(const PlanCase& c, std::string_view content) const {
     const SequenceInfo& info = sources_[c.source].sequence->info();
     const CaseSettings s = case_settings(config_.plan, c);
+    const auto is_own = [&](const auto& of) {
+      return of.dataset == info.dataset && of.sequence == info.sequence && of.seed == s.seed && of.level == s.level &&
+             of.noise == s.noise.name();
+    };
+    const auto is_label = [&](const std::string& label) {
+      return label == s.estimator_label || label.starts_with(s.estimator_label + ".");
+    };
     try {
-      return std::ranges::all_of(parse_records(lines, "journal"), [&](const Record& r) {
-        return r.dataset == info.dataset && r.sequence == info.sequence && r.seed == s.seed &&
-               (r.estimator == s.estimator_label || r.estimator.starts_with(s.estimator_label + ".")) &&
-               r.level == s.level && r.noise == s.noise.name();
-      });
+      if (config_.plan.keep == Keep::records) {
+        return std::ranges::all_of(parse_records(content, "journal"),
+                                   [&](const Record& r) { return is_own(r) && is_label(r.estimator); });
+      }
+      const CaseSummary summary = decode_case_summary(decode_journal_case(content, "journal").summary, "journal");
+      return summary.results.empty() ||
+             (is_own(summary) && std::ranges::all_of(summary.results, is_label, &ResultSums::estimator));
     } catch (const Error&) {
       return false;
     }
@@ -131,14 +143,12 @@ Json plan_file(const SweepConfig& config, const Json& data) {
           {"programs", {program_identity()}}};
 }
 
-Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const Journal& journal) {
+Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const CaseResultWriter& results) {
   Json json = build_provenance();
   json["configuration"] = config.plan.json();
   json["shard"] = {config.shard % config.n_shards, config.n_shards};
   json["cases"] = config.plan.n_cases();
-  NoiseOfCases noise(config.plan.json());
-  for (const auto& [number, block] : journal.blocks()) noise.add(number, block.noise);
-  json["noise"] = noise.json();
+  json["noise"] = results.noise();
   json["sources"] = Json::array();
   for (size_t s = 0; s < runner.sources().size(); ++s) {
     const OpenSource& source = runner.sources()[s];
@@ -160,6 +170,32 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
   return json;
 }
 
+/// Writes results and run.json of a journal that has all cases; returns how many records they were.
+uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& programs, const Journal& journal) {
+  OutputFolder files(config.out);
+  CaseResultWriter results(files, config.plan.json(), journal.blocks().size());
+  const NoiseOfCases noise(config.plan.json());
+  for (const auto& [number, block] : journal.blocks()) {
+    check_interrupt();
+    std::string content = journal.content(block);
+    if (config.plan.keep == Keep::summary) {
+      const JournalCase in_journal = decode_journal_case(content, fmt::format("journal: case {}", number));
+      if (noise.is_counted(number)) results.add_noise(number, in_journal.noise);
+      content = std::string(in_journal.summary);
+    }
+    results.add({number, std::move(content), block.n_records, block.noise});
+  }
+  results.close();
+  Json provenance = sweep_provenance(config, runner, results);
+  provenance["programs"] = programs;
+  provenance["records"] = results.n_records();
+  write_file(files.path("run.json"), json_text(provenance));
+  std::vector<std::string> names = {"run.json"};
+  std::ranges::copy(results.names(), std::back_inserter(names));
+  files.commit(names);
+  return results.n_records();
+}
+
 }  // namespace
 
 SweepOutcome sweep(const SweepConfig& config) {
@@ -169,19 +205,17 @@ SweepOutcome sweep(const SweepConfig& config) {
   const Json claimed = claim_folder(config.out, plan, config.replace, config.allow_mixed);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
-  const fs::path records_path = config.out / "records.jsonl";
   const fs::path journal_path = config.out / "journal.jsonl";
   if (is_finished_sweep(config.out)) {  // before
     outcome.n_before = numbers.size();
-    const std::string text = read_file(records_path, records_file);
-    outcome.n_records = static_cast<uint64_t>(std::ranges::count(text, '\n'));
+    outcome.n_records = json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
     return outcome;
   }
   {
     Json owner = plan;
     owner.erase("programs");
-    Journal journal(journal_path, sha256(json_line(owner)), [&](uint64_t number, std::string_view lines) {
-      return std::ranges::binary_search(numbers, number) && runner.has_written(config.plan.at(number), lines);
+    Journal journal(journal_path, sha256(json_line(owner)), [&](uint64_t number, std::string_view content) {
+      return std::ranges::binary_search(numbers, number) && runner.has_left(config.plan.at(number), content);
     });
     remove_temporaries(config.out);
     std::vector<uint64_t> open;
@@ -190,32 +224,26 @@ SweepOutcome sweep(const SweepConfig& config) {
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();
     std::vector<std::vector<std::string>> problems(open.size());
+    const NoiseOfCases noise(config.plan.json());
     Progress progress("cases", static_cast<int>(open.size()), config.quiet);
     parallel_for(static_cast<int>(open.size()), config.jobs, [&](int i) {
       check_interrupt();
       const PlanCase c = config.plan.at(open[static_cast<size_t>(i)]);
       CaseOutcome done = runner.run(c);
-      const bool is_noisy = !config.plan.levels[c.level].noise.none();
-      journal.append(c.number, done.records.size(), write_records(done.records),
-                     is_noisy ? done.noise.sums() : Json());
+      if (config.plan.keep == Keep::summary) {
+        const NoiseVerification* added = noise.is_counted(c.number) ? &done.noise : nullptr;
+        journal.append_bytes(c.number, encode_journal_case(summarize_case(done.records), added));
+      } else {
+        const bool is_noisy = !config.plan.levels[c.level].noise.none();
+        journal.append(c.number, done.records.size(), write_records(done.records), is_noisy ? done.noise.sums() : Json());
+      }
       problems[static_cast<size_t>(i)] = std::move(done.problems);
       progress.advance();
     });
     outcome.wall_time_s = seconds_since(start);
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
-    std::string index;
-    for (const auto& [number, block] : journal.blocks()) {
-      outcome.n_records += block.n_records;
-      index += json_line(case_json(number, block.n_records, block.noise)) + "\n";
-    }
-    Json provenance = sweep_provenance(config, runner, journal);
-    provenance["programs"] = claimed["programs"];
-    provenance["records"] = outcome.n_records;
-    write_file(config.out / "run.json", json_text(provenance));
-    write_file(config.out / "cases.jsonl", index);
-    write_file(records_path, journal.ordered_lines());
-    sync_folder(config.out);
+    outcome.n_records = write_results(config, runner, claimed["programs"], journal);
   }
   fs::remove(journal_path);
   return outcome;

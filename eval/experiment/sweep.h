@@ -3,17 +3,18 @@
 // Runs the cases of a plan from packs into a folder that can be resumed at any case:
 //
 //   plan.json      the plan with every default spelled out, the shard, and the content of its packs
-//   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records. A
-//                  block that was cut off (kill -9, full disk) is dropped on resuming, and its case done
-//                  again
+//   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records, or
+//                  {"case","bytes","sha256"} and the summary. A block that was cut off (kill -9, full disk) is
+//                  dropped on resuming, and its case done again
 //   records.jsonl  at the end: all records in order of case
 //   cases.jsonl    per case {"case","records"}: how many lines are its own; with noise "noise", the sums of
 //                  what was added (as in the journal)
+//   summary.bin    with "keep": "summary" instead of these two (records/summary_file.h)
 //   external/      what external estimators leave, a folder per case
 //   run.json       provenance and, per source and level, the noise that was asked for and achieved in the
 //                  cases of the folder
 //
-// The bytes of records.jsonl (times apart) do not depend on jobs, interruptions or shards: shard I of N takes
+// The bytes of records.jsonl (times apart) and of summary.bin do not depend on jobs, interruptions or shards: shard I of N takes
 // its cases_of_shard() (0..N-1 and 1..N both name all shards), and merge_sweeps() puts them back in order.
 
 #include <filesystem>

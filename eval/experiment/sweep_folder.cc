@@ -1,7 +1,6 @@
 #include "sextant/eval/experiment/sweep_folder.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 
@@ -9,10 +8,11 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/json.h"
-#include "sextant/eval/experiment/noise_of_cases.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -26,62 +26,16 @@ std::string program_text(const Json& programs) {
   return fmt::format("{} (commit {})", first.value("version", "?"), first.value("git_commit", "?").substr(0, 12));
 }
 
-/// A finished shard, read from its first case to its last.
-class ShardReader {
- public:
-  explicit ShardReader(const fs::path& folder)
-      : folder_(folder), index_(folder / "cases.jsonl"), records_(folder / "records.jsonl") {
-    if (!index_) fail("{}: cannot open", (folder / "cases.jsonl").string());
-    if (!records_) fail("{}: cannot open", (folder / "records.jsonl").string());
+void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t n_shards) {
+  constexpr size_t most_named = 20;
+  std::string missing;
+  size_t n = 0;
+  for (uint64_t shard = 1; shard <= n_shards && n <= most_named; ++shard) {
+    if (folder_of.contains(shard)) continue;
+    missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
-
-  struct Entry {
-    uint64_t number = 0;
-    uint64_t n_records = 0;
-    Json noise;
-  };
-
-  /// The next line of cases.jsonl, whose numbers rise; nothing at its end.
-  std::optional<Entry> next_case() {
-    for (std::string text; std::getline(index_, text);) {
-      ++line_;
-      if (text.empty()) continue;
-      const std::string name = (folder_ / "cases.jsonl").string();
-      const Json json = parse_json(text, name, line_);
-      const std::string where = fmt::format("{}:{}", name, line_);
-      const auto number = json_member<uint64_t>(json, "case", where);
-      if (last_ && number == *last_) fail("{}: case {} is there twice", where, number);
-      if (last_ && number < *last_) fail("{}: case {} stands after case {}", where, number, *last_);
-      last_ = number;
-      return Entry{number, json_member<uint64_t>(json, "records", where), json.value("noise", Json())};
-    }
-    return std::nullopt;
-  }
-
-  /// Appends the next lines of records.jsonl.
-  void take_records(uint64_t n, std::string& lines) {
-    std::string line;
-    for (; n > 0; --n) {
-      if (!std::getline(records_, line) || records_.eof()) fail_count("fewer");
-      lines += line;
-      lines += '\n';
-    }
-  }
-  void expect_end() {
-    if (records_.peek() != std::char_traits<char>::eof()) fail_count("more");
-  }
-
- private:
-  [[noreturn]] void fail_count(const char* what) const {
-    fail("{}: has {} records than {} says", (folder_ / "records.jsonl").string(), what,
-         (folder_ / "cases.jsonl").string());
-  }
-
-  fs::path folder_;
-  std::ifstream index_, records_;
-  int line_ = 0;
-  std::optional<uint64_t> last_;
-};
+  if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+}
 
 /// What the merged run.json keeps of a shard's.
 Json shard_provenance(const Json& plan, const Json& run) {
@@ -101,9 +55,20 @@ Json read_plan_file(const fs::path& folder) {
   return json;
 }
 
+ShardNumber shard_number(const Json& plan_file, const std::string& where) {
+  const Json& numbers = plan_file["shard"];
+  if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() || !numbers[1].is_number_unsigned() ||
+      numbers[0] >= numbers[1]) {
+    fail("{}: not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
+  }
+  const ShardNumber found{numbers[0], numbers[1]};
+  return {found.number == 0 ? found.n_shards : found.number, found.n_shards};
+}
+
 uint64_t planned_cases(const Json& plan, const std::string& where) {
-  uint64_t n = 1;
-  for (const char* list : {"sources", "estimators", "noise", "seeds"}) {
+  uint64_t n = planned_seeds(plan, where);
+  if (n > max_plan_cases) fail("{}: its plan has more than {} cases", where, max_plan_cases);
+  for (const char* list : {"sources", "estimators", "noise"}) {
     const size_t size = json_list(plan, list, where).size();
     if (size > max_plan_cases || (n *= size) > max_plan_cases)
       fail("{}: its plan has more than {} cases", where, max_plan_cases);
@@ -119,8 +84,8 @@ Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
          error ? error.message() : "it is a file");
   }
   if (!fs::exists(folder / "plan.json")) {
-    if (fs::exists(folder / "records.jsonl")) {
-      fail("{}: holds the records of something else than a sweep; choose another folder", folder.string());
+    if (has_results(folder)) {
+      fail("{}: holds the results of something else than a sweep; choose another folder", folder.string());
     }
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
@@ -132,7 +97,7 @@ Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
     if (!replace) {
       fail("{}: holds a sweep of {}; choose another folder, or remove it", folder.string(), what);
     }
-    for (const char* file : {"records.jsonl", "cases.jsonl", "run.json", "journal.jsonl"})
+    for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json", "journal.jsonl"})
       fs::remove(folder / file);
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
@@ -154,9 +119,7 @@ void remove_temporaries(const fs::path& folder) {
   std::vector<fs::path> left;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    for (const char* file : {"plan.json", "run.json", "cases.jsonl", "records.jsonl"}) {
-      if (name.starts_with(fmt::format("{}.tmp", file))) left.push_back(entry.path());
-    }
+    if (name.starts_with("plan.json.tmp")) left.push_back(entry.path());
   }
   for (const fs::path& file : left) fs::remove(file);
 }
@@ -164,6 +127,8 @@ void remove_temporaries(const fs::path& folder) {
 SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed) {
   if (folders.empty()) fail("merge: no folders given");
   Json plan, shards = Json::array();
+  uint64_t n_shards = 0;
+  std::map<uint64_t, std::string> folder_of;      // by number of the shard
   std::map<std::string, std::string> first_with;  // by source: the folder that names its data first
   std::map<std::string, Json> sources;            // of run.json, by source
   for (const fs::path& folder : folders) {
@@ -175,6 +140,14 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     }
     if (of_folder["plan"] != plan["plan"])
       fail("{}: holds another plan than {}", folder.string(), folders.front().string());
+    const ShardNumber shard = shard_number(of_folder, (folder / "plan.json").string());
+    if (n_shards == 0) n_shards = shard.n_shards;
+    if (shard.n_shards != n_shards) {
+      fail("{}: is one of {} shards, {} one of {}", folder.string(), shard.n_shards, folders.front().string(), n_shards);
+    }
+    const auto [other, is_new_shard] = folder_of.emplace(shard.number, folder.string());
+    if (!is_new_shard)
+      fail("{}: shard {} of {} is in {} too: give each shard once", folder.string(), shard.number, n_shards, other->second);
     const Json data = json_object(of_folder, "data", (folder / "plan.json").string());
     for (const auto& [source, packs] : data.items()) {
       const auto [known, is_new] = first_with.emplace(source, folder.string());
@@ -197,6 +170,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     for (const Json& source : run.value("sources", Json::array()))
       sources.emplace(json_member<std::string>(source, "source", (folder / "run.json").string()), source);
   }
+  check_all_there(folder_of, n_shards);
   Json provenance = read_run_json(folders.front());
   const auto n_cases = provenance.value("cases", uint64_t{0});
   const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());
@@ -205,43 +179,38 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   check_output_folder(out, provenance["configuration"], /*force=*/false);
 
   SweepOutcome outcome;
-  NoiseOfCases noise(plan["plan"]);
-  std::vector<ShardReader> readers(folders.begin(), folders.end());
-  using Next = std::pair<size_t, ShardReader::Entry>;  // the shard, and its case
-  std::map<uint64_t, Next> next;                       // of every shard that has one, by number
+  std::vector<std::unique_ptr<CaseResultReader>> readers;
+  const Keep keep = kept(plan["plan"], (folders.front() / "plan.json").string());
+  for (const fs::path& folder : folders) readers.push_back(open_case_results(folder, keep));
+  using Next = std::pair<size_t, CaseResult>;  // the shard, and its case
+  std::map<uint64_t, Next> next;               // of every shard that has one, by number
   const auto advance = [&](size_t shard) {
-    std::optional<ShardReader::Entry> entry = readers[shard].next_case();
-    if (!entry) return;
-    const uint64_t number = entry->number;
+    std::optional<CaseResult> result = readers[shard]->next();
+    if (!result) return;
+    const uint64_t number = result->number;
     if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folders[shard].string(), number, n_cases);
-    const auto [other, is_new] = next.try_emplace(number, shard, std::move(*entry));
+    const auto [other, is_new] = next.try_emplace(number, shard, std::move(*result));
     if (is_new) return;
     fail("{}: case {} is in an earlier folder too: give each shard once",
          folders[std::max(shard, other->second.first)].string(), number);
   };
   for (size_t shard = 0; shard < folders.size(); ++shard) advance(shard);
   OutputFolder files(out);
-  StreamedFile index(files.path("cases.jsonl")), records(files.path("records.jsonl"));
-  std::string lines;
+  CaseResultWriter results(files, plan["plan"], n_cases);
   for (; outcome.n_cases < n_cases; ++outcome.n_cases) {
     check_interrupt();
     if (next.empty() || next.begin()->first != outcome.n_cases)
       fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
-    const auto [shard, entry] = std::move(next.extract(next.begin()).mapped());
+    const auto [shard, result] = std::move(next.extract(next.begin()).mapped());
     advance(shard);
-    lines.clear();
-    readers[shard].take_records(entry.n_records, lines);
-    outcome.n_records += entry.n_records;
-    index.append(json_line(case_json(entry.number, entry.n_records, entry.noise)) + "\n");
-    records.append(lines);
-    noise.add(entry.number, entry.noise);
+    results.add(result);
   }
-  for (ShardReader& reader : readers) reader.expect_end();
-  index.close();
-  records.close();
+  for (const auto& reader : readers) results.add_noise(reader->noise());
+  results.close();
+  outcome.n_records = results.n_records();
 
   provenance["shard"] = plan["shard"] = {0, 1};
-  provenance["noise"] = noise.json();
+  provenance["noise"] = results.noise();
   provenance["records"] = outcome.n_records;
   provenance["programs"] = plan["programs"];
   provenance["sources"] = Json::array();
@@ -252,7 +221,9 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   provenance["shards"] = std::move(shards);
   write_file(files.path("plan.json"), json_text(plan));
   write_file(files.path("run.json"), json_text(provenance));
-  files.commit({"plan.json", "run.json", "cases.jsonl", "records.jsonl"});
+  std::vector<std::string> names = {"plan.json", "run.json"};
+  std::ranges::copy(results.names(), std::back_inserter(names));
+  files.commit(names);
   return outcome;
 }
 

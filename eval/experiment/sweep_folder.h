@@ -12,6 +12,13 @@ namespace sextant {
 /// plan.json: {"plan", "shard", "data", "programs"}. Throws Error that names the file.
 Json read_plan_file(const std::filesystem::path& folder);
 
+/// Which shard a plan file says that its folder holds: I and N, I in 1..N. Throws Error that begins with `where`.
+struct ShardNumber {
+  uint64_t number = 1;
+  uint64_t n_shards = 1;
+};
+ShardNumber shard_number(const Json& plan_file, const std::string& where);
+
 /// How many cases a plan (Plan::json()) has. Throws Error that begins with `where` when it is none, or has more than
 /// max_plan_cases.
 uint64_t planned_cases(const Json& plan, const std::string& where);

@@ -8,6 +8,7 @@
 #include "sextant/base/file_lock.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/journal.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -25,8 +26,9 @@ std::vector<fs::path> shard_folders(const fs::path& folder) {
   return found;
 }
 
-/// Lines that begin with {"case": one a finished case, in the journal and in cases.jsonl.
+/// Those that are finished: lines that begin with {"case": in the journal and in cases.jsonl.
 uint64_t count_cases(const fs::path& file) {
+  if (file.filename() == summary_file_name) return SummaryReader(file).n_cases();
   std::ifstream stream(file);
   uint64_t n = 0;
   for (std::string line; std::getline(stream, line);) n += line.starts_with("{\"case\":") ? 1 : 0;
@@ -45,7 +47,8 @@ ShardStatus read_shard(const fs::path& folder, uint64_t number) {
   shard.number = number;
   const fs::path journal = folder / "journal.jsonl";
   const bool open = fs::exists(journal);
-  const fs::path file = open ? journal : folder / "cases.jsonl";
+  const char* index = fs::exists(folder / summary_file_name) ? summary_file_name : "cases.jsonl";
+  const fs::path file = open ? journal : folder / index;
   shard.cases_done = count_cases(file);
   shard.seconds = seconds_between(folder / "plan.json", file);
   if (is_finished_sweep(folder)) {
@@ -108,13 +111,7 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
   for (const fs::path& shard : shard_folders(folder)) {
     const fs::path file = shard / "plan.json";
     const Json json = read_plan_file(shard);
-    const Json& numbers = json["shard"];
-    if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() || !numbers[1].is_number_unsigned() ||
-        numbers[1] == 0) {
-      fail("{}: not the plan file of a sweep", file.string());
-    }
-    const uint64_t n = numbers[1];
-    const uint64_t number = numbers[0] == 0 ? n : numbers[0].get<uint64_t>();
+    const auto [number, n] = shard_number(json, file.string());
     if (n_shards == 0) n_shards = n;
     if (n != n_shards) fail("{}: is one of {} shards, expected one of {}", shard.string(), n, n_shards);
     if (plan.is_null()) {

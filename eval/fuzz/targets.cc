@@ -33,6 +33,7 @@
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/evaluation/dense_files.h"
 #include "sextant/eval/evaluation/pose_frames.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/pack.h"
 #include "sextant/eval/experiment/pack_cache.h"
 #include "sextant/eval/experiment/plan.h"
@@ -52,10 +53,12 @@
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_scanner.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 #include "sextant/eval/records/tracks.h"
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/noise/noise.h"
@@ -102,26 +105,57 @@ void records(Bytes bytes) {
 
 /// The fast reader of a line against the general one.
 void record_scanner(Bytes bytes) {
-  const std::optional<Record> scanned = scan_record(bytes);
-  if (scanned) SEXTANT_CHECK(*scanned == record_from_json(parse_json(bytes, "line"), "line"));
+  Record scanned;
+  if (scan_record(bytes, scanned)) SEXTANT_CHECK(scanned == record_from_json(parse_json(bytes, "line"), "line"));
 }
 
 void journal(Bytes bytes) {
   const FuzzFolder folder("@@ journal.jsonl\n" + std::string(bytes));
-  const Journal::Fits fits = [](uint64_t, std::string_view lines) {
+  const auto takes = [](const auto& read) {
     try {
-      parse_records(lines, "journal");
+      read();
       return true;
     } catch (const Error&) {
       return false;
     }
   };
+  const Journal::Fits fits = [&](uint64_t, std::string_view content) {
+    return takes([&] { parse_records(content, "journal"); }) || takes([&] { decode_journal_case(content, "journal"); });
+  };
   Journal journal(folder.path() / "journal.jsonl", "owner", fits);
-  const std::string before = journal.ordered_lines();
+  const auto contents = [&] {
+    std::string all;
+    for (const auto& [number, block] : journal.blocks()) all += journal.content(block);
+    return all;
+  };
+  const std::string before = contents();
   const uint64_t number = journal.blocks().empty() ? 0 : journal.blocks().rbegin()->first;
   if (number == UINT64_MAX) return;
   journal.append(number + 1, 0, "");
-  SEXTANT_CHECK(journal.ordered_lines() == before);
+  SEXTANT_CHECK(contents() == before);
+}
+
+/// The sum of a block is put right, else nothing behind it would ever be reached; what was taken reads back.
+void case_summary(Bytes bytes) {
+  const CaseSummary summary = decode_case_summary(bytes, "summary");
+  SEXTANT_CHECK(decode_case_summary(encode_case_summary(summary), "written") == summary);
+}
+
+/// A summary and its noise as a journal has them.
+void journal_case(Bytes bytes) {
+  const JournalCase found = decode_journal_case(bytes, "journal");
+  SEXTANT_CHECK(ExactNoise::decode(found.noise.bytes(), "written").bytes() == found.noise.bytes());
+  decode_case_summary(found.summary, "summary");
+}
+
+/// A file: blocks until the first that is wrong.
+void summary_file(Bytes bytes) {
+  const MemoryFile file(bytes);
+  SummaryReader reader(file.path());
+  while (const auto block = reader.next()) decode_case_summary(block->bytes, "summary");
+  const ExactNoises noises = decode_exact_noises(reader.noise(), "noise");
+  for (const auto& [place, noise] : noises) noise.total();
+  SEXTANT_CHECK(encode_exact_noises(decode_exact_noises(encode_exact_noises(noises), "written")) == encode_exact_noises(noises));
 }
 
 /// The sum at a pack's end is put right, else nothing behind it would ever be reached.
@@ -401,6 +435,9 @@ std::vector<FuzzTarget> make_targets() {
       {"records", records},
       {"record_scanner", record_scanner},
       {"journal", journal},
+      {"case_summary", case_summary},
+      {"journal_case", journal_case},
+      {"summary_file", summary_file},
       {"pack", pack},
       {"run_folder", run_folder},
       {"sweep_folder", sweep_folder},

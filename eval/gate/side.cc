@@ -4,6 +4,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -72,7 +73,7 @@ bool is_benchmark_file(const fs::directory_entry& entry) {
 
 /// What lies in `folder` itself.
 void read_folder(const fs::path& folder, Side& side) {
-  if (fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) {
+  if (has_results(folder) || fs::exists(folder / "journal.jsonl")) {
     side.runs.push_back(read_run(folder));
   }
   std::vector<fs::path> files;
@@ -89,13 +90,13 @@ bool is_empty(const Side& side) { return side.runs.empty() && side.benchmarks.em
 }  // namespace
 
 int compare_subjects(const Record& a, const Record& b) {
-  if (const int c = a.dataset.compare(b.dataset)) return c;
-  if (const int c = a.sequence.compare(b.sequence)) return c;
-  if (const int c = a.estimator.compare(b.estimator)) return c;
+  if (const int c = three_way(a.dataset, b.dataset)) return c;
+  if (const int c = three_way(a.sequence, b.sequence)) return c;
+  if (const int c = three_way(a.estimator, b.estimator)) return c;
   if (const int c = three_way(a.level, b.level)) return c;
-  if (const int c = a.noise.compare(b.noise)) return c;
-  if (const int c = three_way(a.body.size(), b.body.size())) return c;  // object:2 before object:10
-  return a.body.compare(b.body);
+  if (const int c = three_way(a.noise, b.noise)) return c;
+  if (const int c = three_way(a.body.str().size(), b.body.str().size())) return c;  // object:2 before object:10
+  return three_way(a.body, b.body);
 }
 
 int compare_cases(const Record& a, const Record& b) {

@@ -3,23 +3,25 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <fstream>
 #include <optional>
 #include <thread>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
 
 struct Header {
   uint64_t number = 0;
-  uint64_t n_records = 0;
+  uint64_t n_records = 0;          ///< lines of content
+  std::optional<uint64_t> n_bytes;  ///< of content that is not lines
   Json noise;
   std::string sum;
 };
@@ -27,22 +29,37 @@ struct Header {
 std::optional<Header> read_header(std::string_view line) {
   try {
     const Json json = parse_json(line, "journal");
-    return Header{json_member<uint64_t>(json, "case", "journal"),
-                  json_member<uint64_t>(json, "records", "journal"), json.value("noise", Json()),
-                  json_member<std::string>(json, "sha256", "journal")};
+    Header header{json_member<uint64_t>(json, "case", "journal"), json_member<uint64_t>(json, "records", "journal", 0),
+                  std::nullopt, json.value("noise", Json()), json_member<std::string>(json, "sha256", "journal")};
+    if (json.contains("bytes")) header.n_bytes = json_member<uint64_t>(json, "bytes", "journal");
+    return header;
   } catch (const Error&) {
     return std::nullopt;
   }
 }
 
-/// The end of the n-th line from `from`; npos when there are fewer.
-size_t end_of_lines(std::string_view text, size_t from, uint64_t n) {
-  for (; n > 0; --n) {
-    const size_t end = text.find('\n', from);
-    if (end == std::string_view::npos) return end;
-    from = end + 1;
+/// The next line with its end; nothing when the file ends before.
+std::optional<std::string> whole_line(std::ifstream& file) {
+  std::string line;
+  if (!std::getline(file, line) || file.eof()) return std::nullopt;
+  return line += '\n';
+}
+
+/// What follows the header, without the end of line after bytes; nothing when the file ends before.
+std::optional<std::string> read_content(std::ifstream& file, const Header& header, uint64_t left_bytes) {
+  std::string content;
+  if (!header.n_bytes) {
+    for (uint64_t n = header.n_records; n > 0; --n) {
+      const std::optional<std::string> line = whole_line(file);
+      if (!line) return std::nullopt;
+      content += *line;
+    }
+    return content;
   }
-  return from;
+  if (*header.n_bytes >= left_bytes) return std::nullopt;
+  content.resize(*header.n_bytes);
+  if (!file.read(content.data(), static_cast<std::streamsize>(content.size())) || file.get() != '\n') return std::nullopt;
+  return content;
 }
 
 }  // namespace
@@ -54,7 +71,7 @@ Json case_json(uint64_t number, uint64_t n_records, const Json& noise) {
 }
 
 bool is_finished_sweep(const std::filesystem::path& folder) {
-  return std::filesystem::exists(folder / "records.jsonl") && !std::filesystem::exists(folder / "journal.jsonl");
+  return has_results(folder) && !std::filesystem::exists(folder / "journal.jsonl");
 }
 
 Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
@@ -75,39 +92,46 @@ Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits
 
 Journal::~Journal() { ::close(file_); }
 
-std::string Journal::sum(uint64_t number, const Json& noise, std::string_view lines) const {
+std::string Journal::sum(uint64_t number, const Json& noise, std::string_view content) const {
   const std::string note = noise.is_null() ? "" : json_line(noise) + "\n";
-  return sha256(fmt::format("{}\n{}\n{}{}", owner_, number, note, lines));
+  return sha256(fmt::format("{}\n{}\n{}{}", owner_, number, note, content));
 }
 
 void Journal::find_blocks(const Fits& fits) {
-  const std::string text = read_file(path_, records_file);
-  size_t at = 0;
-  while (at < text.size()) {
-    const size_t header_end = end_of_lines(text, at, 1);
-    if (header_end == std::string::npos) break;
-    const std::optional<Header> header = read_header(std::string_view(text).substr(at, header_end - at));
+  const uint64_t size = FileReader(path_, recording_file).size();
+  std::ifstream file(path_, std::ios::binary);
+  uint64_t at = 0;
+  while (at < size) {
+    const std::optional<std::string> line = whole_line(file);
+    const std::optional<Header> header = line ? read_header(*line) : std::nullopt;
     if (!header) break;
-    const size_t end = end_of_lines(text, header_end, header->n_records);
-    if (end == std::string::npos) break;
-    const std::string_view lines = std::string_view(text).substr(header_end, end - header_end);
-    if (header->sum != sum(header->number, header->noise, lines)) break;
-    if (fits(header->number, lines))
-      blocks_[header->number] = {header->n_records, header->noise, header_end, lines.size()};
-    at = end;
+    const uint64_t offset = at + line->size();
+    const std::optional<std::string> content = read_content(file, *header, size - offset);
+    if (!content || header->sum != sum(header->number, header->noise, *content)) break;
+    if (fits(header->number, *content))
+      blocks_[header->number] = {header->n_records, header->noise, offset, content->size()};
+    at = offset + content->size() + (header->n_bytes ? 1 : 0);
   }
   end_ = at;
-  if (at < text.size() && ::ftruncate(file_, static_cast<off_t>(at)) != 0) {
+  if (at < size && ::ftruncate(file_, static_cast<off_t>(at)) != 0) {
     fail("{}: cannot cut off its unfinished end: {}", path_.string(), std::strerror(errno));
   }
 }
 
 void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise) {
-  Json entry = case_json(number, n_records, noise);
-  entry["sha256"] = sum(number, noise, lines);
+  append_block(number, case_json(number, n_records, noise), {n_records, noise, 0, lines.size()}, lines);
+}
+
+void Journal::append_bytes(uint64_t number, std::string_view bytes) {
+  append_block(number, {{"case", number}, {"bytes", bytes.size()}}, {0, {}, 0, bytes.size()}, bytes);
+}
+
+void Journal::append_block(uint64_t number, Json entry, const Block& known, std::string_view content) {
+  entry["sha256"] = sum(number, known.noise, content);
   const std::string header = json_line(entry) + "\n";
   std::string block = header;
-  block += lines;
+  block += content;
+  if (entry.contains("bytes")) block += '\n';
   const std::scoped_lock lock(mutex_);
   const auto give_up = [&] {
     const int reason = errno;
@@ -123,16 +147,21 @@ void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines
     done += static_cast<size_t>(n);
   }
   if (::fdatasync(file_) != 0) give_up();
-  blocks_[number] = {n_records, noise, end_ + header.size(), lines.size()};
+  Block& added = blocks_[number] = known;
+  added.offset = end_ + header.size();
   end_ += block.size();
 }
 
-std::string Journal::ordered_lines() const {
-  const std::string text = read_file(path_, records_file);
-  std::string lines;
-  lines.reserve(text.size());
-  for (const auto& [number, block] : blocks_) lines.append(text, block.offset, block.bytes);
-  return lines;
+std::string Journal::content(const Block& block) const {
+  std::string bytes(block.bytes, '\0');
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(block.offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("{}: cannot read: {}", path_.string(), n < 0 ? std::strerror(errno) : "it was cut off meanwhile");
+    done += static_cast<size_t>(n);
+  }
+  return bytes;
 }
 
 }  // namespace sextant

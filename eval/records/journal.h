@@ -21,7 +21,7 @@ namespace sextant {
 /// {"case","records"} and, unless it is null, "noise": a line of cases.jsonl, and of what precedes a block.
 Json case_json(uint64_t number, uint64_t n_records, const Json& noise);
 
-/// Whether a sweep has put all its records into `folder`: they are written before the journal is removed.
+/// Whether a sweep has put all its results into `folder`: they are written before the journal is removed.
 bool is_finished_sweep(const std::filesystem::path& folder);
 
 class Journal {
@@ -29,12 +29,12 @@ class Journal {
   struct Block {
     uint64_t n_records = 0;
     Json noise;         ///< what was added in the case, NoiseVerification::sums(); null without noise
-    size_t offset = 0;  ///< of the records' lines in the file
+    size_t offset = 0;  ///< of the content in the file: the records' lines, or a summary's bytes
     size_t bytes = 0;
   };
 
-  /// Whether these can be the records' lines of the case.
-  using Fits = std::function<bool(uint64_t number, std::string_view lines)>;
+  /// Whether this can be the content of the case.
+  using Fits = std::function<bool(uint64_t number, std::string_view content)>;
 
   /// Opens or creates; finds the whole blocks of the sweep `owner` and cuts off what follows the last of
   /// them. Blocks that do not fit are passed over. Throws Error when another process has it open, or it
@@ -47,14 +47,16 @@ class Journal {
   /// Appends the records of one case. Safe to call from several threads. Throws Error when the disk is full;
   /// the journal then is as before.
   void append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise = {});
+  /// The same of a case whose content is not lines.
+  void append_bytes(uint64_t number, std::string_view bytes);
 
   const std::map<uint64_t, Block>& blocks() const { return blocks_; }
-  /// The lines of all blocks in order of case.
-  std::string ordered_lines() const;
+  std::string content(const Block& block) const;
 
  private:
   void find_blocks(const Fits& fits);
-  std::string sum(uint64_t number, const Json& noise, std::string_view lines) const;
+  void append_block(uint64_t number, Json header, const Block& block, std::string_view content);
+  std::string sum(uint64_t number, const Json& noise, std::string_view content) const;
 
   std::filesystem::path path_;
   std::string owner_;

@@ -6,6 +6,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -34,7 +35,7 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
     fail("{}: is a file, expected a folder for the results", folder.string());
   }
-  if (force || !fs::exists(folder / "records.jsonl", ignored)) return;
+  if (force || !has_results(folder)) return;
   if (recorded_configuration(folder) != configuration) {
     fail(
         "{}: holds the records of a run with other sources or options; choose another folder, or pass "

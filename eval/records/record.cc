@@ -6,9 +6,8 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/base/files.h"
 #include "sextant/eval/records/record_fields.h"
-#include "sextant/eval/records/record_scanner.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {
@@ -25,7 +24,7 @@ class Writer {
   void only_if(bool is_there, const char* name, const T& value, const char*) {
     if (is_there) field(name, value);
   }
-  void unless_empty(const char* name, const std::string& value, const FieldRule<std::string_view>&) {
+  void unless_empty(const char* name, Interned value, const FieldRule<std::string_view>&) {
     if (!value.empty()) field(name, value);
   }
   Json json = {{"schema", internal::record_schema}};
@@ -35,10 +34,12 @@ class Writer {
   static Json written(const T& value) {
     if constexpr (std::is_enum_v<T>) {
       return std::string(to_string(value));
+    } else if constexpr (std::is_same_v<T, Interned>) {
+      return value.str();
     } else if constexpr (std::is_same_v<T, Record::Numbers>) {
       Json numbers = Json::object();
       for (const auto& [key, number] : value) {
-        if (std::isfinite(number)) numbers[key] = number;
+        if (std::isfinite(number)) numbers[key.str()] = number;
       }
       return numbers;
     } else {
@@ -70,6 +71,8 @@ class StrictReader {
         fail("{}: unknown {} '{}': expected {}", where_, name, text, expected);
     } else if constexpr (std::is_same_v<T, Record::Numbers>) {
       value = numbers(name);
+    } else if constexpr (std::is_same_v<T, Interned>) {
+      value = json_member<std::string>(json_, name, where_);
     } else {
       value = json_member<T>(json_, name, where_);
     }
@@ -78,8 +81,8 @@ class StrictReader {
   template <typename T, typename Value>
   void field(const char* name, T& value, const FieldRule<Value>& rule) {
     field(name, value);
-    if (rule.holds(value)) return;
-    const char* quote = std::is_same_v<T, std::string> ? "'" : "";
+    if (rule.allows(value)) return;
+    const char* quote = std::is_same_v<T, Interned> ? "'" : "";
     fail("{}: key '{}': expected {}, got {}{}{}", where_, name, rule.expected, quote, value, quote);
   }
 
@@ -89,7 +92,7 @@ class StrictReader {
     if (is_there) field(name, value);
   }
 
-  void unless_empty(const char* name, std::string& value, const FieldRule<std::string_view>& rule) {
+  void unless_empty(const char* name, Interned& value, const FieldRule<std::string_view>& rule) {
     if (json_.contains(name)) field(name, value, rule);
   }
 
@@ -123,7 +126,7 @@ std::vector<std::string> unlisted_keys(const std::vector<Record>& records) {
   for (const Record& record : records) {
     for (const NumberMap map : {NumberMap::errors, NumberMap::values, NumberMap::bound, NumberMap::time_ms}) {
       for (const auto& [key, number] : record.numbers(map)) {
-        if (find_metric(map, key) == nullptr) unlisted.insert(fmt::format("{}.{}", to_string(map), key));
+        if (find_metric(map, key.str()) == nullptr) unlisted.insert(fmt::format("{}.{}", to_string(map), key));
       }
     }
   }
@@ -176,26 +179,14 @@ std::string write_records(const std::vector<Record>& records) {
 std::vector<Record> parse_records(std::string_view text, const std::string& name) {
   std::vector<Record> records;
   records.reserve(static_cast<size_t>(std::ranges::count(text, '\n')));
-  int line_number = 0;
-  while (!text.empty()) {
-    const auto where = [&, number = ++line_number] { return fmt::format("{}:{}", name, number); };
-    const size_t end = text.find('\n');
-    if (end == std::string_view::npos) {
-      fail("{}: the line is not finished: the file is truncated; repeat the run that wrote it", where());
-    }
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(end + 1);
-    if (std::optional<Record> record = scan_record(line)) {
-      records.push_back(std::move(*record));
-      continue;
-    }
-    records.push_back(record_from_json(parse_json(line, name, line_number), where()));
-  }
+  for_each_record(text, name, [&](Record& record) { records.push_back(record); });
   return records;
 }
 
 std::vector<Record> read_records(const std::filesystem::path& path) {
-  return parse_records(read_file(path, records_file), path.string());
+  std::vector<Record> records;
+  for_each_record(path, [&](Record& record) { records.push_back(record); });
+  return records;
 }
 
 Record strip_times(Record record) {

@@ -12,33 +12,34 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "sextant/base/interned.h"
 #include "sextant/base/options.h"
 #include "sextant/base/status.h"
+#include "sextant/eval/records/named_numbers.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {
 
 struct Record {
-  using Numbers = std::map<std::string, double>;
+  using Numbers = NamedNumbers;
 
-  std::string dataset;
-  std::string sequence;
-  std::string estimator;
-  std::string noise = "none";
+  Interned dataset;
+  Interned sequence;
+  Interned estimator;
+  Interned noise = "none";
   double level = 0;
   uint64_t seed = 0;
   int frame = 0;     ///< the current frame k of the pair (k-1, k)
-  std::string body;  ///< "ego" or "object:ID"
+  Interned body;  ///< "ego" or "object:ID"
   Status status = Status::ok;
   Gate gate = Gate::none;  ///< written only when status is `gated`
   int n_points = 0;
   int n_inliers = 0;
-  std::string flow_truth;  ///< "given" or "induced"; empty (not written) when the record has no EPE
+  Interned flow_truth;  ///< "given" or "induced"; empty (not written) when the record has no EPE
   Numbers errors;
   Numbers values;
   Numbers bound;

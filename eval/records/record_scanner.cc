@@ -50,7 +50,7 @@ class Scanner {
     const auto plain = [](char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; };
     size_t end = 0;
     while (end < text_.size() && plain(text_[end])) ++end;
-    if (!good_ || end == text_.size() || text_[end] != '"') return fail_with(std::string_view());
+    if (!good_ || end == text_.size() || text_[end] != '"') return fail_with<std::string_view>();
     const std::string_view found = text_.substr(0, end);
     text_.remove_prefix(end + 1);
     return found;
@@ -61,38 +61,35 @@ class Scanner {
     if (!good_) return T{};
     const size_t sign = text_.starts_with('-') ? 1 : 0;
     const auto digit_at = [&](size_t i) { return i < text_.size() && is_digit(text_[i]); };
-    if (!digit_at(sign) || (text_[sign] == '0' && digit_at(sign + 1))) return fail_with(T{});
+    if (!digit_at(sign) || (text_[sign] == '0' && digit_at(sign + 1))) return fail_with<T>();
     T value{};
     const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
-    if (error != std::errc() || !is_digit(end[-1])) return fail_with(T{});
+    if (error != std::errc() || !is_digit(end[-1])) return fail_with<T>();
     if constexpr (std::is_floating_point_v<T>) {
-      if (!std::isfinite(value)) return fail_with(T{});
+      if (!std::isfinite(value)) return fail_with<T>();
     }
     text_.remove_prefix(static_cast<size_t>(end - text_.data()));
     return value;
   }
 
   /// {"key":1.5,...}, keys rising.
-  Record::Numbers numbers() {
-    Record::Numbers numbers;
+  void numbers(Record::Numbers& numbers) {
+    numbers.clear();
     literal("{");
-    if (accept("}")) return numbers;
+    if (accept("}")) return;
     do {
-      const std::string_view key = text();
+      const Interned key = text();
       literal(":");
       const auto value = number<double>();
-      if (!good_ || (!numbers.empty() && numbers.rbegin()->first >= key))
-        return fail_with(std::move(numbers));
-      numbers.emplace_hint(numbers.end(), key, value);
+      if (!good_ || !numbers.append(key, value)) return fail_with();
     } while (accept(","));
     literal("}");
-    return numbers;
   }
 
-  template <typename T>
-  T fail_with(T value) {
+  template <typename T = void>
+  T fail_with() {
     good_ = false;
-    return value;
+    return T();
   }
 
  private:
@@ -107,12 +104,12 @@ class FieldScanner : public Scanner {
 
   template <size_t N, typename T>
   void field(const char (&name)[N], T& value) {
-    if (!accept_name(name)) fail_with(0);
+    if (!accept_name(name)) fail_with();
     if constexpr (std::is_enum_v<T>) {
-      if (good() && from_text(text(), value) != nullptr) fail_with(0);
+      if (good() && from_text(text(), value) != nullptr) fail_with();
     } else if constexpr (std::is_same_v<T, Record::Numbers>) {
-      value = numbers();
-    } else if constexpr (std::is_same_v<T, std::string>) {
+      numbers(value);
+    } else if constexpr (std::is_same_v<T, Interned>) {
       value = text();
     } else {
       value = number<T>();
@@ -122,7 +119,7 @@ class FieldScanner : public Scanner {
   template <size_t N, typename T, typename Value>
   void field(const char (&name)[N], T& value, const FieldRule<Value>& rule) {
     field(name, value);
-    if (!rule.holds(value)) fail_with(0);
+    if (!rule.allows(value)) fail_with();
   }
 
   template <size_t N, typename T>
@@ -131,7 +128,7 @@ class FieldScanner : public Scanner {
   }
 
   template <size_t N>
-  void unless_empty(const char (&name)[N], std::string& value, const FieldRule<std::string_view>& rule) {
+  void unless_empty(const char (&name)[N], Interned& value, const FieldRule<std::string_view>& rule) {
     if (has_name(name)) field(name, value, rule);
   }
 };
@@ -139,15 +136,15 @@ class FieldScanner : public Scanner {
 }  // namespace
 }  // namespace internal
 
-std::optional<Record> scan_record(std::string_view text) {
+bool scan_record(std::string_view text, Record& record) {
   internal::FieldScanner line(text);
   line.literal(R"({"schema":)");
-  if (line.number<int>() != internal::record_schema) return std::nullopt;
-  Record record;
+  if (line.number<int>() != internal::record_schema) return false;
+  record.gate = Gate::none;
+  record.flow_truth = {};
   internal::visit_fields(record, line);
   line.literal("}");
-  if (!line.finished()) return std::nullopt;
-  return record;
+  return line.finished();
 }
 
 }  // namespace sextant

@@ -5,14 +5,13 @@
 // as fast as a general JSON parser; every other line is left to record_from_json(), which also says what is
 // wrong.
 
-#include <optional>
 #include <string_view>
 
 #include "sextant/eval/records/record.h"
 
 namespace sextant {
 
-/// The record, equal to that of record_from_json(); nothing when the line is not in the writer's form.
-std::optional<Record> scan_record(std::string_view line);
+/// Makes `record` equal to that of record_from_json(). False, and any record, when the line is not in the writer's form.
+bool scan_record(std::string_view line, Record& record);
 
 }  // namespace sextant

@@ -61,7 +61,7 @@ TEST(Record, RoundTripsBitForBit) {
   Record gated = example();
   gated.status = Status::gated;
   gated.gate = Gate::is_static;
-  gated.flow_truth.clear();
+  gated.flow_truth = "";
   gated.seed = std::numeric_limits<uint64_t>::max();
   gated.errors = {{"Et_m", std::nextafter(0.1, 1.0)}, {"ER_deg", 5e-324}};
   const std::vector<Record> records = {example(), gated};
@@ -123,25 +123,26 @@ TEST(Record, TheFastReaderAgreesWithTheStrictOne) {
   records[0].errors = {{"ER_deg", 1e-300}, {"Et_m", -0.0}, {"Ev_kmh", 123456789.0}};
   records[1].status = Status::gated;
   records[1].gate = Gate::area;
-  records[1].flow_truth.clear();
+  records[1].flow_truth = "";
   records[2].seed = 18446744073709551615ULL;
   records[2].level = 1e22;
   records[2].values.clear();
+  Record scanned;  // the same one for all: nothing of a line stays
   for (const Record& record : records) {
     std::string line = write_records({record});
     line.pop_back();
-    const std::optional<Record> scanned = scan_record(line);
-    ASSERT_TRUE(scanned) << line;
-    EXPECT_EQ(*scanned, record_from_json(Json::parse(line), "line"));
-    EXPECT_EQ(*scanned, record);
+    ASSERT_TRUE(scan_record(line, scanned)) << line;
+    EXPECT_EQ(scanned, record_from_json(Json::parse(line), "line"));
+    EXPECT_EQ(scanned, record);
   }
 }
 
 TEST(Record, TheFastReaderLeavesEveryOtherLineToTheStrictOne) {
   std::string line = write_records({example()});
   line.pop_back();
-  ASSERT_TRUE(scan_record(line));
-  for (size_t i = 0; i < line.size(); ++i) EXPECT_FALSE(scan_record(line.substr(0, i))) << i;
+  Record scanned;
+  ASSERT_TRUE(scan_record(line, scanned));
+  for (size_t i = 0; i < line.size(); ++i) EXPECT_FALSE(scan_record(line.substr(0, i), scanned)) << i;
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string changed = line;
     const size_t at = changed.find(from);
@@ -170,7 +171,7 @@ TEST(Record, TheFastReaderLeavesEveryOtherLineToTheStrictOne) {
                                                         {"vdo", "v\xc3\xa4o"},
                                                         {"\"Et_m\"", "\"ER_deg\""},
                                                         {"}}", "}} "}}) {
-    EXPECT_FALSE(scan_record(with(from, to))) << to;
+    EXPECT_FALSE(scan_record(with(from, to), scanned)) << to;
   }
 }
 

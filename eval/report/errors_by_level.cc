@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <tuple>
 
 #include "sextant/base/parallel_for.h"
 #include "sextant/eval/report/record_reading.h"
@@ -12,31 +10,18 @@
 namespace sextant {
 namespace {
 
-NoiseLevelRow summarize_level(const RecordRefs& records, const BootstrapOptions& options) {
-  const Record& first = *records.front();
-  NoiseLevelRow row{{}, first.dataset, first.sequence, first.body, first.estimator, first.noise, first.level};
-  const Clusters clusters(records);
-  RecordRefs estimated;
-  std::vector<double> epe;
-  for (const Record* record : records) {
-    if (!has_truth(*record)) continue;
-    ++row.n_truth;
-    if (record->status != Status::ok) continue;
-    estimated.push_back(record);
-    if (const auto value = find_number(record->errors, "epe_initial_px");
-        value && record->flow_truth == "given") {
-      epe.push_back(*value);
-    }
+NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& options) {
+  const NoiseLevelKey& key = level.key();
+  NoiseLevelRow row{{}, key.dataset, key.sequence, key.body, key.estimator, key.noise, key.level};
+  row.n_seeds = static_cast<int>(level.n_seeds());
+  row.n_truth = static_cast<int>(level.n_truth());
+  row.n_estimated = static_cast<int>(level.n_estimated());
+  const ClusterBy by = row.n_seeds < 2 ? ClusterBy::frames : ClusterBy::seeds;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    if (level.has(e)) row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, by), options);
   }
-  row.n_seeds = clusters.n_seeds();
-  row.n_estimated = static_cast<int>(estimated.size());
-  for (const MetricDefinition* error : metrics_for(compared)) {
-    const ErrorSample sample = error_sample(estimated, error->name, clusters);
-    if (!sample.values.empty())
-      row.errors[error->name] = summarize_sample(ClusteredSample(sample.values, sample.clusters), options);
-  }
-  row.limit = summarize_limit(estimated, options);
-  if (!epe.empty()) row.epe_initial_px = mean(epe);
+  row.limit = summarize_limit(level, options);
+  if (level.epe_initial_px().n > 0) row.epe_initial_px = level.epe_initial_px().mean();
   return row;
 }
 
@@ -80,17 +65,10 @@ void add_cells(const SampleSummary* summary, std::vector<Cell>& cells) {
 }  // namespace
 
 std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const BootstrapOptions& options) {
-  using Key = std::tuple<std::string, std::string, int, std::string, double, std::string>;
-  std::map<Key, RecordRefs> by_key;
-  for (const Record& r : sweep.records) {
-    by_key[{r.dataset, r.sequence, body_order(r), r.estimator, r.level, r.noise}].push_back(&r);
-  }
-  std::vector<const RecordRefs*> levels;
-  for (const auto& [key, of_level] : by_key) levels.push_back(&of_level);
-  std::vector<NoiseLevelRow> all(levels.size());
-  parallel_for(static_cast<int>(levels.size()), jobs, [&](int i) {
+  std::vector<NoiseLevelRow> all(sweep.levels.size());
+  parallel_for(static_cast<int>(all.size()), jobs, [&](int i) {
     const auto at = static_cast<size_t>(i);
-    all[at] = summarize_level(*levels[at], options);
+    all[at] = summarize_level(*sweep.levels[at], options);
     all[at].parameter = sweep.parameter;
   });
   std::erase_if(all, [](const NoiseLevelRow& row) { return row.n_truth == 0; });

@@ -30,7 +30,7 @@ TEST(NoiseLevels, MeansAndIntervalsByHand) {
   parked.values["dynamic_gt"] = 0;
   records.push_back(parked);
 
-  const std::vector<NoiseLevelRow> rows = noise_levels({"depth.delta_d_px", records, {}});
+  const std::vector<NoiseLevelRow> rows = noise_levels(noise_sweep_of("depth.delta_d_px", records));
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows[0].level, 0.1);
   EXPECT_FALSE(rows[0].errors.at("Et_m").mean.interval);  // one seed: nothing is known of the spread

@@ -15,27 +15,25 @@ namespace {
 constexpr double alpha = 0.05;
 constexpr double identical_below = 1e-9;  // m or deg: rounding of equal optima
 
-using Estimated = std::map<SeedFrame, const Record*>;
-
 /// What every estimator made of one body at one level.
 struct Level {
   const NoiseSweep* sweep = nullptr;
-  std::map<std::string, Estimated> by_estimator;
+  std::map<Interned, const NoiseLevel*> by_estimator;
 };
+using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
-/// Of the cases whose records both have that error; nothing where there is none.
-std::optional<ErrorComparison> compare(const std::vector<SeedFrame>& cases, const Estimated& first,
-                                       const Estimated& second, const Clusters& clusters,
-                                       const std::string& key, const BootstrapOptions& options) {
+/// Of the pairs whose records both have that error; nothing where there is none.
+std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first, const NoiseLevel& second,
+                                       size_t error, ClusterBy by, const BootstrapOptions& options) {
   std::vector<double> of_first, differences;
   std::vector<uint64_t> labels;
-  for (const SeedFrame& at : cases) {
-    const Record& record = *first.at(at);
-    const auto a = find_number(record.errors, key), b = find_number(second.at(at)->errors, key);
-    if (!a || !b) continue;
-    of_first.push_back(*a);
-    differences.push_back(*b - *a);
-    labels.push_back(clusters.of(record));
+  for (const auto& [a, b] : pairs) {
+    const double before = first.error(error, a), difference = second.error(error, b) - before;
+    if (std::isnan(difference)) continue;
+    of_first.push_back(before);
+    differences.push_back(difference);
+    const auto [seed, frame] = first.case_of(a);
+    labels.push_back(by == ClusterBy::seeds ? seed : static_cast<uint64_t>(frame));
   }
   if (differences.empty()) return std::nullopt;
   ErrorComparison out{compare_pairs(differences, labels, options), mean(of_first)};
@@ -46,34 +44,36 @@ std::optional<ErrorComparison> compare(const std::vector<SeedFrame>& cases, cons
 }
 
 /// Nothing where no pair was estimated by both.
-std::optional<ComparisonRow> compare(const Estimated& first, const Estimated& second,
+std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& second,
                                      const BootstrapOptions& options) {
-  const std::vector<SeedFrame> cases = common_keys<Estimated>({&first, &second});
-  if (cases.empty()) return std::nullopt;
-  RecordRefs of_first;
-  for (const SeedFrame& at : cases) of_first.push_back(first.at(at));
-  const Record& any = *of_first.front();
-  const auto n = static_cast<int>(cases.size());
-  ComparisonRow row{.dataset = any.dataset,
-                    .sequence = any.sequence,
-                    .body = any.body,
-                    .noise = any.noise,
-                    .level = any.level,
+  const RowPairs pairs = first.pairs(second);
+  if (pairs.empty()) return std::nullopt;
+  const NoiseLevelKey& key = first.key();
+  const auto n = static_cast<int>(pairs.size());
+  ComparisonRow row{.dataset = key.dataset,
+                    .sequence = key.sequence,
+                    .body = key.body,
+                    .noise = key.noise,
+                    .level = key.level,
                     .n_pairs = n,
-                    .n_only_first = static_cast<int>(first.size()) - n,
-                    .n_only_second = static_cast<int>(second.size()) - n};
-  for (const MetricDefinition* error : metrics_for(compared)) {
-    if (auto c = compare(cases, first, second, Clusters(of_first), error->name, options))
-      row.errors.emplace(error->name, std::move(*c));
+                    .n_only_first = static_cast<int>(first.n_with_error()) - n,
+                    .n_only_second = static_cast<int>(second.n_with_error()) - n};
+  // Sorted: one seed where the first is the last.
+  const bool one_seed = first.case_of(pairs.front().first).first == first.case_of(pairs.back().first).first;
+  const ClusterBy by = one_seed ? ClusterBy::frames : ClusterBy::seeds;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    if (auto c = compare(pairs, first, second, e, by, options))
+      row.errors.emplace(compared_errors()[e]->name, std::move(*c));
   }
   return row;
 }
 
-std::vector<std::string> estimators_in_order(const std::vector<NoiseSweep>& sweeps) {
-  std::vector<std::string> names;
+/// In the order in which the sweeps' records have them.
+std::vector<Interned> estimators_in_order(const std::vector<NoiseSweep>& sweeps) {
+  std::vector<Interned> names;
   for (const NoiseSweep& sweep : sweeps) {
-    for (const Record& record : sweep.records) {
-      if (std::ranges::find(names, record.estimator) == names.end()) names.push_back(record.estimator);
+    for (const Interned name : sweep.estimators) {
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
     }
   }
   return names;
@@ -83,11 +83,11 @@ std::vector<Level> levels_of(const std::vector<NoiseSweep>& sweeps) {
   using Key = std::tuple<size_t, std::string, std::string, int, double, std::string>;
   std::map<Key, Level> levels;
   for (size_t s = 0; s < sweeps.size(); ++s) {
-    for (const Record& r : sweeps[s].records) {
-      if (r.status != Status::ok || !has_truth(r) || !has_compared_error(r)) continue;
-      Level& level = levels[{s, r.dataset, r.sequence, body_order(r), r.level, r.noise}];
+    for (const NoiseLevelRef& of : sweeps[s].levels) {
+      const NoiseLevelKey& key = of->key();
+      Level& level = levels[{s, key.dataset, key.sequence, body_order(key.body), key.level, key.noise}];
       level.sweep = &sweeps[s];
-      level.by_estimator[r.estimator][{r.seed, r.frame}] = &r;
+      level.by_estimator[key.estimator] = of.get();
     }
   }
   std::vector<Level> out;
@@ -132,7 +132,7 @@ void add_cells(const MetricDefinition& error, const ComparisonRow& row, std::vec
 
 std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& sweeps, int jobs,
                                               const BootstrapOptions& options) {
-  const std::vector<std::string> names = estimators_in_order(sweeps);
+  const std::vector<Interned> names = estimators_in_order(sweeps);
   const std::vector<Level> levels = levels_of(sweeps);
   std::vector<std::vector<ComparisonRow>> of_level(levels.size());
   parallel_for(static_cast<int>(levels.size()), jobs, [&](int i) {
@@ -142,7 +142,7 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
         const auto first = level.by_estimator.find(names[a]);
         const auto second = level.by_estimator.find(names[b]);
         if (first == level.by_estimator.end() || second == level.by_estimator.end()) continue;
-        std::optional<ComparisonRow> row = compare(first->second, second->second, options);
+        std::optional<ComparisonRow> row = compare(*first->second, *second->second, options);
         if (!row) continue;
         row->parameter = level.sweep->parameter;
         row->first = names[a];

@@ -30,6 +30,7 @@ struct EvidencePart {
   std::string name;  ///< its folder below parts/
   PartRole role = PartRole::sets;
   NoiseSweep sweep;
+  std::vector<Record> records;
 };
 
 struct Evidence {

@@ -3,37 +3,43 @@
 #include <algorithm>
 
 #include "sextant/metrics/nees.h"
-#include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"
 
 namespace sextant {
 namespace {
 
+/// Of the records that have both; none where there are none, or all errors are 0.
+std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds, const BootstrapOptions& options) {
+  const Moments all = total(errors);
+  if (all.xx == 0) return std::nullopt;
+  const std::vector<Moments> seeds = joined_sums(errors);
+  const auto rms = [&](std::span<const size_t> chosen) { return total(seeds, chosen).rmse(); };
+  Efficiency out{bounds.rmse(), bounds.rmse() / all.rmse(), std::nullopt};
+  const std::optional<Interval> interval = cluster_bootstrap(seeds.size(), rms, options);
+  if (interval && interval->low > 0) out.interval = {out.bound / interval->high, out.bound / interval->low};
+  return out;
+}
+
 std::optional<Efficiency> efficiency(const RecordRefs& records, const std::string& key,
                                      const BootstrapOptions& options) {
-  std::vector<double> bounds, errors;
+  Moments bounds;
+  std::vector<double> errors;
   std::vector<uint64_t> seeds;
   for (const Record* record : records) {
     const auto bound = find_number(record->bound, key);
     const auto error = find_number(record->errors, key);
     if (!bound || !error) continue;
-    bounds.push_back(*bound);
+    bounds.add(*bound);
     errors.push_back(*error);
     seeds.push_back(record->seed);
   }
-  if (errors.empty() || rmse(errors) == 0) return std::nullopt;
-  const auto rms = [](std::span<const double> sample) { return rmse(sample); };
-  Efficiency out{rmse(bounds), rmse(bounds) / rmse(errors), std::nullopt};
-  const std::optional<Interval> interval = bootstrap_by_cluster(errors, seeds, rms, options);
-  if (interval && interval->low > 0) out.interval = {out.bound / interval->high, out.bound / interval->low};
-  return out;
+  return errors.empty() ? std::nullopt : efficiency(cluster_sums(errors, seeds), bounds, options);
 }
 
-std::optional<Consistency> consistency(const RecordRefs& records) {
-  const std::vector<double> values = numbers_of(records, NumberMap::values, "nees");
-  if (values.empty()) return std::nullopt;
-  const int n = static_cast<int>(values.size());
-  return Consistency{mean(values), nees_interval(n, nees_dof), n};
+std::optional<Consistency> consistency(const Moments& nees) {
+  if (nees.n == 0) return std::nullopt;
+  const int n = static_cast<int>(nees.n);
+  return Consistency{nees.mean(), nees_interval(n, nees_dof), n};
 }
 
 }  // namespace
@@ -44,13 +50,25 @@ std::vector<const MetricDefinition*> bounded_errors() {
   return bounded;
 }
 
+LimitSummary summarize_limit(const NoiseLevel& level, const BootstrapOptions& options) {
+  LimitSummary limit;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    const auto [errors, bounds] = level.bounded(e);
+    if (const auto value = efficiency(errors, bounds, options)) limit.efficiency[compared_errors()[e]->name] = *value;
+  }
+  limit.consistency = consistency(level.nees());
+  return limit;
+}
+
 LimitSummary summarize_limit(const RecordRefs& estimated, const BootstrapOptions& options) {
   LimitSummary limit;
   for (const MetricDefinition* error : bounded_errors()) {
     if (const auto value = efficiency(estimated, error->name, options))
       limit.efficiency[error->name] = *value;
   }
-  limit.consistency = consistency(estimated);
+  Moments nees;
+  for (const double value : numbers_of(estimated, NumberMap::values, "nees")) nees.add(value);
+  limit.consistency = consistency(nees);
   return limit;
 }
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/noise_level.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {
@@ -37,6 +37,7 @@ struct LimitSummary {
 std::vector<const MetricDefinition*> bounded_errors();
 
 /// Of the estimated records of one body, estimator and level. What no record has is none.
+LimitSummary summarize_limit(const NoiseLevel& level, const BootstrapOptions& options);
 LimitSummary summarize_limit(const RecordRefs& estimated, const BootstrapOptions& options);
 
 /// The limit's columns of a noise table, and their cells.

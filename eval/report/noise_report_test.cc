@@ -22,21 +22,26 @@ Record record_of(const std::string& estimator, double level, uint64_t seed, int 
 }
 
 /// error = level (1 + gain) + 0.01 x noise of the seed, frame and level, which estimators share.
-NoiseSweep sweep_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
-  NoiseSweep sweep{"depth.delta_d_px", {}, {}};
+std::vector<Record> records_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
+  std::vector<Record> records;
   for (const auto& [estimator, gain] : gains) {
     for (const double level : {0.1, 0.2, 0.3}) {
       for (uint64_t seed = 0; seed < n_seeds; ++seed) {
         for (int frame = 1; frame <= 5; ++frame) {
           PhiloxStream random(seed, static_cast<uint64_t>(frame + 100 * level));
           const double noise = static_cast<double>(random.below(1000)) / 1000 - 0.5;
-          sweep.records.push_back(
+          records.push_back(
               record_of(estimator, level, seed, frame, level * (1 + gain) + 0.01 * noise));
         }
       }
     }
   }
-  return sweep;
+  return records;
+}
+
+NoiseSweep sweep_of(const std::vector<Record>& records) { return noise_sweep_of("depth.delta_d_px", records); }
+NoiseSweep sweep_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
+  return sweep_of(records_of(gains, n_seeds));
 }
 
 TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
@@ -57,16 +62,16 @@ TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
 }
 
 TEST(Comparisons, NoiseAloneIsNoDifference) {
-  NoiseSweep sweep = sweep_of({{"a", 0}}, 30);
-  const size_t n = sweep.records.size();
+  std::vector<Record> records = records_of({{"a", 0}}, 30);
+  const size_t n = records.size();
   for (size_t i = 0; i < n; ++i) {
-    Record other = sweep.records[i];
+    Record other = records[i];
     PhiloxStream random(77, i);
     other.estimator = "b";
     other.errors["Et_m"] += 0.001 * (static_cast<double>(random.below(2001)) / 1000 - 1);
-    sweep.records.push_back(other);
+    records.push_back(other);
   }
-  for (const ComparisonRow& row : compare_estimators({sweep})) {
+  for (const ComparisonRow& row : compare_estimators({sweep_of(records)})) {
     EXPECT_EQ(verdict(row.errors.at("Et_m"), row), "no difference seen") << row.level;
     EXPECT_GT(*row.errors.at("Et_m").detectable, 0);
     EXPECT_LT(*row.errors.at("Et_m").detectable, 1e-3);
@@ -74,17 +79,17 @@ TEST(Comparisons, NoiseAloneIsNoDifference) {
 }
 
 TEST(Comparisons, CountWhatOnlyOneHasEstimated) {
-  NoiseSweep sweep = sweep_of({{"a", 0}, {"b", 0}}, 4);
-  for (Record& r : sweep.records) {
+  std::vector<Record> records = records_of({{"a", 0}, {"b", 0}}, 4);
+  for (Record& r : records) {
     if (r.estimator == "b" && r.frame <= 2) r.status = Status::lost;
     if (r.estimator == "a" && r.frame == 5) r.status = Status::lost;
   }
-  const ComparisonRow row = compare_estimators({sweep}).front();
+  const ComparisonRow row = compare_estimators({sweep_of(records)}).front();
   EXPECT_EQ(row.n_pairs, 8);
   EXPECT_EQ(row.n_only_first, 8);
   EXPECT_EQ(row.n_only_second, 4);
-  sweep = sweep_of({{"a", 0}, {"b", -0.5}}, 1);  // one seed: frames are the clusters
-  EXPECT_TRUE(compare_estimators({sweep}).front().errors.at("Et_m").p);
+  const NoiseSweep one_seed = sweep_of({{"a", 0}, {"b", -0.5}}, 1);  // frames are the clusters
+  EXPECT_TRUE(compare_estimators({one_seed}).front().errors.at("Et_m").p);
 }
 
 TEST(Trends, SlopeRisesAndTest) {
@@ -97,14 +102,14 @@ TEST(Trends, SlopeRisesAndTest) {
   EXPECT_LE(rows[0].errors.at("Et_m").slope.interval->low, rows[0].errors.at("Et_m").slope.slope);
   EXPECT_NEAR(rows[1].errors.at("Et_m").slope.slope, 2, 0.01);
   EXPECT_LT(*rows[0].errors.at("Et_m").p_corrected, 0.001);
-  EXPECT_TRUE(noise_trends({NoiseSweep{"", {record_of("a", 1, 0, 1, 1)}, {}}}).empty());
+  EXPECT_TRUE(noise_trends({noise_sweep_of("", {record_of("a", 1, 0, 1, 1)})}).empty());
 }
 
 TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
   const TempFolder folder;
-  const auto write = [&](const std::string& name, const NoiseSweep& sweep) {
+  const auto write = [&](const std::string& name, const std::vector<Record>& records) {
     std::filesystem::create_directories(folder.path() / name);
-    write_file(folder.path() / name / "records.jsonl", write_records(sweep.records));
+    write_file(folder.path() / name / "records.jsonl", write_records(records));
     Json run;
     run["configuration"]["noise"] = Json::array();
     run["noise"] = Json::array();
@@ -120,12 +125,12 @@ TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
     write_file(folder.path() / name / "run.json", run.dump());
     return folder.path() / name;
   };
-  const auto a = write("a", sweep_of({{"a", 0}}, 2));
-  const auto b = write("b", sweep_of({{"b", 0}}, 2));
+  const auto a = write("a", records_of({{"a", 0}}, 2));
+  const auto b = write("b", records_of({{"b", 0}}, 2));
   const std::vector<NoiseSweep> sweeps = read_noise_sweeps({a, b});
   ASSERT_EQ(sweeps.size(), 1U);
   EXPECT_EQ(sweeps[0].parameter, "depth.delta_d_px");
-  EXPECT_EQ(sweeps[0].n_estimators(), 2U);
+  EXPECT_EQ(sweeps[0].estimators.size(), 2U);
   EXPECT_EQ(sweeps[0].n_levels(), 3U);
   const std::vector<AchievedNoiseRow> achieved = achieved_noise_rows(sweeps[0]);
   ASSERT_EQ(achieved.size(), 6U);

@@ -1,11 +1,12 @@
 #include "sextant/eval/report/noise_sweep.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
-#include <tuple>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
 
 namespace sextant {
@@ -38,25 +39,57 @@ std::vector<AchievedNoise> achieved_noise(const Json& run) {
   return achieved;
 }
 
-using CaseKey =
-    std::tuple<std::string, std::string, std::string, std::string, double, uint64_t, int, std::string>;
+/// The folders of a case that is in more than one, or in one of them twice, in order.
+std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame& at,
+                                      const std::vector<std::filesystem::path>& folders) {
+  std::vector<std::string> found;
+  for (const std::filesystem::path& folder : folders) {
+    for_each_record(folder / "records.jsonl", [&](const Record& r) {
+      if (SeedFrame(r.seed, r.frame) == at && NoiseLevelKey::of(r) == key) found.push_back(folder.string());
+    });
+  }
+  return found;
+}
 
-CaseKey key_of(const Record& r) {
-  return {r.dataset, r.sequence, r.estimator, r.noise, r.level, r.seed, r.frame, r.body};
+/// Throws Error for a case that is in two folders, whatever they vary.
+void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::filesystem::path>& folders) {
+  std::map<NoiseLevelKey, std::vector<const NoiseLevel*>> by_key;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const NoiseLevelRef& level : sweep.levels) by_key[level->key()].push_back(level.get());
+  }
+  for (const auto& [key, levels] : by_key) {
+    std::vector<SeedFrame> cases;
+    for (size_t i = 0; i < levels.size() && cases.empty(); ++i) {
+      cases = levels[i]->repeated();
+      for (size_t j = 0; j < i && cases.empty(); ++j) cases = levels[j]->shared(*levels[i]);
+    }
+    if (cases.empty()) continue;
+    const std::vector<std::string> found = folders_with(key, cases.front(), folders);
+    fail("{}: {} of {} {}, {}, frame {}, is in {} too: give each case once", found.at(1), key.body, key.dataset,
+         key.sequence, key.estimator, cases.front().second, found.front());
+  }
 }
 
 }  // namespace
 
 size_t NoiseSweep::n_levels() const {
-  std::set<double> levels;
-  for (const Record& record : records) levels.insert(record.level);
-  return levels.size();
+  std::set<double> distinct;
+  for (const NoiseLevelRef& level : levels) distinct.insert(level->key().level);
+  return distinct.size();
 }
 
-size_t NoiseSweep::n_estimators() const {
-  std::set<std::string> estimators;
-  for (const Record& record : records) estimators.insert(record.estimator);
-  return estimators.size();
+NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record>& records) {
+  NoiseLevels levels;
+  for (const Record& record : records) levels.add(record);
+  return {parameter, levels.take(), levels.estimators()};
+}
+
+void add_levels(const NoiseSweep& more, NoiseSweep& sweep) {
+  sweep.levels.insert(sweep.levels.end(), more.levels.begin(), more.levels.end());
+  for (const Interned name : more.estimators) {
+    if (std::ranges::find(sweep.estimators, name) == sweep.estimators.end()) sweep.estimators.push_back(name);
+  }
+  std::ranges::stable_sort(sweep.levels, [](const auto& a, const auto& b) { return a->key() < b->key(); });
 }
 
 std::string swept_parameter(const Json& configuration) {
@@ -79,29 +112,24 @@ std::string swept_parameter(const Json& configuration) {
 }
 
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders) {
-  std::map<std::string, NoiseSweep> by_parameter;
-  std::map<CaseKey, std::string> folder_of;
+  struct Content {
+    NoiseLevels levels;
+    std::vector<AchievedNoise> achieved;
+  };
+  std::map<std::string, Content> by_parameter;
   for (const std::filesystem::path& folder : folders) {
     if (!std::filesystem::exists(folder / "records.jsonl")) {
       fail("{}: no records.jsonl: expected the folder of a finished run or sweep", folder.string());
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
-    NoiseSweep& sweep = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
-    for (Record& record : read_records(folder / "records.jsonl")) {
-      const auto [it, is_new] = folder_of.emplace(key_of(record), folder.string());
-      if (!is_new) {
-        fail("{}: {} of {} {}, {}, frame {}, is in {} too: give each case once", folder.string(), record.body,
-             record.dataset, record.sequence, record.estimator, record.frame, it->second);
-      }
-      sweep.records.push_back(std::move(record));
-    }
-    for (AchievedNoise& achieved : achieved_noise(run)) sweep.achieved.push_back(std::move(achieved));
+    Content& content = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
+    for_each_record(folder / "records.jsonl", [&](const Record& record) { content.levels.add(record); });
+    for (AchievedNoise& achieved : achieved_noise(run)) content.achieved.push_back(std::move(achieved));
   }
   std::vector<NoiseSweep> sweeps;
-  for (auto& [parameter, sweep] : by_parameter) {
-    sweep.parameter = parameter;
-    sweeps.push_back(std::move(sweep));
-  }
+  for (auto& [parameter, content] : by_parameter)
+    sweeps.push_back({parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+  check_once(sweeps, folders);
   return sweeps;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Folders of runs and sweeps as reports read them: records.jsonl, and of run.json what was asked of the noise
+// Folders of runs and sweeps as reports read them: the records by level of the noise, streamed, and of run.json what was asked of the noise
 // and what came out. Folders that vary the same parameter of the noise belong together, whichever estimator
 // they hold.
 
@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/records/record.h"
+#include "sextant/base/json.h"
+#include "sextant/eval/report/noise_level.h"
 
 namespace sextant {
 
@@ -21,12 +22,17 @@ struct AchievedNoise {
 
 struct NoiseSweep {
   std::string parameter;  ///< "depth.delta_d_px": the key of the noise whose value is the level; "" = none
-  std::vector<Record> records;
-  std::vector<AchievedNoise> achieved;
+  std::vector<NoiseLevelRef> levels;  ///< in order of key
+  std::vector<Interned> estimators;   ///< in order of first appearance
+  std::vector<AchievedNoise> achieved{};
 
   size_t n_levels() const;
-  size_t n_estimators() const;
 };
+
+/// Of these records alone.
+NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record>& records);
+/// With the levels of `more` too.
+void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
 /// In order of parameter; within one, in the order of the folders. Throws Error for a folder without
 /// records.jsonl, and for the same case (all of a record's keys) in two folders.

@@ -4,11 +4,6 @@
 
 namespace sextant {
 
-std::optional<double> find_number(const Record::Numbers& numbers, const std::string& key) {
-  const double* number = find_in(numbers, key);
-  return number == nullptr ? std::nullopt : std::optional(*number);
-}
-
 std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key) {
   std::vector<double> numbers;
   for (const Record* record : records) {
@@ -28,15 +23,6 @@ std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std:
 bool has_compared_error(const Record& record) {
   return std::ranges::any_of(metrics_for(compared),
                              [&](const MetricDefinition* m) { return record.errors.contains(m->name); });
-}
-
-bool has_truth(const Record& record) {
-  if (record.is_ego()) return record.values.contains("step_gt_m");
-  return record.values.contains("distance_gt_m") && find_number(record.values, "dynamic_gt").value_or(1) != 0;
-}
-
-int body_order(const Record& record) {
-  return record.is_ego() ? 0 : std::stoi(record.body.substr(record.body.find(':') + 1));
 }
 
 std::string body_title(const std::string& body) {

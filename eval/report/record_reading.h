@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_truth.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
 
@@ -35,11 +36,12 @@ std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& m
 }
 
 /// What these have under that member, each value once, in order of first appearance.
-template <typename Item>
-std::vector<std::string> distinct(const std::vector<const Item*>& items, std::string Item::*member) {
+template <typename Item, typename Text>
+std::vector<std::string> distinct(const std::vector<const Item*>& items, Text Item::*member) {
   std::vector<std::string> values;
   for (const Item* item : items) {
-    if (std::ranges::find(values, item->*member) == values.end()) values.push_back(item->*member);
+    const std::string& value = item->*member;
+    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
   }
   return values;
 }
@@ -48,7 +50,11 @@ std::vector<std::string> distinct(const std::vector<const Item*>& items, std::st
 using SeedFrame = std::pair<uint64_t, int>;
 
 /// The number of that name, if the record has it.
-std::optional<double> find_number(const Record::Numbers& numbers, const std::string& key);
+template <typename Map>
+std::optional<double> find_number(const Map& numbers, const typename Map::key_type& key) {
+  const double* number = find_in(numbers, key);
+  return number == nullptr ? std::nullopt : std::optional(*number);
+}
 
 /// The numbers of that name of the records that have it.
 std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key);
@@ -58,12 +64,6 @@ std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std:
 
 /// Has one of the errors that are compared (metrics/definitions.h).
 bool has_compared_error(const Record& record);
-
-/// Truth in both frames, and worth estimating: an object that is static by truth is not.
-bool has_truth(const Record& record);
-
-/// Where a body stands in tables: 0 for ego, else its id.
-int body_order(const Record& record);
 
 /// "camera", "object 3".
 std::string body_title(const std::string& body);

@@ -39,7 +39,7 @@ using BodyKey = std::tuple<std::string, std::string, std::string, int>;
 std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
   std::map<BodyKey, RecordRefs> bodies;
   for (const Record& record : records) {
-    bodies[{record.dataset, record.sequence, record.estimator, body_order(record)}].push_back(&record);
+    bodies[{record.dataset, record.sequence, record.estimator, body_order(record.body)}].push_back(&record);
   }
   return bodies;
 }
@@ -74,7 +74,7 @@ std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   std::map<std::string, double> floors;
   for (const Record& record : records) {
     if (const auto floor_m = find_number(record.values, "step_floor_m")) {
-      floors[record.dataset + " " + record.sequence] = *floor_m;
+      floors[fmt::format("{} {}", record.dataset, record.sequence)] = *floor_m;
     }
   }
   std::vector<std::string> notes;

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <tuple>
+#include <span>
+#include <utility>
 
 #include "sextant/base/parallel_for.h"
 #include "sextant/eval/report/record_reading.h"
@@ -12,93 +13,103 @@
 namespace sextant {
 namespace {
 
-struct Mean {
-  double sum = 0;
-  int n = 0;
-  void add(double value) {
-    sum += value;
-    ++n;
-  }
-  double value() const { return sum / n; }
-};
+/// One body's errors under one estimator, one entry for each of compared_errors().
+using Levels = std::map<double, ClusterSums>;
 
-/// One body's errors under one estimator.
-struct Body {
-  const NoiseSweep* sweep = nullptr;
-  RecordRefs records;
-};
-
-RecordRefs with_all_levels(const RecordRefs& records, const Clusters& clusters) {
-  std::set<double> levels;
-  std::map<uint64_t, std::set<double>> of_cluster;
-  for (const Record* record : records) {
-    levels.insert(record->level);
-    of_cluster[clusters.of(*record)].insert(record->level);
+void add_sums(const ClusterSums& more, ClusterSums& sums) {
+  std::map<uint64_t, Moments> by_label;
+  for (const ClusterSums* part : {&std::as_const(sums), &more}) {
+    for (const auto& [label, of] : *part) by_label[label].add(of);
   }
-  RecordRefs kept;
-  for (const Record* record : records) {
-    if (of_cluster[clusters.of(*record)].size() == levels.size()) kept.push_back(record);
+  sums.clear();
+  for (const auto& [label, of] : by_label) sums.push_back({label, of});
+}
+
+Levels levels_of(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy by) {
+  Levels levels;
+  for (const NoiseLevelRef& level : curve) {
+    if (!level->has(error)) continue;
+    ClusterSums& sums = levels[level->key().level];
+    if (sums.empty()) {
+      sums = level->sums(error, by);
+    } else {
+      add_sums(level->sums(error, by), sums);
+    }
+  }
+  return levels;
+}
+
+using Labels = std::set<uint64_t>;
+
+/// The clusters that have every level.
+Labels complete_clusters(const std::map<double, Labels>& by_level) {
+  Labels kept;
+  for (bool is_first = true; const auto& [level, labels] : by_level) {
+    if (std::exchange(is_first, false)) {
+      kept = labels;
+    } else {
+      std::erase_if(kept, [&labels = labels](uint64_t label) { return !labels.contains(label); });
+    }
   }
   return kept;
 }
 
-ErrorTrend trend_of(const RecordRefs& records, const Clusters& clusters, const std::string& key,
-                    const BootstrapOptions& options) {
-  std::vector<double> level, error;
-  std::vector<uint64_t> cluster;
-  std::map<double, Mean> by_level;
-  std::map<uint64_t, std::map<double, Mean>> by_cluster;
-  for (const Record* record : records) {
-    const double value = record->errors.at(key);
-    level.push_back(record->level);
-    error.push_back(value);
-    cluster.push_back(clusters.of(*record));
-    by_level[record->level].add(value);
-    by_cluster[cluster.back()][record->level].add(value);
+void keep(const Labels& clusters, Levels& levels) {
+  for (auto& [level, sums] : levels)
+    std::erase_if(sums, [&](const ClusterSum& sum) { return !clusters.contains(sum.label); });
+  std::erase_if(levels, [](const auto& item) { return item.second.empty(); });
+}
+
+std::map<double, Labels> labels_of(const std::vector<Levels>& of_errors) {
+  std::map<double, Labels> by_level;
+  for (const Levels& levels : of_errors) {
+    for (const auto& [level, sums] : levels) {
+      for (const ClusterSum& sum : sums) by_level[level].insert(sum.label);
+    }
   }
+  return by_level;
+}
+
+/// Of clusters that all have every level.
+ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
   ErrorTrend trend;
-  trend.mean_lowest = by_level.begin()->second.value();
-  trend.mean_highest = by_level.rbegin()->second.value();
-  trend.n_steps = static_cast<int>(by_level.size()) - 1;
-  for (auto it = std::next(by_level.begin()); it != by_level.end(); ++it) {
-    trend.n_rises += it->second.value() > std::prev(it)->second.value() ? 1 : 0;
+  std::vector<LevelSums> sums;
+  std::vector<double> means;
+  std::vector<std::vector<double>> blocks(levels.begin()->second.size());
+  for (const auto& [level, clusters] : levels) {
+    means.push_back(total(clusters).mean());
+    for (size_t c = 0; c < clusters.size(); ++c) blocks[c].push_back(clusters[c].of.mean());
+    sums.push_back({level, clusters});
   }
-  trend.slope = noise_slope(level, error, cluster, options);
-  if (by_cluster.size() < 2) return trend;
-  std::vector<std::vector<double>> blocks;
-  for (const auto& [label, means] : by_cluster) {
-    blocks.emplace_back();
-    for (const auto& [l, mean] : means) blocks.back().push_back(mean.value());
-  }
-  trend.p = page_trend_test(blocks).p;
+  trend.mean_lowest = means.front();
+  trend.mean_highest = means.back();
+  trend.n_steps = static_cast<int>(means.size()) - 1;
+  for (size_t l = 1; l < means.size(); ++l) trend.n_rises += means[l] > means[l - 1] ? 1 : 0;
+  trend.slope = noise_slope(sums, options);
+  if (blocks.size() >= 2) trend.p = page_trend_test(blocks).p;
   return trend;
 }
 
-TrendRow row_of(const Body& body, const BootstrapOptions& options) {
-  const Clusters clusters(body.records);
-  const RecordRefs records = with_all_levels(body.records, clusters);
+TrendRow row_of(std::span<const NoiseLevelRef> curve, const BootstrapOptions& options) {
+  const ClusterBy by = clusters_of(curve);
+  std::vector<Levels> of_errors;
+  for (size_t e = 0; e < compared_errors().size(); ++e) of_errors.push_back(levels_of(curve, e, by));
+  const std::map<double, Labels> by_level = labels_of(of_errors);
+  const Labels kept = complete_clusters(by_level);
   TrendRow row;
-  if (records.empty()) return row;
-  const Record& first = *records.front();
-  row = {body.sweep->parameter, first.dataset, first.sequence, first.body, first.estimator};
-  std::set<double> levels;
-  std::set<uint64_t> labels;
-  for (const Record* record : records) {
-    levels.insert(record->level);
-    labels.insert(clusters.of(*record));
-  }
-  row.n_levels = static_cast<int>(levels.size());
-  row.n_clusters = static_cast<int>(labels.size());
-  row.lowest = *levels.begin();
-  row.highest = *levels.rbegin();
+  if (kept.empty()) return row;
+  const NoiseLevelKey& key = curve.front()->key();
+  row = {{}, key.dataset, key.sequence, key.body, key.estimator};
+  row.n_levels = static_cast<int>(by_level.size());
+  row.n_clusters = static_cast<int>(kept.size());
+  row.lowest = by_level.begin()->first;
+  row.highest = by_level.rbegin()->first;
   if (row.n_levels < 2) return row;
-  for (const MetricDefinition* error : metrics_for(compared)) {
-    RecordRefs with_error = records;
-    std::erase_if(with_error, [&](const Record* record) { return !record->errors.contains(error->name); });
-    with_error = with_all_levels(with_error, clusters);
-    const bool one_level = std::ranges::all_of(
-        with_error, [&](const Record* record) { return record->level == with_error.front()->level; });
-    if (!one_level) row.errors[error->name] = trend_of(with_error, clusters, error->name, options);
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    Levels& levels = of_errors[e];
+    keep(kept, levels);
+    keep(complete_clusters(labels_of({levels})), levels);
+    if (levels.size() >= 2) row.errors[compared_errors()[e]->name] = trend_of(levels, options);
   }
   return row;
 }
@@ -142,21 +153,15 @@ void add_cells(const MetricDefinition& error, const TrendRow& row, std::vector<C
 
 std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jobs,
                                    const BootstrapOptions& options) {
-  using Key = std::tuple<size_t, std::string, std::string, int, std::string>;
-  std::map<Key, Body> by_key;
-  for (size_t s = 0; s < sweeps.size(); ++s) {
-    for (const Record& r : sweeps[s].records) {
-      if (r.status != Status::ok || !has_truth(r) || !has_compared_error(r)) continue;
-      Body& body = by_key[{s, r.dataset, r.sequence, body_order(r), r.estimator}];
-      body.sweep = &sweeps[s];
-      body.records.push_back(&r);
-    }
+  std::vector<std::pair<const NoiseSweep*, std::span<const NoiseLevelRef>>> curves;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const auto& curve : curves_of(sweep.levels)) curves.emplace_back(&sweep, curve);
   }
-  std::vector<const Body*> bodies;
-  for (const auto& [key, body] : by_key) bodies.push_back(&body);
-  std::vector<TrendRow> rows(bodies.size());
-  parallel_for(static_cast<int>(bodies.size()), jobs, [&](int i) {
-    rows[static_cast<size_t>(i)] = row_of(*bodies[static_cast<size_t>(i)], options);
+  std::vector<TrendRow> rows(curves.size());
+  parallel_for(static_cast<int>(curves.size()), jobs, [&](int i) {
+    const auto& [sweep, curve] = curves[static_cast<size_t>(i)];
+    rows[static_cast<size_t>(i)] = row_of(curve, options);
+    rows[static_cast<size_t>(i)].parameter = sweep->parameter;
   });
   std::erase_if(rows, [](const TrendRow& row) { return row.n_levels < 2; });
   std::vector<ErrorTrend*> family;

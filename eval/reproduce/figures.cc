@@ -28,7 +28,7 @@ void add_section(const std::string& name, const std::string& heading, std::vecto
 /// Fig. 1: the picture of a pair, and the tracks from above.
 void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocument& document) {
   for (const EvidencePart* part : evidence.with(PartRole::showcase)) {
-    const std::vector<Record>& records = part->sweep.records;
+    const std::vector<Record>& records = part->records;
     const std::string title = data_title(records.front().dataset, records.front().sequence);
     const std::string tracks = (parts / part->name / "tracks.csv").string();
     ReportSection section{part->name + "-section", "Fig. 1: " + title};
@@ -48,7 +48,7 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocume
 void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePart& part,
                       ReportDocument& document) {
   const bool is_depth = part.sweep.parameter.starts_with("depth.");
-  const Record& first = part.sweep.records.front();
+  const Record& first = part.records.front();
   ReportSection section{part.name + "-section",
                         fmt::format("Fig. 4 {}: error against {} noise, {}", is_depth ? "left" : "right",
                                     is_depth ? "depth" : "flow", data_title(first.dataset, first.sequence))};
@@ -60,13 +60,13 @@ void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePa
 /// The part with the published systems that were measured under the same noise on the same data.
 EvidencePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   EvidencePart joined = part;
-  const Record& ours = part.sweep.records.front();
+  const Record& ours = part.records.front();
   for (const EvidencePart* systems : evidence.with(PartRole::systems_noise)) {
-    const std::vector<Record>& records = systems->sweep.records;
+    const std::vector<Record>& records = systems->records;
     if (systems->sweep.parameter != part.sweep.parameter || records.empty() ||
         records.front().dataset != ours.dataset || records.front().sequence != ours.sequence)
       continue;
-    joined.sweep.records.insert(joined.sweep.records.end(), records.begin(), records.end());
+    add_levels(systems->sweep, joined.sweep);
   }
   return joined;
 }
@@ -80,7 +80,7 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : set_data()) {
     RecordSet set{part.name + "_" + data.set, data.set + ", " + data.filter.dataset, {}};
-    for (const auto& [body, records] : paper_bodies(matching(part.sweep.records, data.filter)))
+    for (const auto& [body, records] : paper_bodies(matching(part.records, data.filter)))
       if (has_estimate(records)) set.bodies.push_back({body, records});
     if (!set.bodies.empty()) sets.push_back(std::move(set));
   }
@@ -116,7 +116,7 @@ std::vector<TopView> recorded_views(const fs::path& folder) {
 std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   std::map<std::string, double> floors;
   for (const EvidencePart* part : evidence.with(PartRole::recorded))
-    floors.merge(kitti_speed_floor_kmh(part->sweep.records));
+    floors.merge(kitti_speed_floor_kmh(part->records));
   if (floors.contains("0003")) floors["kitti_03_demo"] = floors.at("0003");
   return floors;
 }
@@ -125,7 +125,7 @@ std::vector<Figure> all_speed_figures(const Evidence& evidence) {
   std::vector<Figure> figures;
   const std::map<std::string, double> floors = speed_floors_kmh(evidence);
   for (const EvidencePart* part : evidence.with(PartRole::real))
-    std::ranges::move(speed_figures(part->sweep.records, floors), std::back_inserter(figures));
+    std::ranges::move(speed_figures(part->records, floors), std::back_inserter(figures));
   return figures;
 }
 

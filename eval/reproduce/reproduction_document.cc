@@ -32,7 +32,8 @@ Evidence read_evidence(const ReproduceConfig& config) {
     if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) continue;
     std::vector<NoiseSweep> sweeps = read_noise_sweeps({folder});
     SEXTANT_CHECK(sweeps.size() == 1);
-    evidence.parts.push_back({part.name, part.role, std::move(sweeps.front())});
+    evidence.parts.push_back(
+        {part.name, part.role, std::move(sweeps.front()), read_records(folder / "records.jsonl")});
   }
   if (evidence.parts.empty()) fail("{}: no part is finished: nothing to report", config.out.string());
   return evidence;
@@ -59,7 +60,7 @@ Table data_table(const Json& data, const Evidence& evidence) {
     const std::string missing = text("missing");
     const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
     table.add_row({name, text("title"), state,
-                   measured ? Cell(static_cast<double>(part->sweep.records.size())) : Cell(), missing,
+                   measured ? Cell(static_cast<double>(part->records.size())) : Cell(), missing,
                    missing.empty() ? std::string() : text("fetch")});
   }
   return table;

@@ -56,8 +56,8 @@ std::string inputs_of(const Json& run) {
 
 std::string part_line(const EvidencePart& part, const Json& run) {
   std::set<uint64_t> seeds;
-  for (const Record& record : part.sweep.records) seeds.insert(record.seed);
-  return fmt::format("{} records, {} seed{}; {}; parts/{}/run.json", part.sweep.records.size(), seeds.size(),
+  for (const Record& record : part.records) seeds.insert(record.seed);
+  return fmt::format("{} records, {} seed{}; {}; parts/{}/run.json", part.records.size(), seeds.size(),
                      seeds.size() == 1 ? "" : "s", inputs_of(run), part.name);
 }
 

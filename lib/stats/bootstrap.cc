@@ -17,16 +17,44 @@ double finite(double value) {
   return value;
 }
 
-/// Skewness of the jackknife values, divided by 6.
-double acceleration(size_t n_clusters, const ClusterStatistic& statistic) {
-  std::vector<double> left_out;
-  for (size_t skip = 0; skip < n_clusters; ++skip) {
-    std::vector<size_t> rest;
-    for (size_t i = 0; i < n_clusters; ++i) {
-      if (i != skip) rest.push_back(i);
-    }
-    left_out.push_back(finite(statistic(rest)));
+/// One row a resample, one column a statistic.
+class Resamples {
+ public:
+  Resamples(size_t n_statistics, const ClusterStatistics& statistics)
+      : columns_(n_statistics), row_(n_statistics), statistics_(statistics) {}
+
+  void add(std::span<const size_t> clusters) {
+    statistics_(clusters, row_);
+    for (size_t s = 0; s < row_.size(); ++s) columns_[s].push_back(finite(row_[s]));
   }
+  std::vector<double>& column(size_t statistic) { return columns_[statistic]; }
+
+ private:
+  std::vector<std::vector<double>> columns_;
+  std::vector<double> row_;
+  const ClusterStatistics& statistics_;
+};
+
+std::vector<size_t> all_of(size_t n_clusters) {
+  std::vector<size_t> all(n_clusters);
+  std::iota(all.begin(), all.end(), size_t{0});
+  return all;
+}
+
+/// The statistics without one of the clusters, each in turn.
+Resamples jackknife(size_t n_clusters, size_t n_statistics, const ClusterStatistics& statistics) {
+  Resamples left_out(n_statistics, statistics);
+  std::vector<size_t> rest = all_of(n_clusters);
+  rest.erase(rest.begin());
+  for (size_t skip = 0; skip < n_clusters; ++skip) {
+    left_out.add(rest);
+    if (skip + 1 < n_clusters) rest[skip] = skip;
+  }
+  return left_out;
+}
+
+/// Skewness of the jackknife values, divided by 6.
+double acceleration(const std::vector<double>& left_out) {
   const double centre = mean(left_out);
   double squares = 0;
   double cubes = 0;
@@ -60,39 +88,65 @@ void BootstrapOptions::check() const {
   check_option(confidence > 0 && confidence < 1, "bootstrap.confidence", confidence, "between 0 and 1");
 }
 
-std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
-                                          const BootstrapOptions& options) {
+std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t n_statistics,
+                                                       const ClusterStatistics& statistics,
+                                                       const BootstrapOptions& options) {
   options.check();
-  if (n_clusters < 2) return std::nullopt;
-  std::vector<double> replicates;
+  std::vector<std::optional<Interval>> intervals(n_statistics);
+  if (n_clusters < 2) return intervals;
+  Resamples drawn(n_statistics, statistics);
   std::vector<size_t> chosen(n_clusters);
   for (int r = 0; r < options.replicates; ++r) {
     PhiloxStream random(options.seed, static_cast<uint64_t>(r));
     for (size_t& index : chosen) index = random.below(n_clusters);
-    replicates.push_back(finite(statistic(chosen)));
+    drawn.add(chosen);
   }
-  std::sort(replicates.begin(), replicates.end());
   const double tail = expanded_tail((1 - options.confidence) / 2, n_clusters);
-  if (options.method == BootstrapMethod::percentile) {
-    return Interval{quantile_of_sorted(replicates, tail), quantile_of_sorted(replicates, 1 - tail)};
+  const bool bca = options.method == BootstrapMethod::bca;
+  Resamples estimate(n_statistics, statistics);
+  if (bca) estimate.add(all_of(n_clusters));
+  Resamples left_out = bca ? jackknife(n_clusters, n_statistics, statistics) : Resamples(0, statistics);
+  for (size_t s = 0; s < n_statistics; ++s) {
+    std::vector<double>& replicates = drawn.column(s);
+    std::sort(replicates.begin(), replicates.end());
+    if (!bca) {
+      intervals[s] = {quantile_of_sorted(replicates, tail), quantile_of_sorted(replicates, 1 - tail)};
+      continue;
+    }
+    const double z0 = bias(replicates, estimate.column(s).front());
+    const double a = acceleration(left_out.column(s));
+    const auto level = [&](double z) {
+      const double denominator = 1 - a * (z0 + z);
+      if (denominator <= 0) return z0 + z > 0 ? 1.0 : 0.0;  // beyond the last replicate
+      return normal_cdf(z0 + (z0 + z) / denominator);
+    };
+    const double z = -normal_quantile(std::max(tail, 1e-12));
+    intervals[s] = {quantile_of_sorted(replicates, level(-z)), quantile_of_sorted(replicates, level(z))};
   }
-  std::iota(chosen.begin(), chosen.end(), size_t{0});
-  const double z0 = bias(replicates, finite(statistic(chosen)));
-  const double a = acceleration(n_clusters, statistic);
-  const auto level = [&](double z) {
-    const double denominator = 1 - a * (z0 + z);
-    if (denominator <= 0) return z0 + z > 0 ? 1.0 : 0.0;  // beyond the last replicate
-    return normal_cdf(z0 + (z0 + z) / denominator);
-  };
-  const double z = -normal_quantile(std::max(tail, 1e-12));
-  return Interval{quantile_of_sorted(replicates, level(-z)), quantile_of_sorted(replicates, level(z))};
+  return intervals;
+}
+
+std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
+                                          const BootstrapOptions& options) {
+  const auto one = [&](std::span<const size_t> clusters, std::span<double> out) { out[0] = statistic(clusters); };
+  return cluster_bootstrap(n_clusters, 1, one, options).front();
+}
+
+std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_statistics,
+                                                const ClusterStatistics& statistics,
+                                                const BootstrapOptions& options) {
+  std::vector<double> values(n_statistics);
+  statistics(all_of(n_clusters), values);
+  const std::vector<std::optional<Interval>> intervals =
+      cluster_bootstrap(n_clusters, n_statistics, statistics, options);
+  std::vector<IntervalEstimate> estimates;
+  for (size_t s = 0; s < n_statistics; ++s) estimates.push_back({values[s], intervals[s]});
+  return estimates;
 }
 
 IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& statistic,
                                   const BootstrapOptions& options) {
-  std::vector<size_t> all(n_clusters);
-  std::iota(all.begin(), all.end(), size_t{0});
-  return {statistic(all), cluster_bootstrap(n_clusters, statistic, options)};
+  return {statistic(all_of(n_clusters)), cluster_bootstrap(n_clusters, statistic, options)};
 }
 
 std::vector<std::vector<size_t>> members_of_clusters(std::span<const uint64_t> cluster) {

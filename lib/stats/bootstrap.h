@@ -14,6 +14,7 @@
 //
 // Replicate r has its own stream of Philox numbers: the interval is a pure function of data and options.
 // With fewer than 2 clusters nothing is known of the spread: no interval.
+// More than max_clusters clusters are joined to that many groups before (cluster_sums.h).
 
 #include <functional>
 #include <optional>
@@ -54,6 +55,12 @@ using ClusterStatistic = std::function<double(std::span<const size_t> clusters)>
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
                                           const BootstrapOptions& options = {});
 
+/// Several statistics of the same resamples, each with its own interval; equal to one at a time.
+using ClusterStatistics = std::function<void(std::span<const size_t> clusters, std::span<double> statistics)>;
+std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t n_statistics,
+                                                       const ClusterStatistics& statistics,
+                                                       const BootstrapOptions& options = {});
+
 /// A number with its interval; none where nothing is known of the spread.
 struct IntervalEstimate {
   double value = 0;
@@ -62,6 +69,9 @@ struct IntervalEstimate {
 /// The statistic of all clusters, and its interval.
 IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& statistic,
                                   const BootstrapOptions& options = {});
+std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_statistics,
+                                                const ClusterStatistics& statistics,
+                                                const BootstrapOptions& options = {});
 
 using Statistic = std::function<double(std::span<const double>)>;
 

@@ -1,88 +1,114 @@
 #include "sextant/stats/clustered_sample.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include "sextant/base/simd.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
+namespace {
 
-ClusteredSample::ClusteredSample(std::span<const double> values, std::span<const uint64_t> cluster) {
+static_assert(max_clusters <= std::numeric_limits<uint16_t>::max());
+constexpr size_t min_stride = 512;
+constexpr size_t max_stretches = 1024;
+
+SEXTANT_SIMD uint64_t weighted_sum(const uint32_t* weight, const uint32_t* count, size_t n) {
+  uint64_t sum = 0;
+  for (size_t i = 0; i < n; ++i) sum += uint64_t{weight[i]} * count[i];
+  return sum;
+}
+
+}  // namespace
+
+ClusteredSample::ClusteredSample(std::span<const double> values, std::span<const uint64_t> cluster)
+    : ClusteredSample(cluster_sums(values, cluster), values, cluster) {}
+
+ClusteredSample::ClusteredSample(const ClusterSums& sums, std::span<const double> values,
+                                 std::span<const uint64_t> cluster)
+    : sums_(joined_sums(sums)) {
   check_sample(values, "clustered sample");
   SEXTANT_CHECK(values.size() == cluster.size());
-  const std::vector<std::vector<size_t>> members = members_of_clusters(cluster);
-  sorted_.reserve(values.size());
-  for (size_t c = 0; c < members.size(); ++c) {
-    Sums& sums = sums_.emplace_back();
-    for (const size_t i : members[c]) {
-      sums.n += 1;
-      sums.x += values[i];
-      sums.xx += values[i] * values[i];
-      sorted_.push_back({values[i], c});
+  std::vector<std::pair<double, uint16_t>> rising;
+  rising.reserve(values.size());
+  for (size_t i = 0, at = 0; i < cluster.size(); ++i) {
+    if (at >= sums.size() || sums[at].label != cluster[i]) {
+      const auto known = std::ranges::lower_bound(sums, cluster[i], {}, &ClusterSum::label);
+      SEXTANT_CHECK(known != sums.end() && known->label == cluster[i]);
+      at = static_cast<size_t>(known - sums.begin());
     }
+    rising.emplace_back(values[i], static_cast<uint16_t>(joined_cluster(at, sums.size())));
   }
-  std::stable_sort(sorted_.begin(), sorted_.end(),
-                   [](const Value& a, const Value& b) { return a.value < b.value; });
-}
-
-ClusteredSample::Sums ClusteredSample::total(std::span<const size_t> clusters) const {
-  Sums total;
-  for (const size_t c : clusters) {
-    total.n += sums_[c].n;
-    total.x += sums_[c].x;
-    total.xx += sums_[c].xx;
+  std::ranges::sort(rising);
+  counts_.resize(sums_.size());
+  stride_ = std::max(min_stride, values.size() / max_stretches);
+  sorted_.reserve(rising.size());
+  of_.reserve(rising.size());
+  for (const auto& [value, group] : rising) {
+    if (sorted_.size() % stride_ == 0) below_.insert(below_.end(), counts_.begin(), counts_.end());
+    sorted_.push_back(value);
+    of_.push_back(group);
+    ++counts_[group];
   }
-  return total;
 }
 
-double ClusteredSample::mean(std::span<const size_t> clusters) const {
-  const Sums sums = total(clusters);
-  return sums.x / sums.n;
+double ClusteredSample::count_below(std::span<const uint32_t> weight, size_t stretch) const {
+  return static_cast<double>(weighted_sum(weight.data(), &below_[stretch * weight.size()], weight.size()));
 }
 
-double ClusteredSample::rmse(std::span<const size_t> clusters) const {
-  const Sums sums = total(clusters);
-  return std::sqrt(sums.xx / sums.n);
-}
-
-double ClusteredSample::quantile(std::span<const size_t> clusters, double p) const {
-  SEXTANT_CHECK(!clusters.empty() && p >= 0 && p <= 1);
-  std::vector<double> weight(sums_.size());
-  double n = 0;
-  for (const size_t c : clusters) {
-    weight[c] += 1;
-    n += sums_[c].n;
-  }
+double ClusteredSample::quantile(std::span<const uint32_t> weight, double n, double p) const {
+  SEXTANT_CHECK(p >= 0 && p <= 1);
   const double position = (n - 1) * p;  // counted from 0
   const double below = std::floor(position);
-  double seen = 0;
+  // The last stretch that begins at or before the quantile; near the sample's own.
+  const size_t last = (sorted_.size() - 1) / stride_;
+  auto stretch = static_cast<size_t>(p * static_cast<double>(last));
+  double seen = count_below(weight, stretch);
+  while (seen > below) seen = count_below(weight, --stretch);
+  for (double next = 0; stretch < last && (next = count_below(weight, stretch + 1)) <= below; ++stretch) seen = next;
   double lower = 0;
   bool has_lower = false;
-  for (const Value& v : sorted_) {
-    seen += weight[v.cluster];
+  for (size_t i = stretch * stride_; i < sorted_.size(); ++i) {
+    seen += weight[of_[i]];
     if (!has_lower && seen > below) {
-      lower = v.value;
+      lower = sorted_[i];
       has_lower = true;
     }
-    if (has_lower && (seen > below + 1 || seen == n)) return lower + (position - below) * (v.value - lower);
+    if (has_lower && (seen > below + 1 || seen == n)) return lower + (position - below) * (sorted_[i] - lower);
   }
   return lower;
 }
 
+void ClusteredSample::quantiles(std::span<const size_t> clusters, std::span<const double> ps,
+                                std::span<double> out) const {
+  SEXTANT_CHECK(!clusters.empty() && ps.size() == out.size());
+  std::vector<uint32_t> weight(counts_.size());
+  double n = 0;
+  for (const size_t c : clusters) {
+    ++weight[c];
+    n += counts_[c];
+  }
+  for (size_t i = 0; i < ps.size(); ++i) out[i] = quantile(weight, n, ps[i]);
+}
+
+double ClusteredSample::quantile(std::span<const size_t> clusters, double p) const {
+  double value = 0;
+  quantiles(clusters, {&p, 1}, {&value, 1});
+  return value;
+}
+
 SampleSummary summarize_sample(const ClusteredSample& sample, const BootstrapOptions& options) {
-  const auto of = [&](const ClusterStatistic& statistic) {
-    return cluster_estimate(sample.n_clusters(), statistic, options);
+  constexpr std::array<double, 5> ps = {0.05, 0.25, 0.5, 0.75, 0.95};
+  const auto all = [&](std::span<const size_t> chosen, std::span<double> out) {
+    out[0] = sample.mean(chosen);
+    out[1] = sample.rmse(chosen);
+    sample.quantiles(chosen, ps, out.subspan(2));
   };
-  const auto quantile = [&](double p) {
-    return of([&, p](std::span<const size_t> chosen) { return sample.quantile(chosen, p); });
-  };
-  return {.mean = of([&](std::span<const size_t> chosen) { return sample.mean(chosen); }),
-          .rmse = of([&](std::span<const size_t> chosen) { return sample.rmse(chosen); }),
-          .q05 = quantile(0.05),
-          .q25 = quantile(0.25),
-          .median = quantile(0.5),
-          .q75 = quantile(0.75),
-          .q95 = quantile(0.95)};
+  const std::vector<IntervalEstimate> e = cluster_estimates(sample.n_clusters(), 2 + ps.size(), all, options);
+  return {.mean = e[0], .rmse = e[1], .q05 = e[2], .q25 = e[3], .median = e[4], .q75 = e[5], .q95 = e[6]};
 }
 
 }  // namespace sextant

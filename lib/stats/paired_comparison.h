@@ -36,9 +36,6 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
                                const BootstrapOptions& bootstrap = {},
                                PairedTest test = PairedTest::signed_ranks);
 
-/// Mean of the values of each cluster, clusters in order of their label.
-std::vector<double> cluster_means(std::span<const double> values, std::span<const uint64_t> cluster);
-
 /// Holm's correction over tests that are made together: each that has a `p` gets its `p_corrected`.
 template <typename Test>
 void correct_by_holm(const std::vector<Test*>& family) {

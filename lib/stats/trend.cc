@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "sextant/stats/distributions.h"
@@ -51,41 +52,40 @@ TrendTest normal_test(double statistic, double expected, double variance) {
 
 }  // namespace
 
-NoiseSlope noise_slope(std::span<const double> level, std::span<const double> error,
-                       std::span<const uint64_t> cluster, const BootstrapOptions& options) {
-  SEXTANT_CHECK(level.size() == error.size() && level.size() == cluster.size());
-  check_sample(level, "noise slope, levels", 2);
-  check_sample(error, "noise slope, errors", 2);
-  const double lowest = *std::min_element(level.begin(), level.end());
-  std::vector<LineSums> clusters;
-  LineSums all;
-  for (const std::vector<size_t>& members : members_of_clusters(cluster)) {
-    LineSums sums;
-    for (const size_t i : members) {
-      const double x = level[i] - lowest;
+NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const LevelSums& at : levels) lowest = std::min(lowest, at.level);
+  std::map<uint64_t, LineSums> by_label;
+  for (const LevelSums& at : levels) {
+    const double x = at.level - lowest;
+    for (const auto& [label, of] : at.clusters) {
       const bool is_lowest = x == 0;
-      sums.add({1, x, error[i], x * x, x * error[i], is_lowest ? 1.0 : 0.0, is_lowest ? error[i] : 0.0});
+      if (!std::isfinite(at.level) || !std::isfinite(of.x)) fail("noise slope: level {}, sum {}", at.level, of.x);
+      by_label[label].add({of.n, of.n * x, of.x, of.n * x * x, x * of.x, is_lowest ? of.n : 0.0, is_lowest ? of.x : 0.0});
     }
-    clusters.push_back(sums);
+  }
+  if (by_label.empty()) fail("noise slope: needs at least two levels, got no values");
+  std::vector<LineSums> clusters(std::min(by_label.size(), max_clusters));
+  LineSums all;
+  for (size_t index = 0; const auto& [label, sums] : by_label) {
+    clusters[joined_cluster(index++, by_label.size())].add(sums);
     all.add(sums);
   }
   NoiseSlope result;
   result.slope = all.slope();
   result.intercept = (all.y - result.slope * all.x) / all.n - result.slope * lowest;
-  result.interval = cluster_bootstrap(
-      clusters.size(), [&](std::span<const size_t> chosen) { return total(clusters, chosen).slope(); },
-      options);
   const bool relative = all.y_lowest > 0 && std::all_of(clusters.begin(), clusters.end(),
                                                         [](const auto& sums) { return sums.y_lowest > 0; });
   if (all.y_lowest > 0) result.relative_slope = result.slope / (all.y_lowest / all.n_lowest);
-  if (!relative) return result;  // a resample might have nothing to divide by
-  result.relative_interval = cluster_bootstrap(
-      clusters.size(),
-      [&](std::span<const size_t> chosen) {
-        const LineSums sums = total(clusters, chosen);
-        return sums.slope() / (sums.y_lowest / sums.n_lowest);
-      },
-      options);
+  const auto slopes = [&](std::span<const size_t> chosen, std::span<double> out) {
+    const LineSums sums = total(clusters, chosen);
+    out[0] = sums.slope();
+    if (out.size() > 1) out[1] = out[0] / (sums.y_lowest / sums.n_lowest);
+  };
+  // Not the relative one where a resample might have nothing to divide by.
+  const auto intervals = cluster_bootstrap(clusters.size(), relative ? 2 : 1, slopes, options);
+  result.interval = intervals[0];
+  if (relative) result.relative_interval = intervals[1];
   return result;
 }
 

@@ -9,10 +9,17 @@
 #include <vector>
 
 #include "sextant/stats/bootstrap.h"
+#include "sextant/stats/cluster_sums.h"
 
 namespace sextant {
 
-/// Least squares line error = intercept + slope * level through all points, interval by cluster bootstrap.
+/// The errors at one level, as sums by cluster.
+struct LevelSums {
+  double level = 0;
+  ClusterSums clusters;
+};
+
+/// Least squares line error = intercept + slope * level through all errors, interval by cluster bootstrap.
 /// relative_slope = slope / mean error at the lowest level: none where that mean is not above 0. Throws Error
 /// where there are fewer than two levels, in the data or in a resample (a cluster should have all levels).
 struct NoiseSlope {
@@ -22,8 +29,7 @@ struct NoiseSlope {
   std::optional<double> relative_slope;
   std::optional<Interval> relative_interval;
 };
-NoiseSlope noise_slope(std::span<const double> level, std::span<const double> error,
-                       std::span<const uint64_t> cluster, const BootstrapOptions& options = {});
+NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options = {});
 
 /// z is above 0 for growing values; p is one-sided, against growth.
 struct TrendTest {

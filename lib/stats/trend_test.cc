@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "sextant/stats/summary.h"
@@ -13,10 +14,22 @@ namespace {
 using Values = std::vector<double>;
 using Labels = std::vector<uint64_t>;
 
+/// error[i] was measured at level[i] in the cluster seed[i].
+NoiseSlope slope_of(const Values& level, const Values& error, const Labels& seed, const BootstrapOptions& options = {}) {
+  std::map<double, std::pair<Values, Labels>> by_level;
+  for (size_t i = 0; i < level.size(); ++i) {
+    by_level[level[i]].first.push_back(error[i]);
+    by_level[level[i]].second.push_back(seed[i]);
+  }
+  std::vector<LevelSums> levels;
+  for (const auto& [at, sample] : by_level) levels.push_back({at, cluster_sums(sample.first, sample.second)});
+  return noise_slope(levels, options);
+}
+
 // scipy.stats.linregress: slope 1.015, intercept 0.965. Mean error at level 0: 0.9.
 TEST(NoiseSlope, IsTheLeastSquaresLine) {
   const NoiseSlope fit =
-      noise_slope(Values{0, 1, 2, 3, 0, 1, 2, 3}, Values{1, 1.9, 3.2, 4.1, 0.8, 2.2, 2.9, 3.8},
+      slope_of(Values{0, 1, 2, 3, 0, 1, 2, 3}, Values{1, 1.9, 3.2, 4.1, 0.8, 2.2, 2.9, 3.8},
                   Labels{1, 1, 1, 1, 2, 2, 2, 2});
   EXPECT_NEAR(fit.slope, 1.015, 1e-12);
   EXPECT_NEAR(fit.intercept, 0.965, 1e-12);
@@ -43,7 +56,7 @@ TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
         seed.push_back(s);
       }
     }
-    const NoiseSlope fit = noise_slope(level, error, seed, {.replicates = 400});
+    const NoiseSlope fit = slope_of(level, error, seed, {.replicates = 400});
     hits += fit.interval->low <= 2 && 2 <= fit.interval->high;
     relative_hits += fit.relative_interval->low <= 2 && 2 <= fit.relative_interval->high;
   }
@@ -54,15 +67,15 @@ TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
 }
 
 TEST(NoiseSlope, RefusesWhatHasNoSlope) {
-  EXPECT_THROW(noise_slope(Values{1, 1, 1}, Values{1, 2, 3}, Labels{1, 2, 3}), Error);
-  EXPECT_THROW(noise_slope(Values{1}, Values{1}, Labels{1}), Error);
-  EXPECT_THROW(noise_slope(Values{1, NAN}, Values{1, 2}, Labels{1, 1}), Error);
+  EXPECT_THROW(slope_of(Values{1, 1, 1}, Values{1, 2, 3}, Labels{1, 2, 3}), Error);
+  EXPECT_THROW(slope_of(Values{1}, Values{1}, Labels{1}), Error);
+  EXPECT_THROW(slope_of(Values{1, NAN}, Values{1, 2}, Labels{1, 1}), Error);
   // Each cluster has one level: some resample has only one.
-  EXPECT_THROW(noise_slope(Values{0.1, 0.2}, Values{1, 2}, Labels{1, 2}), Error);
-  const NoiseSlope from_zero = noise_slope(Values{0, 1, 0, 1}, Values{0, 2, 0, 3}, Labels{1, 1, 2, 2});
+  EXPECT_THROW(slope_of(Values{0.1, 0.2}, Values{1, 2}, Labels{1, 2}), Error);
+  const NoiseSlope from_zero = slope_of(Values{0, 1, 0, 1}, Values{0, 2, 0, 3}, Labels{1, 1, 2, 2});
   EXPECT_FALSE(from_zero.relative_slope);
   EXPECT_FALSE(from_zero.relative_interval);
-  EXPECT_FALSE(noise_slope(Values{0, 1}, Values{1, 2}, Labels{1, 1}).interval);
+  EXPECT_FALSE(slope_of(Values{0, 1}, Values{1, 2}, Labels{1, 1}).interval);
 }
 
 // scipy.stats.page_trend_test(blocks, method='asymptotic'): L = 140, p = 0.01006837577517317.

@@ -37,7 +37,7 @@ std::vector<CheckedClaim> check_claims(const Evidence& evidence) {
 
 std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
   Evidence evidence;
-  for (const NoiseSweep& sweep : sweeps) evidence.parts.push_back({"", PartRole::noise, sweep});
+  for (const NoiseSweep& sweep : sweeps) evidence.parts.push_back({"", PartRole::noise, sweep, {}});
   return check_claims(evidence);
 }
 

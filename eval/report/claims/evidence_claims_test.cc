@@ -10,7 +10,7 @@ namespace {
 /// test_evidence() with the errors of motion_only on the sets `factor` times those of joint_flow.
 Evidence with_gain(double factor) {
   Evidence evidence = test_evidence();
-  for (Record& r : evidence.parts.front().sweep.records) {
+  for (Record& r : evidence.parts.front().records) {
     if (r.estimator == "motion_only") r.errors["Et_m"] *= factor;
   }
   return evidence;
@@ -30,9 +30,9 @@ TEST(SetsClaims, GainsOfJoint) {
 TEST(SetsClaims, GainIsSelectionWhereEqualPointsGainNothing) {
   const auto results = [](double of_inliers, double of_joint) {
     Evidence evidence = test_evidence();
-    for (Record& r : evidence.parts.back().sweep.records) {
-      if (r.estimator.ends_with("on inliers")) r.errors["Et_m"] *= of_inliers;
-      if (r.estimator.starts_with("joint_flow on")) r.errors["Et_m"] *= of_joint;
+    for (Record& r : evidence.parts.back().records) {
+      if (r.estimator.str().ends_with("on inliers")) r.errors["Et_m"] *= of_inliers;
+      if (r.estimator.str().starts_with("joint_flow on")) r.errors["Et_m"] *= of_joint;
     }
     return check_gain_is_selection(evidence);
   };
@@ -56,7 +56,7 @@ TEST(SetsClaims, EpeAndClassification) {
   EXPECT_EQ(check_epe_falls(evidence).front().verdict, Verdict::reproduced);
   EXPECT_DOUBLE_EQ(check_epe_falls(evidence).front().value, -50);
   EXPECT_EQ(check_classification(evidence).front().value, 0);
-  for (Record& r : evidence.parts[2].sweep.records) {
+  for (Record& r : evidence.parts[2].records) {
     if (!r.is_ego()) r.values["dynamic"] = 0;
   }
   EXPECT_EQ(check_classification(evidence).front().verdict, Verdict::not_reproduced);

@@ -8,7 +8,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/paper_sets.h"
 
 namespace sextant {
 namespace {
@@ -22,20 +21,15 @@ struct ErrorKind {
   double low_limit;  ///< fig. 4 left
   double highest;    ///< fig. 4 right
 
+  size_t error() const { return compared_error(key); }
   std::string title() const { return metric(NumberMap::errors, key).heading(); }
 };
 constexpr std::array<ErrorKind, 2> error_kinds = {{{"Et_m", 0.02, 0.09}, {"ER_deg", 0.04, 0.2}}};
 
-/// Sum and count of one error at one level of one seed.
-struct Cellsum {
-  double sum = 0;
-  double n = 0;
-};
-
 /// One body of the paper's figure under one estimator.
 struct Body {
   std::string title;
-  RecordRefs records;  ///< estimated, with truth
+  std::span<const NoiseLevelRef> levels;
 };
 
 /// One figure of the paper: a sequence under one estimator.
@@ -44,29 +38,48 @@ struct Panel {
   std::vector<Body> bodies;  ///< camera, then objects by distance
 };
 
+bool is_in_figure(std::span<const NoiseLevelRef> curve) {
+  return std::ranges::any_of(curve, [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); });
+}
+
+double mean_distance_m(std::span<const NoiseLevelRef> curve) {
+  Moments distance_m;
+  for (const NoiseLevelRef& level : curve) distance_m.add(level->distance_gt_m());
+  return distance_m.mean();
+}
+
 /// The camera and the nearest objects, as the paper counts them.
-std::vector<Body> figure_bodies(const RecordRefs& records) {
+std::vector<Body> figure_bodies(const std::vector<std::span<const NoiseLevelRef>>& curves) {
   std::vector<Body> bodies;
-  for (PaperBody& body : bodies_by_distance(records)) {
-    if (body.number > n_paper_objects) break;
-    const std::string object = fmt::format("object {} (id {})", body.number, body.id);
-    bodies.push_back({body.number == 0 ? "camera" : object, std::move(body.records)});
+  std::vector<std::tuple<double, int, std::span<const NoiseLevelRef>>> objects;
+  for (const auto& curve : curves) {
+    const int id = body_order(curve.front()->key().body);
+    if (id == 0) {
+      bodies.push_back({"camera", curve});
+    } else {
+      objects.emplace_back(mean_distance_m(curve), id, curve);
+    }
+  }
+  std::ranges::sort(objects, [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(a)) < std::tie(std::get<0>(b), std::get<1>(b));
+  });
+  for (size_t i = 0; i < std::min(objects.size(), n_paper_objects); ++i) {
+    const auto& [distance_m, id, curve] = objects[i];
+    bodies.push_back({fmt::format("object {} (id {})", i + 1, id), curve});
   }
   return bodies;
 }
 
-std::vector<Panel> panels_of(const std::vector<NoiseSweep>& sweeps, const std::string& parameter) {
-  std::map<std::tuple<std::string, std::string, std::string>, RecordRefs> by_panel;
-  for (const NoiseSweep& sweep : sweeps) {
-    if (sweep.parameter != parameter) continue;
-    for (const Record& r : sweep.records) {
-      if (r.status != Status::ok || !has_truth(r) || !r.errors.contains("Et_m")) continue;
-      by_panel[{r.dataset, r.sequence, r.estimator}].push_back(&r);
-    }
-  }
+std::vector<Panel> panels_of(const NoiseSweep& sweep, const std::string& parameter) {
   std::vector<Panel> panels;
-  for (const auto& [key, records] : by_panel)
-    panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), figure_bodies(records)});
+  if (sweep.parameter != parameter) return panels;
+  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>> by_panel;
+  for (const auto& curve : curves_of(sweep.levels)) {
+    const NoiseLevelKey& key = curve.front()->key();
+    if (is_in_figure(curve)) by_panel[{key.dataset, key.sequence, key.estimator}].push_back(curve);
+  }
+  for (const auto& [key, curves] : by_panel)
+    panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), figure_bodies(curves)});
   return panels;
 }
 
@@ -78,42 +91,37 @@ ClaimResult result_for(const Panel& panel, const std::string& subject, const std
 /// Sums of one error by cluster and level, so that statistics of resampled seeds are cheap.
 class LevelMeans {
  public:
-  LevelMeans(const RecordRefs& records, const std::string& key, double max_level) {
-    const Clusters clusters(records);
-    for (const Record* record : records) {
-      const auto value = find_number(record->errors, key);
-      if (!value || record->level > max_level) continue;
-      Cellsum& cell = cells_[clusters.of(*record)][record->level];
-      cell.sum += *value;
-      cell.n += 1;
+  LevelMeans(std::span<const NoiseLevelRef> curve, size_t error, double max_level) {
+    const ClusterBy by = clusters_of(curve);
+    std::map<uint64_t, std::map<double, Moments>> cells;
+    std::set<double> levels;
+    for (const NoiseLevelRef& level : curve) {
+      const double at = level->key().level;
+      if (!level->has(error) || at > max_level) continue;
+      levels.insert(at);
+      for (const auto& [label, of] : level->sums(error, by)) cells[label][at].add(of);
     }
-    for (const auto& [label, levels] : cells_) by_cluster_.push_back(&levels);
-  }
-  bool empty() const { return by_cluster_.empty(); }
-  size_t n_clusters() const { return by_cluster_.size(); }
-
-  /// Mean by level over the clusters with these indices.
-  std::map<double, double> means(std::span<const size_t> clusters) const {
-    std::map<double, Cellsum> sums;
-    for (const size_t c : clusters) {
-      for (const auto& [level, cell] : *by_cluster_[c]) {
-        sums[level].sum += cell.sum;
-        sums[level].n += cell.n;
+    levels_.assign(levels.begin(), levels.end());
+    cells_.resize(std::min(cells.size(), max_clusters) * levels_.size());
+    for (size_t index = 0; const auto& [label, of_levels] : cells) {
+      Moments* row = &cells_[joined_cluster(index++, cells.size()) * levels_.size()];
+      for (size_t l = 0; l < levels_.size(); ++l) {
+        if (const Moments* of = find_in(of_levels, levels_[l])) row[l].add(*of);
       }
     }
-    std::map<double, double> means;
-    for (const auto& [level, cell] : sums) means[level] = cell.sum / cell.n;
-    return means;
   }
+  bool empty() const { return levels_.empty(); }
+  size_t n_clusters() const { return empty() ? 0 : cells_.size() / levels_.size(); }
+
   double largest(std::span<const size_t> clusters) const {
     double max = 0;
     for (const auto& [level, mean] : means(clusters)) max = std::max(max, mean);
     return max;
   }
-  double at_highest_level(std::span<const size_t> clusters) const { return means(clusters).rbegin()->second; }
+  double at_highest_level(std::span<const size_t> clusters) const { return means(clusters).back().second; }
   /// Least squares line through the means.
   double slope(std::span<const size_t> clusters) const {
-    const std::map<double, double> points = means(clusters);
+    const std::vector<std::pair<double, double>> points = means(clusters);
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
     for (const auto& [level, mean] : points) {
       n += 1;
@@ -126,14 +134,31 @@ class LevelMeans {
   }
 
  private:
-  std::map<uint64_t, std::map<double, Cellsum>> cells_;
-  std::vector<const std::map<double, Cellsum>*> by_cluster_;
+  /// Level and mean over the clusters with these indices, levels that they have.
+  std::vector<std::pair<double, double>> means(std::span<const size_t> clusters) const {
+    std::vector<Moments> sums(levels_.size());
+    for (const size_t c : clusters) {
+      for (size_t l = 0; l < levels_.size(); ++l) sums[l].add(cells_[c * levels_.size() + l]);
+    }
+    std::vector<std::pair<double, double>> means;
+    for (size_t l = 0; l < levels_.size(); ++l) {
+      if (sums[l].n > 0) means.emplace_back(levels_[l], sums[l].mean());
+    }
+    return means;
+  }
+
+  std::vector<double> levels_;
+  std::vector<Moments> cells_;  ///< by cluster and level
 };
 
 constexpr double all_levels = std::numeric_limits<double>::infinity();
 
-bool has_two_levels(const RecordRefs& records) {
-  return std::ranges::any_of(records, [&](const Record* r) { return r->level != records.front()->level; });
+bool has_two_levels(std::span<const NoiseLevelRef> curve) {
+  std::set<double> levels;
+  for (const NoiseLevelRef& level : curve) {
+    if (level->has(compared_error("Et_m"))) levels.insert(level->key().level);
+  }
+  return levels.size() > 1;
 }
 
 /// Camera and objects 1, 2, 3.
@@ -142,14 +167,14 @@ using FourBodies = std::vector<LevelMeans>;
 /// A result for each sequence, estimator and error in which the paper's four bodies are there with the same
 /// seeds.
 template <typename Check>
-std::vector<ClaimResult> of_four_bodies(const std::vector<NoiseSweep>& sweeps, const Check& check) {
+std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& check) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweeps, "flow.scale")) {
+  for (const Panel& panel : panels_of(sweep, "flow.scale")) {
     if (panel.bodies.size() != 1 + n_paper_objects) continue;
-    if (!std::ranges::all_of(panel.bodies, [](const Body& b) { return has_two_levels(b.records); })) continue;
+    if (!std::ranges::all_of(panel.bodies, [](const Body& b) { return has_two_levels(b.levels); })) continue;
     for (const ErrorKind& kind : error_kinds) {
       FourBodies means;
-      for (const Body& body : panel.bodies) means.emplace_back(body.records, kind.key, all_levels);
+      for (const Body& body : panel.bodies) means.emplace_back(body.levels, kind.error(), all_levels);
       const auto same = [&](const LevelMeans& m) { return m.n_clusters() == means.front().n_clusters(); };
       if (std::ranges::all_of(means, same)) results.push_back(check(panel, kind, means));
     }
@@ -159,13 +184,13 @@ std::vector<ClaimResult> of_four_bodies(const std::vector<NoiseSweep>& sweeps, c
 
 }  // namespace
 
-std::vector<ClaimResult> check_depth_noise_low(const std::vector<NoiseSweep>& sweeps) {
+std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweeps, "depth.delta_d_px")) {
+  for (const Panel& panel : panels_of(sweep, "depth.delta_d_px")) {
     for (const Body& body : panel.bodies) {
       for (const ErrorKind& kind : error_kinds) {
         for (const double max_level : {stereo_camera_px, all_levels}) {
-          const LevelMeans means(body.records, kind.key, max_level);
+          const LevelMeans means(body.levels, kind.error(), max_level);
           if (means.empty()) continue;
           const std::string range =
               max_level == all_levels ? "all levels" : fmt::format("\u0394d \u2264 {}", max_level);
@@ -183,12 +208,12 @@ std::vector<ClaimResult> check_depth_noise_low(const std::vector<NoiseSweep>& sw
   return results;
 }
 
-std::vector<ClaimResult> check_depth_noise_gradual(const std::vector<NoiseSweep>& sweeps) {
+std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweeps, "depth.delta_d_px")) {
+  for (const Panel& panel : panels_of(sweep, "depth.delta_d_px")) {
     for (const Body& body : panel.bodies) {
-      if (!has_two_levels(body.records)) continue;
-      const LevelMeans means(body.records, "Et_m", all_levels);
+      if (!has_two_levels(body.levels)) continue;
+      const LevelMeans means(body.levels, compared_error("Et_m"), all_levels);
       ClaimResult result = result_for(panel, body.title, "slope of E_t [m/px]", "> 0");
       result.set(
           cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }));
@@ -199,8 +224,8 @@ std::vector<ClaimResult> check_depth_noise_gradual(const std::vector<NoiseSweep>
   return results;
 }
 
-std::vector<ClaimResult> check_flow_noise_far_objects(const std::vector<NoiseSweep>& sweeps) {
-  return of_four_bodies(sweeps, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
+std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
+  return of_four_bodies(sweep, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
     ClaimResult result = result_for(panel, "objects 2, 3 - camera, object 1",
                                     fmt::format("smallest difference of slopes, {}", kind.title()), "> 0");
     result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
@@ -211,8 +236,8 @@ std::vector<ClaimResult> check_flow_noise_far_objects(const std::vector<NoiseSwe
   });
 }
 
-std::vector<ClaimResult> check_flow_noise_highest(const std::vector<NoiseSweep>& sweeps) {
-  return of_four_bodies(sweeps, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
+std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
+  return of_four_bodies(sweep, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
     ClaimResult result =
         result_for(panel, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
                    fmt::format("nearly {}", kind.highest));

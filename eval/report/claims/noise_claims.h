@@ -16,9 +16,9 @@
 
 namespace sextant {
 
-std::vector<ClaimResult> check_depth_noise_low(const std::vector<NoiseSweep>& sweeps);
-std::vector<ClaimResult> check_depth_noise_gradual(const std::vector<NoiseSweep>& sweeps);
-std::vector<ClaimResult> check_flow_noise_far_objects(const std::vector<NoiseSweep>& sweeps);
-std::vector<ClaimResult> check_flow_noise_highest(const std::vector<NoiseSweep>& sweeps);
+std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep);
+std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep);
+std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep);
+std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep);
 
 }  // namespace sextant

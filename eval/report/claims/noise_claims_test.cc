@@ -12,7 +12,7 @@ namespace {
 NoiseSweep sweep_of(const std::string& parameter, const std::map<std::string, double>& slopes) {
   const std::map<std::string, double> distance_m = {
       {"ego", 0}, {"object:5", 8}, {"object:9", 17}, {"object:2", 25}, {"object:4", 40}};
-  NoiseSweep sweep{parameter, {}, {}};
+  std::vector<Record> records;
   for (const auto& [body, slope] : slopes) {
     for (const double level : {0.1, 0.2, 0.4}) {
       for (uint64_t seed = 0; seed < 10; ++seed) {
@@ -20,11 +20,11 @@ NoiseSweep sweep_of(const std::string& parameter, const std::map<std::string, do
         r.values = {{"step_gt_m", 1}, {"distance_gt_m", distance_m.at(body)}};
         const double error = slope * level * (0.99 + 0.002 * static_cast<double>(seed));
         r.errors = {{"Et_m", error}, {"ER_deg", 2 * error}};
-        sweep.records.push_back(r);
+        records.push_back(r);
       }
     }
   }
-  return sweep;
+  return noise_sweep_of(parameter, records);
 }
 
 std::vector<Verdict> verdicts(const std::vector<ClaimResult>& results) {
@@ -39,19 +39,19 @@ constexpr Verdict no = Verdict::not_reproduced;
 TEST(NoiseClaims, DepthLimitsHoldWhereTheWholeIntervalDoes) {
   const NoiseSweep sweep = sweep_of("depth.delta_d_px", {{"ego", 0.01}, {"object:9", 0.08}});
   // E_t, E_R of each body at delta_d <= 0.2, then up to 0.4: 0.002 0.004 | 0.016 0.032.
-  EXPECT_EQ(verdicts(check_depth_noise_low({sweep})),
+  EXPECT_EQ(verdicts(check_depth_noise_low(sweep)),
             (std::vector<Verdict>{yes, yes, yes, yes, yes, no, yes, no}));
-  EXPECT_EQ(verdicts(check_depth_noise_gradual({sweep})), (std::vector<Verdict>{yes, yes}));
+  EXPECT_EQ(verdicts(check_depth_noise_gradual(sweep)), (std::vector<Verdict>{yes, yes}));
   const NoiseSweep falling = sweep_of("depth.delta_d_px", {{"ego", -0.01}});
-  EXPECT_EQ(check_depth_noise_gradual({falling}).front().verdict, no);
+  EXPECT_EQ(check_depth_noise_gradual(falling).front().verdict, no);
   const NoiseSweep on_the_limit = sweep_of("depth.delta_d_px", {{"ego", 0.1}});
-  EXPECT_EQ(check_depth_noise_low({on_the_limit}).front().verdict, Verdict::undecided);
+  EXPECT_EQ(check_depth_noise_low(on_the_limit).front().verdict, Verdict::undecided);
 }
 
 TEST(NoiseClaims, FlowBodiesAreCountedByDistance) {
   std::map<std::string, double> slopes = {
       {"ego", 0.01}, {"object:5", 0.01}, {"object:9", 0.1}, {"object:2", 0.22}, {"object:4", 9}};
-  const auto sweep = [&] { return std::vector{sweep_of("flow.scale", slopes)}; };
+  const auto sweep = [&] { return sweep_of("flow.scale", slopes); };
   EXPECT_EQ(verdicts(check_flow_noise_far_objects(sweep())), (std::vector<Verdict>{yes, yes}));
   const std::vector<ClaimResult> highest = check_flow_noise_highest(sweep());  // 0.088 m, 0.176 deg
   EXPECT_EQ(verdicts(highest), (std::vector<Verdict>{yes, yes}));

@@ -39,14 +39,14 @@ struct Difference {
 std::vector<Difference> differences_to_orb_slam(const Evidence& evidence) {
   std::map<std::pair<std::string, int>, const Record*> orb_slam;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
-    for (const Record& r : part->sweep.records) {
+    for (const Record& r : part->records) {
       if (r.estimator == "ORB-SLAM3") orb_slam[{r.sequence, r.frame}] = &r;
     }
   }
   std::vector<Difference> differences;
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     Difference difference{part->name, "", {}, 0};
-    for (const Record& r : part->sweep.records) {
+    for (const Record& r : part->records) {
       if (!r.is_ego() || r.estimator != "joint_flow" || r.status != Status::ok || !r.errors.contains("Et_m"))
         continue;
       const auto other = orb_slam.find({kitti_sequence(r), r.frame});
@@ -82,7 +82,7 @@ std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   std::map<std::string, double> floors;
   std::string part_name;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
-    for (const Record& r : part->sweep.records) {
+    for (const Record& r : part->records) {
       const auto floor = find_number(r.values, "step_floor_m");
       if (floor) floors[r.sequence] = *floor;
     }
@@ -113,9 +113,9 @@ std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     std::map<int, RecordRefs> by_object;
-    for (const Record& r : part->sweep.records) {
+    for (const Record& r : part->records) {
       if (r.is_ego() || r.estimator != "joint_flow" || r.status != Status::ok || !has_truth(r)) continue;
-      if (r.errors.contains("Ev_kmh")) by_object[body_order(r)].push_back(&r);
+      if (r.errors.contains("Ev_kmh")) by_object[body_order(r.body)].push_back(&r);
     }
     for (const auto& [id, records] : by_object) {
       ClaimResult result = result_of(records, "Ev_kmh", part->name);

@@ -12,7 +12,7 @@ auto on_noise_parts(Check check) {
   return [check](const Evidence& evidence) {
     std::vector<ClaimResult> results;
     for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-      for (ClaimResult& result : check({part->sweep})) {
+      for (ClaimResult& result : check(part->sweep)) {
         result.records = part->name;
         results.push_back(std::move(result));
       }

@@ -37,7 +37,7 @@ void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> role
     for (const EvidencePart* part : evidence.with(role)) {
       for (const SetData& data : set_data()) {
         std::map<std::string, Bodies> estimators;
-        for (const auto& [estimator, records] : by_estimator(matching(part->sweep.records, data.filter)))
+        for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter)))
           estimators[estimator] = paper_bodies(records);
         visit(*part, data, estimators);
       }
@@ -217,7 +217,7 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
   for (const EvidencePart* part : evidence.with(PartRole::classification)) {
     using Key = std::tuple<std::string, std::string, double>;  // dataset, sequence, delta_d
     std::map<Key, std::map<uint64_t, std::vector<Record>>> by_sequence;
-    for (const Record& r : part->sweep.records)
+    for (const Record& r : part->records)
       by_sequence[{r.dataset, r.sequence, r.level}][r.seed].push_back(r);
     for (const auto& [where, by_seed] : by_sequence) {
       const auto& [dataset, name, delta_d_px] = where;

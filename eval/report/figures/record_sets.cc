@@ -11,7 +11,7 @@ std::vector<RecordSet> record_sets(const std::vector<Record>& records) {
   std::map<std::pair<std::string, std::string>, std::map<int, BodyRecords>> sets;
   for (const Record& record : records) {
     if (!has_truth(record) || record.status != Status::ok) continue;
-    BodyRecords& body = sets[{record.dataset, record.sequence}][body_order(record)];
+    BodyRecords& body = sets[{record.dataset, record.sequence}][body_order(record.body)];
     body.title = body_title(record.body);
     body.records.push_back(&record);
   }
@@ -28,7 +28,8 @@ std::vector<std::string> estimators_of(const RecordSet& set) {
   std::vector<std::string> names;
   for (const BodyRecords& body : set.bodies) {
     for (const Record* record : body.records) {
-      if (std::ranges::find(names, record->estimator) == names.end()) names.push_back(record->estimator);
+      const std::string& name = record->estimator;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
     }
   }
   return names;

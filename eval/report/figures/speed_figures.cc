@@ -21,7 +21,7 @@ bool has_speed(const Record& record) {
 /// The objects with the most estimates, by id.
 std::vector<int> chosen_objects(const RecordRefs& records) {
   std::map<int, std::set<int>> frames_of;
-  for (const Record* record : records) frames_of[body_order(*record)].insert(record->frame);
+  for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);
   std::vector<std::pair<size_t, int>> by_size;
   for (const auto& [id, frames] : frames_of) {
     if (frames.size() >= min_estimates) by_size.emplace_back(frames.size(), -id);
@@ -100,7 +100,7 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
   for (const int id : chosen_objects(records)) {
     RecordRefs of_body;
     std::ranges::copy_if(records, std::back_inserter(of_body),
-                         [&](const Record* r) { return body_order(*r) == id; });
+                         [&](const Record* r) { return body_order(r->body) == id; });
     add_rows(object_body(id), of_body, floor_kmh, figure.data);
     panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
   }

@@ -20,11 +20,11 @@ struct Step {
 std::map<std::string, std::vector<Step>> steps_by_path(const Evidence& evidence, const RecordFilter& filter) {
   std::map<std::string, std::vector<Step>> paths;
   for (const EvidencePart* part : evidence.with(PartRole::attribution)) {
-    for (const Record& record : part->sweep.records) {
-      const size_t at = record.estimator.find(separator);
+    for (const Record& record : part->records) {
+      const size_t at = record.estimator.str().find(separator);
       if (at == std::string::npos || !filter.matches(record)) continue;
-      std::vector<Step>& steps = paths[record.estimator.substr(0, at)];
-      const std::string decision = record.estimator.substr(at + std::string(separator).size());
+      std::vector<Step>& steps = paths[record.estimator.str().substr(0, at)];
+      const std::string decision = record.estimator.str().substr(at + std::string(separator).size());
       auto step = std::ranges::find(steps, decision, &Step::decision);
       if (step == steps.end()) step = steps.insert(steps.end(), {decision, {}});
       step->records.push_back(&record);

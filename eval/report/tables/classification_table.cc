@@ -30,8 +30,8 @@ constexpr std::array<Quantity, 6> quantities = {{
 
 /// The paper's "01" for 0001/clone and Scene01/clone; empty for other sequences.
 std::string paper_sequence(const Record& record) {
-  if (record.dataset.ends_with("vkitti1")) return record.sequence.substr(2, 2);
-  if (record.dataset == "vkitti2") return record.sequence.substr(5, 2);
+  if (record.dataset.str().ends_with("vkitti1")) return record.sequence.str().substr(2, 2);
+  if (record.dataset == "vkitti2") return record.sequence.str().substr(5, 2);
   return "";
 }
 
@@ -52,7 +52,7 @@ std::string noise_title(const Record& record) {
 std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
   std::vector<SequenceRuns> runs;
   for (const EvidencePart* part : evidence.with(PartRole::classification)) {
-    for (const Record& record : part->sweep.records) {
+    for (const Record& record : part->records) {
       const std::string data = data_title(record.dataset, record.sequence);
       const std::string noise = noise_title(record);
       auto it = std::find_if(runs.begin(), runs.end(),

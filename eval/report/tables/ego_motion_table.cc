@@ -29,7 +29,7 @@ struct Source {
 
 Systems systems_of(const EvidencePart& part) {
   Systems systems;
-  for (const Record& record : part.sweep.records) {
+  for (const Record& record : part.records) {
     if (!record.is_ego() || record.status != Status::ok || !has_truth(record)) continue;
     systems[record.estimator][record.sequence].push_back(&record);
   }

@@ -37,7 +37,7 @@ std::string body_key(const std::string& column) { return column == "Static" ? "E
 constexpr double level_of_table_2 = 1;
 
 RecordRefs of_first_estimator(const EvidencePart& part, const RecordFilter& filter) {
-  RecordRefs records = matching(part.sweep.records, filter);
+  RecordRefs records = matching(part.records, filter);
   std::erase_if(records, [](const Record* record) { return record->level != level_of_table_2; });
   return records.empty() ? records : by_estimator(records).at(records.front()->estimator);
 }

@@ -47,7 +47,7 @@ Table limit_table(const Evidence& evidence) {
   table.columns.push_back({"pairs", "pairs", Align::right, 0});
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
     for (const SetData& data : set_data()) {
-      for (const auto& [estimator, records] : by_estimator(matching(part->sweep.records, data.filter))) {
+      for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter))) {
         for (const auto& [body, estimated] : paper_bodies(records)) {
           if (estimated.empty()) continue;
           const LimitSummary limit = summarize_limit(estimated, {});

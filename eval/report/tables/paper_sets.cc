@@ -33,7 +33,7 @@ std::string set_data_title(const RecordFilter& filter) {
 std::vector<PaperBody> bodies_by_distance(const RecordRefs& records) {
   std::map<int, RecordRefs> by_id;
   for (const Record* record : records) {
-    if (has_truth(*record)) by_id[body_order(*record)].push_back(record);
+    if (has_truth(*record)) by_id[body_order(record->body)].push_back(record);
   }
   std::vector<std::pair<double, int>> by_distance;
   for (const auto& [id, of_body] : by_id) {

@@ -18,7 +18,7 @@ constexpr double ms_per_s = 1000;
 void add_systems(const Evidence& evidence, double published_ms, Table& table) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::pair<std::string, std::string>, RoundTimes> frames;
-    for (const Record& record : part->sweep.records) {
+    for (const Record& record : part->records) {
       const auto ms = find_number(record.time_ms, "program");
       if (!ms) continue;
       frames[{data_title(record.dataset, record.sequence), record.estimator}][{record.seed, record.frame}] =
@@ -49,7 +49,7 @@ std::vector<RunTimes> run_times(const Evidence& evidence) {
   std::vector<RunTimes> all;
   for (const EvidencePart* part : evidence.with(PartRole::timing)) {
     std::map<std::pair<std::string, std::string>, std::map<int, std::map<std::string, double>>> frames;
-    for (const Record& record : part->sweep.records) {
+    for (const Record& record : part->records) {
       const std::string data = data_title(record.dataset, record.sequence);
       std::map<std::string, double>& stages = frames[{data, record.estimator}][record.frame];
       for (const auto& [stage, ms] : record.time_ms) {

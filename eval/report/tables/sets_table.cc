@@ -34,7 +34,7 @@ struct SetRows {
 
 /// Rows of one line of the paper on one kind of data; false where that was not measured.
 bool add_measured(const SetRows& rows, Table& table) {
-  const RecordRefs records = matching(rows.part.sweep.records, rows.data.filter);
+  const RecordRefs records = matching(rows.part.records, rows.data.filter);
   const auto groups = by_estimator(records);
   const std::string body = rows.published.at("body");
   for (const std::string& estimator : distinct(records, &Record::estimator)) {

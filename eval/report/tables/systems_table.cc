@@ -93,7 +93,7 @@ Table systems_table(const Evidence& evidence) {
   const Json descriptions = system_descriptions();
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::string, std::map<std::string, Row>> by_data;
-    for (const Record& record : part->sweep.records)
+    for (const Record& record : part->records)
       by_data[data_title(record.dataset, record.sequence)][record.estimator].add(record);
     for (const auto& [data, rows] : by_data) {
       const auto ours = rows.find(yardstick);

@@ -47,7 +47,7 @@ TEST_P(EveryTable, IsAFunctionOfTheRecords) {
   EXPECT_EQ(all, to_csv(GetParam().make(test_evidence())));
   Evidence fewer = test_evidence();
   for (EvidencePart& part : fewer.parts)
-    std::erase_if(part.sweep.records, [](const Record& r) { return r.frame > 9; });
+    std::erase_if(part.records, [](const Record& r) { return r.frame > 9; });
   EXPECT_NE(all, to_csv(GetParam().make(fewer)));
 }
 
@@ -120,7 +120,7 @@ size_t row_of(const Table& table, const std::string& estimator) {
 constexpr const char* vdo = "VDO_SLAM 9d33024.front";
 
 std::vector<Record>& records_of_one_run(Evidence& evidence) {
-  return std::ranges::find(evidence.parts, PartRole::systems, &EvidencePart::role)->sweep.records;
+  return std::ranges::find(evidence.parts, PartRole::systems, &EvidencePart::role)->records;
 }
 
 TEST(SystemsTable, TellsAProgramsOwnTimeInFramesOfJointFlow) {
@@ -174,7 +174,7 @@ TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameTellsTheCommit) {
 
 TEST(Attribution, ChangesAddUpToTheWhole) {
   Evidence evidence = test_evidence();
-  for (Record& r : evidence.parts.back().sweep.records) {
+  for (Record& r : evidence.parts.back().records) {
     if (r.estimator == "motion_only > kernel") r.errors["Et_m"] *= r.is_ego() ? 0.25 : 0.5;
     if (r.estimator == "joint_flow > kernel" && r.frame == 3) r.status = Status::lost;
   }
@@ -198,8 +198,8 @@ TEST(Attribution, StepsOfSeveralPartsAreOnePathInTheirOrder) {
   Evidence evidence = test_evidence();
   EvidencePart before = evidence.parts.back();
   before.name = "attribution_release";
-  std::erase_if(before.sweep.records, [](const Record& r) { return r.estimator != "motion_only > kernel"; });
-  for (Record& r : before.sweep.records) r.estimator = "motion_only > draws";
+  std::erase_if(before.records, [](const Record& r) { return r.estimator != "motion_only > kernel"; });
+  for (Record& r : before.records) r.estimator = "motion_only > draws";
   evidence.parts.insert(evidence.parts.end() - 1, before);
   const std::vector<AttributionPath> paths = attribution_paths(evidence);
   const auto path = std::ranges::find(paths, "motion_only", &AttributionPath::path);

@@ -47,19 +47,20 @@ inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n
                        const std::string& sequence, const std::vector<std::string>& estimators,
                        const std::vector<std::string>& bodies, uint64_t seeds,
                        const std::string& parameter = "", const std::vector<double>& levels = {0}) {
-    EvidencePart part{name, role, {parameter, {}, {}}};
+    EvidencePart part{name, role, {}, {}};
     for (const std::string& estimator : estimators) {
       for (const double level : levels) {
         for (uint64_t seed = 0; seed < seeds; ++seed) {
           for (int frame = first_frame; frame < first_frame + n_frames; ++frame) {
             for (const std::string& body : bodies) {
-              part.sweep.records.push_back(test_record(dataset, sequence, estimator, body, frame, seed));
-              part.sweep.records.back().level = level;
+              part.records.push_back(test_record(dataset, sequence, estimator, body, frame, seed));
+              part.records.back().level = level;
             }
           }
         }
       }
     }
+    part.sweep = noise_sweep_of(parameter, part.records);
     evidence.parts.push_back(std::move(part));
   };
   const std::vector<std::string> two = {"motion_only", "joint_flow"};

@@ -33,7 +33,7 @@ std::set<int> ids_of(const std::string& sequence, const std::string& objects) {
 /// The paper's "03" for KITTI's 0003 and for the authors' sample of it.
 std::string paper_sequence(const Record& record) {
   if (record.dataset == "vdo" && record.sequence == "kitti_03_demo") return "03";
-  if (record.dataset == "kitti" && record.sequence.size() == 4) return record.sequence.substr(2);
+  if (record.dataset == "kitti" && record.sequence.str().size() == 4) return record.sequence.str().substr(2);
   return "";
 }
 
@@ -47,7 +47,7 @@ struct GroupRecords {
 GroupRecords group_records(const EvidencePart& part, const std::string& estimator, const Json& column) {
   GroupRecords group;
   const std::set<int> ids = ids_of(column.at("sequence"), column.at("objects"));
-  for (const Record& record : part.sweep.records) {
+  for (const Record& record : part.records) {
     if (record.estimator != estimator || paper_sequence(record) != column.at("sequence")) continue;
     if (group.data.empty()) {
       group.first_frame = record.frame - 1;
@@ -55,7 +55,7 @@ GroupRecords group_records(const EvidencePart& part, const std::string& estimato
     }
     group.last_frame = std::max(group.last_frame, record.frame);
     if (record.is_ego() || !has_truth(record)) continue;
-    if (!ids.empty() && !ids.contains(body_order(record))) continue;
+    if (!ids.empty() && !ids.contains(body_order(record.body))) continue;
     group.with_truth.push_back(&record);
     if (record.status == Status::ok && record.errors.contains("Ev_kmh")) group.estimated.push_back(&record);
   }
@@ -116,7 +116,7 @@ Table velocity_table(const Evidence& evidence) {
     bool measured = false;
     for (const EvidencePart* part : evidence.with(PartRole::real)) {
       std::set<std::string> estimators;
-      for (const Record& record : part->sweep.records) {
+      for (const Record& record : part->records) {
         if (paper_sequence(record) == column.at("sequence")) estimators.insert(record.estimator);
       }
       for (const std::string& estimator : estimators) {

@@ -1,0 +1,77 @@
+#pragma once
+
+// What the cases of a sweep leave, as files, in order of case (sweep.h): records.jsonl and cases.jsonl, or summary.bin.
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/base/json.h"
+#include "sextant/eval/experiment/exact_noise.h"
+#include "sextant/eval/experiment/noise_of_cases.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/records/case_summary.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/summary_file.h"
+
+namespace sextant {
+
+struct CaseResult {
+  uint64_t number = 0;
+  std::string content;     ///< the lines of its records, or the bytes of its summary
+  uint64_t n_records = 0;  ///< of lines; a summary knows its own
+  Json noise;              ///< beside lines, as in cases.jsonl
+};
+
+/// What a journal holds of a case whose summary is kept, the noise of its points where that is counted here.
+std::string encode_journal_case(const CaseSummary& summary, const NoiseVerification* noise);
+struct JournalCase {
+  std::string_view summary;  ///< encode_case_summary()
+  ExactNoise noise;
+};
+/// Throws Error that begins with `where`.
+JournalCase decode_journal_case(std::string_view bytes, const std::string& where);
+
+/// Writes the files of a folder.
+class CaseResultWriter {
+ public:
+  /// `plan` is Plan::json().
+  CaseResultWriter(const OutputFolder& folder, const Json& plan, uint64_t n_cases);
+
+  /// Cases come in order of number. Throws Error that names the case.
+  void add(const CaseResult& result);
+  /// Of cases whose summaries are kept, one by one or of a whole shard.
+  void add_noise(uint64_t number, const ExactNoise& noise) { exact_noise_[noise_.source_and_level(number)].add(noise); }
+  void add_noise(const ExactNoises& noises);
+  void close();
+
+  uint64_t n_records() const { return n_records_; }
+  Json noise() const { return noise_.json(); }
+  /// Of the files, the results last.
+  std::vector<std::string> names() const;
+
+ private:
+  NoiseOfCases noise_;
+  ExactNoises exact_noise_;
+  uint64_t n_records_ = 0;
+  std::optional<StreamedFile> records_, index_;
+  std::optional<SummaryWriter> summary_;
+};
+
+/// Reads those of a finished sweep, from its first case to its last.
+class CaseResultReader {
+ public:
+  virtual ~CaseResultReader() = default;
+  /// Numbers rise; nothing after the last. Throws Error that names the file.
+  virtual std::optional<CaseResult> next() = 0;
+  /// That of all cases where summaries are kept, after the last.
+  virtual ExactNoises noise() const { return {}; }
+};
+std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, Keep keep);
+
+}  // namespace sextant

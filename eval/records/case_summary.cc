@@ -1,0 +1,257 @@
+#include "sextant/eval/records/case_summary.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/byte_stream.h"
+#include "sextant/base/error.h"
+#include "sextant/eval/records/record_truth.h"
+
+namespace sextant {
+namespace {
+
+const double* find_in(const Record::Numbers& numbers, const std::string& key) {
+  const auto it = numbers.find(key);
+  return it == numbers.end() ? nullptr : &it->second;
+}
+
+void add_record(const Record& record, BodySums& body) {
+  ++body.statuses[{record.status, record.gate}];
+  if (!has_truth(record)) return;
+  if (record.status != Status::ok) {
+    body.missed.push_back(record.frame);
+    return;
+  }
+  ++body.n_estimated;
+  for (const MetricDefinition* metric : metrics_for(compared)) {
+    const double* error = find_in(record.errors, metric->name);
+    if (error == nullptr) continue;
+    body.errors[metric->name].add(*error);
+    if (const double* bound = find_in(record.bound, metric->name)) {
+      LimitSums& limit = body.limits[metric->name];
+      ++limit.n;
+      limit.bound_squares += *bound * *bound;
+      limit.error_sum += *error;
+      limit.error_squares += *error * *error;
+    }
+  }
+  if (const double* nees = find_in(record.values, "nees")) body.nees.add(*nees);
+  const double* epe = find_in(record.errors, "epe_initial_px");
+  if (epe != nullptr && record.flow_truth == "given") body.epe_initial_px.add(*epe);
+  const double* distance = find_in(record.values, "distance_gt_m");
+  if (distance != nullptr && record.errors.contains("Et_m")) body.distance_gt_m.add(*distance);
+}
+
+void put(const MeanSums& mean, ByteWriter& out) {
+  out.varint(mean.n);
+  if (mean.n > 0) out.put(mean.sum);
+}
+
+/// The bins' distances, from that of 0 on, doubled; odd where a bin has more than one value, and then their number.
+void put(const SampleSums& sums, ByteWriter& out) {
+  out.varint(sums.n);
+  if (sums.n == 0) return;
+  out.put(sums.sum);
+  out.put(sums.sum_squares);
+  int before = LogHistogram::zero_bin;
+  for (const LogHistogram::Bin& bin : sums.histogram.bins()) {
+    const auto distance = static_cast<uint64_t>(bin.bin - before);
+    before = bin.bin;
+    out.varint(2 * distance + (bin.n > 1 ? 1 : 0));
+    if (bin.n > 1) out.varint(bin.n);
+  }
+}
+
+void put(const LimitSums& limit, const SampleSums& error, ByteWriter& out) {
+  out.varint(limit.n);
+  if (limit.n == 0) return;
+  out.put(limit.bound_squares);
+  if (limit.n == error.n) return;
+  out.put(limit.error_sum);
+  out.put(limit.error_squares);
+}
+
+void put(const BodySums& body, ByteWriter& out) {
+  out.varint(static_cast<uint64_t>(body.body));
+  out.varint(body.statuses.size());
+  for (const auto& [status, n] : body.statuses) {
+    out.varint(static_cast<uint64_t>(status.first) * names_of(Gate{}).size() + static_cast<uint64_t>(status.second));
+    out.varint(n);
+  }
+  out.varint(body.n_estimated);
+  out.varint(body.missed.size());
+  int before = 0;
+  for (const int frame : body.missed) {
+    out.varint(static_cast<uint64_t>(frame - before));
+    before = frame;
+  }
+  static const SampleSums none;
+  for (const MetricDefinition* metric : metrics_for(compared)) {
+    const auto error = body.errors.find(metric->name);
+    const SampleSums& sums = error == body.errors.end() ? none : error->second;
+    put(sums, out);
+    const auto limit = body.limits.find(metric->name);
+    put(limit == body.limits.end() ? LimitSums() : limit->second, sums, out);
+  }
+  for (const MeanSums* mean : {&body.nees, &body.epe_initial_px, &body.distance_gt_m}) put(*mean, out);
+}
+
+/// What ByteReader trusts and this file cannot.
+class SummaryDecoder {
+ public:
+  SummaryDecoder(std::string_view bytes, const std::string& where) : in_(bytes, where), where_(where) {}
+
+  CaseSummary read() {
+    CaseSummary out;
+    out.dataset = in_.text();
+    out.sequence = in_.text();
+    out.noise = in_.text();
+    out.level = finite();
+    out.seed = in_.varint();
+    for (size_t n = in_.count(2); n > 0; --n) {
+      ResultSums& result = out.results.emplace_back();
+      result.estimator = in_.text();
+      for (size_t k = in_.count(5); k > 0; --k) result.bodies.push_back(body());
+    }
+    in_.expect_end();
+    return out;
+  }
+
+ private:
+  double finite() {
+    const auto value = in_.get<double>();
+    if (!std::isfinite(value)) wrong("a number that is not finite");
+    return value;
+  }
+  int whole(uint64_t at_most) {
+    const uint64_t value = in_.varint();
+    if (value > at_most) wrong("a number that is too large");
+    return static_cast<int>(value);
+  }
+  [[noreturn]] void wrong(const char* what) const { fail("{}: damaged: {}", where_, what); }
+
+  MeanSums mean() {
+    MeanSums out;
+    out.n = in_.varint();
+    if (out.n > 0) out.sum = finite();
+    return out;
+  }
+
+  SampleSums error() {
+    SampleSums out;
+    out.n = in_.varint();
+    if (out.n == 0) return out;
+    out.sum = finite();
+    out.sum_squares = finite();
+    int64_t bin = LogHistogram::zero_bin;
+    for (uint64_t n = 0; n < out.n;) {
+      const uint64_t code = in_.varint();
+      const uint64_t count = code % 2 == 0 ? 1 : in_.varint();
+      if (code / 2 > static_cast<uint64_t>(highest_bin - bin) || count == 0 || count > out.n - n || (n > 0 && code < 2))
+        wrong("a histogram that does not fit its number of values");
+      bin += static_cast<int64_t>(code / 2);
+      out.histogram.add({static_cast<int>(bin), count});
+      n += count;
+    }
+    return out;
+  }
+
+  LimitSums limit(const SampleSums& error) {
+    LimitSums out;
+    out.n = in_.varint();
+    if (out.n == 0) return out;
+    if (out.n > error.n) wrong("more bounds than errors");
+    out.bound_squares = finite();
+    out.error_sum = out.n == error.n ? error.sum : finite();
+    out.error_squares = out.n == error.n ? error.sum_squares : finite();
+    return out;
+  }
+
+  BodySums body() {
+    BodySums out;
+    out.body = whole(std::numeric_limits<int>::max());
+    constexpr size_t n_gates = names_of(Gate{}).size();
+    for (size_t n = in_.count(2); n > 0; --n) {
+      const auto code = static_cast<size_t>(whole(names_of(Status{}).size() * n_gates - 1));
+      out.statuses[{static_cast<Status>(code / n_gates), static_cast<Gate>(code % n_gates)}] = in_.varint();
+    }
+    out.n_estimated = in_.varint();
+    int frame = 0;
+    for (size_t n = in_.count(1); n > 0; --n) {
+      frame += whole(static_cast<uint64_t>(std::numeric_limits<int>::max() - frame));
+      out.missed.push_back(frame);
+    }
+    for (const MetricDefinition* metric : metrics_for(compared)) {
+      SampleSums sums = error();
+      const LimitSums of_limit = limit(sums);
+      if (of_limit.n > 0) out.limits[metric->name] = of_limit;
+      if (sums.n > 0) out.errors[metric->name] = std::move(sums);
+    }
+    for (MeanSums* sums : {&out.nees, &out.epe_initial_px, &out.distance_gt_m}) *sums = mean();
+    return out;
+  }
+
+  static constexpr int highest_bin = 1024 * LogHistogram::bins_per_octave;
+
+  ByteReader in_;
+  const std::string& where_;
+};
+
+}  // namespace
+
+uint64_t BodySums::n_records() const {
+  uint64_t n = 0;
+  for (const auto& [status, count] : statuses) n += count;
+  return n;
+}
+
+uint64_t CaseSummary::n_records() const {
+  uint64_t n = 0;
+  for (const ResultSums& result : results) {
+    for (const BodySums& body : result.bodies) n += body.n_records();
+  }
+  return n;
+}
+
+CaseSummary summarize_case(const std::vector<Record>& records) {
+  CaseSummary summary;
+  if (records.empty()) return summary;
+  const Record& first = records.front();
+  summary.dataset = first.dataset.str();
+  summary.sequence = first.sequence.str();
+  summary.noise = first.noise.str();
+  summary.level = first.level;
+  summary.seed = first.seed;
+  std::map<std::string, std::map<int, BodySums>> bodies;  // by estimator, which a case lists in that order
+  for (const Record& record : records) add_record(record, bodies[record.estimator.str()][body_order(record.body)]);
+  for (auto& [estimator, of_estimator] : bodies) {
+    ResultSums& result = summary.results.emplace_back();
+    result.estimator = estimator;
+    for (auto& [body, sums] : of_estimator) {
+      sums.body = body;
+      std::ranges::sort(sums.missed);
+      result.bodies.push_back(std::move(sums));
+    }
+  }
+  return summary;
+}
+
+std::string encode_case_summary(const CaseSummary& summary) {
+  ByteWriter out;
+  for (const std::string* text : {&summary.dataset, &summary.sequence, &summary.noise}) out.text(*text);
+  out.put(summary.level);
+  out.varint(summary.seed);
+  out.varint(summary.results.size());
+  for (const ResultSums& result : summary.results) {
+    out.text(result.estimator);
+    out.varint(result.bodies.size());
+    for (const BodySums& body : result.bodies) put(body, out);
+  }
+  return out.take();
+}
+
+CaseSummary decode_case_summary(std::string_view bytes, const std::string& where) {
+  return SummaryDecoder(bytes, where).read();
+}
+
+}  // namespace sextant

@@ -1,0 +1,216 @@
+#include "sextant/eval/report/noise_level.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+namespace sextant {
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Values in another order.
+template <typename T>
+void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
+  std::vector<T> ordered;
+  ordered.reserve(values.size());
+  for (const size_t i : order) ordered.push_back(values[i]);
+  values = std::move(ordered);
+}
+
+}  // namespace
+
+const std::vector<const MetricDefinition*>& compared_errors() {
+  static const std::vector<const MetricDefinition*> errors = metrics_for(compared);
+  return errors;
+}
+
+size_t compared_error(std::string_view name) {
+  const auto at = std::ranges::find(compared_errors(), name, &MetricDefinition::name);
+  SEXTANT_CHECK(at != compared_errors().end());
+  return static_cast<size_t>(at - compared_errors().begin());
+}
+
+NoiseLevelKey NoiseLevelKey::of(const Record& r) {
+  return {r.dataset, r.sequence, r.body, r.estimator, r.noise, r.level};
+}
+
+bool NoiseLevelKey::operator<(const NoiseLevelKey& o) const {
+  const int order = body_order(body), other = body_order(o.body);
+  return std::tie(dataset, sequence, order, estimator, level, noise) <
+         std::tie(o.dataset, o.sequence, other, o.estimator, o.level, o.noise);
+}
+
+bool NoiseLevelKey::is_same_curve(const NoiseLevelKey& o) const {
+  return dataset == o.dataset && sequence == o.sequence && body_order(body) == body_order(o.body) &&
+         estimator == o.estimator;
+}
+
+void NoiseLevel::add(const Record& record) {
+  const bool is_measured = has_truth(record), is_estimated = is_measured && record.status == Status::ok;
+  n_truth_ += is_measured;
+  n_estimated_ += is_estimated;
+  seeds_.push_back(record.seed);
+  frames_.push_back(record.frame);
+  static const std::vector<Interned> names = [] {
+    std::vector<Interned> all;
+    for (const MetricDefinition* error : compared_errors()) all.emplace_back(error->name);
+    return all;
+  }();
+  uint8_t has_bound = 0;
+  for (size_t e = 0; e < errors_.size(); ++e) {
+    const Interned name = names[e];
+    const auto error = is_estimated ? find_number(record.errors, name) : std::nullopt;
+    errors_[e].push_back(error.value_or(missing));
+    if (!error) continue;
+    ++n_of_[e];
+    if (const auto bound = find_number(record.bound, name)) {
+      has_bound |= static_cast<uint8_t>(1U << e);
+      bounds_[e].add(*bound);
+    }
+  }
+  has_bound_.push_back(has_bound);
+  if (!is_estimated) return;
+  static const Interned nees = "nees", epe_initial_px = "epe_initial_px", distance_gt_m = "distance_gt_m", Et_m = "Et_m";
+  if (const auto value = find_number(record.values, nees)) nees_.add(*value);
+  if (const auto epe = find_number(record.errors, epe_initial_px); epe && record.flow_truth == "given")
+    epe_initial_px_.add(*epe);
+  if (const auto distance_m = find_number(record.values, distance_gt_m); distance_m && record.errors.contains(Et_m))
+    distance_gt_m_.add(*distance_m);
+}
+
+void NoiseLevel::sort() {
+  std::vector<size_t> order(seeds_.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  const auto case_at = [&](size_t row) { return case_of(row); };
+  if (std::ranges::is_sorted(order, {}, case_at)) return;
+  std::ranges::stable_sort(order, {}, case_at);
+  reorder(order, seeds_);
+  reorder(order, frames_);
+  reorder(order, has_bound_);
+  for (std::vector<double>& column : errors_) reorder(order, column);
+}
+
+std::vector<SeedFrame> NoiseLevel::repeated() const {
+  std::vector<SeedFrame> cases;
+  for (size_t row = 1; row < seeds_.size(); ++row) {
+    if (case_of(row) == case_of(row - 1)) cases.push_back(case_of(row));
+  }
+  return cases;
+}
+
+std::vector<SeedFrame> NoiseLevel::shared(const NoiseLevel& other) const {
+  std::vector<SeedFrame> cases;
+  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
+    const SeedFrame first = case_of(a), second = other.case_of(b);
+    if (first == second) cases.push_back(first);
+    a += first <= second;
+    b += second <= first;
+  }
+  return cases;
+}
+
+size_t NoiseLevel::n_seeds() const {
+  size_t n = 0;
+  for (size_t row = 0; row < seeds_.size(); ++row) n += row == 0 || seeds_[row] != seeds_[row - 1];
+  return n;
+}
+
+NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_bounded) const {
+  Sample sample;
+  for (size_t row = 0; row < seeds_.size(); ++row) {
+    const double value = errors_[error][row];
+    if (std::isnan(value) || (only_bounded && (has_bound_[row] >> error & 1U) == 0)) continue;
+    sample.values.push_back(value);
+    sample.clusters.push_back(by == ClusterBy::seeds ? seeds_[row] : static_cast<uint64_t>(frames_[row]));
+  }
+  return sample;
+}
+
+ClusterSums NoiseLevel::sums(size_t error, ClusterBy by) const {
+  if (!has(error)) return {};
+  const Sample sample = select(error, by, false);
+  return cluster_sums(sample.values, sample.clusters);
+}
+
+ClusteredSample NoiseLevel::sample(size_t error, ClusterBy by) const {
+  const Sample sample = select(error, by, false);
+  return {sample.values, sample.clusters};
+}
+
+std::pair<ClusterSums, Moments> NoiseLevel::bounded(size_t error) const {
+  if (bounds_[error].n == 0) return {};
+  const Sample sample = select(error, ClusterBy::seeds, true);
+  return {cluster_sums(sample.values, sample.clusters), bounds_[error]};
+}
+
+bool NoiseLevel::has_error(size_t row) const {
+  return std::ranges::any_of(errors_, [&](const auto& column) { return !std::isnan(column[row]); });
+}
+
+size_t NoiseLevel::n_with_error() const {
+  size_t n = 0;
+  for (size_t row = 0; row < seeds_.size(); ++row) n += has_error(row);
+  return n;
+}
+
+std::vector<std::pair<size_t, size_t>> NoiseLevel::pairs(const NoiseLevel& other) const {
+  std::vector<std::pair<size_t, size_t>> rows;
+  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
+    const SeedFrame first = case_of(a), second = other.case_of(b);
+    if (first == second && has_error(a) && other.has_error(b)) rows.emplace_back(a, b);
+    a += first <= second;
+    b += second <= first;
+  }
+  return rows;
+}
+
+size_t NoiseLevels::Hash::operator()(const NoiseLevelKey& key) const {
+  size_t hash = std::hash<double>()(key.level);
+  for (const Interned& part : {key.dataset, key.sequence, key.body, key.estimator, key.noise})
+    hash = (hash ^ std::hash<const void*>()(&part.str())) * 0x9E3779B97F4A7C15U;
+  return hash ^ (hash >> 32U);
+}
+
+void NoiseLevels::add(const Record& record) {
+  const NoiseLevelKey key = NoiseLevelKey::of(record);
+  const auto [level, is_new] = levels_.try_emplace(key, key);
+  level->second.add(record);
+  if (is_new && std::ranges::find(estimators_, key.estimator) == estimators_.end())
+    estimators_.push_back(key.estimator);
+}
+
+std::vector<NoiseLevelRef> NoiseLevels::take() {
+  std::vector<NoiseLevelRef> levels;
+  for (auto& [key, level] : levels_) {
+    level.sort();
+    levels.push_back(std::make_shared<const NoiseLevel>(std::move(level)));
+  }
+  levels_.clear();
+  std::ranges::sort(levels, [](const auto& a, const auto& b) { return a->key() < b->key(); });
+  return levels;
+}
+
+std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevelRef> levels) {
+  std::vector<std::span<const NoiseLevelRef>> curves;
+  for (size_t begin = 0, end = 0; begin < levels.size(); begin = end) {
+    while (end < levels.size() && levels[end]->key().is_same_curve(levels[begin]->key())) ++end;
+    curves.push_back(levels.subspan(begin, end - begin));
+  }
+  return curves;
+}
+
+ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
+  std::set<uint64_t> seeds;
+  for (const NoiseLevelRef& level : levels) {
+    for (size_t e = 0; e < compared_errors().size(); ++e) {
+      for (const ClusterSum& seed : level->sums(e, ClusterBy::seeds)) seeds.insert(seed.label);
+    }
+  }
+  return seeds.size() < 2 ? ClusterBy::frames : ClusterBy::seeds;
+}
+
+}  // namespace sextant

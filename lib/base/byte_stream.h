@@ -1,0 +1,91 @@
+#pragma once
+
+// Binary files of ours, written and read piece by piece: numbers as they lie in memory (little-endian), and whole numbers
+// of any size in groups of 7 bits, the lowest first (varint). The reader trusts nothing: what is not there is an Error.
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
+
+class ByteWriter {
+ public:
+  template <typename T>
+  void put(const T& value) {
+    static_assert(std::is_arithmetic_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void varint(uint64_t value) {
+    for (; value >= 0x80; value >>= 7U) bytes_ += static_cast<char>(value | 0x80U);
+    bytes_ += static_cast<char>(value);
+  }
+  /// Its length as a varint before it.
+  void text(std::string_view text) {
+    varint(text.size());
+    bytes_ += text;
+  }
+  void raw(std::string_view bytes) { bytes_ += bytes; }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+class ByteReader {
+ public:
+  /// `name` begins every message.
+  ByteReader(std::string_view bytes, const std::string& name) : rest_(bytes), name_(name) {}
+
+  template <typename T>
+  T get() {
+    T value;
+    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
+    return value;
+  }
+  uint64_t varint() {
+    uint64_t value = 0;
+    for (unsigned shift = 0; shift < 64; shift += 7) {
+      const auto byte = static_cast<unsigned char>(raw(1).front());
+      const uint64_t bits = byte & 0x7FU;
+      if (shift == 63 && bits > 1) break;
+      value |= bits << shift;
+      if (byte < 0x80) return value;
+    }
+    fail("{}: damaged: a number has more than 64 bits", name_);
+  }
+  /// `n` things of at least `size` bytes each follow.
+  size_t checked_count(uint64_t n, size_t size) const {
+    if (n > rest_.size() / size) damaged();
+    return static_cast<size_t>(n);
+  }
+  /// Their number is a varint.
+  size_t count(size_t size) { return checked_count(varint(), size); }
+  std::string_view text() { return raw(count(1)); }
+  std::string_view raw(size_t n) {
+    if (n > rest_.size()) damaged();
+    const std::string_view piece = rest_.substr(0, n);
+    rest_.remove_prefix(n);
+    return piece;
+  }
+  std::string_view rest() const { return rest_; }
+  bool at_end() const { return rest_.empty(); }
+  void expect_end() const {
+    if (!rest_.empty()) damaged();
+  }
+  [[noreturn]] void damaged() const { fail("{}: damaged: it ends too early or too late", name_); }
+
+ private:
+  std::string_view rest_;
+  const std::string& name_;
+};
+
+}  // namespace sextant
