@@ -16,7 +16,8 @@ using testing::HasSubstr;
 std::vector<Record> many_records(int n) {
   std::vector<Record> records;
   for (int i = 0; i < n; ++i) {
-    Record r = RecordOf{.body = i % 2 == 0 ? "ego" : "object:7", .seed = static_cast<uint64_t>(i / 10), .frame = i % 10};
+    Record r = RecordOf{
+        .body = i % 2 == 0 ? "ego" : "object:7", .seed = static_cast<uint64_t>(i / 10), .frame = i % 10};
     r.errors["Et_m"] = 0.1 * i;
     if (i % 2 == 1) r.errors["Ev_kmh"] = 1.0 / (i + 1);
     if (i % 3 == 0) r.flow_truth = "given";

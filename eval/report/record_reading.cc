@@ -30,7 +30,9 @@ bool has_truth(const Record& record) {
   return record.values.contains("distance_gt_m") && find_number(record.values, "dynamic_gt").value_or(1) != 0;
 }
 
-int body_order(Interned body) { return body == "ego" ? 0 : std::stoi(body.str().substr(body.str().find(':') + 1)); }
+int body_order(Interned body) {
+  return body == "ego" ? 0 : std::stoi(body.str().substr(body.str().find(':') + 1));
+}
 
 std::string body_title(const std::string& body) {
   constexpr std::string_view object = "object:";
