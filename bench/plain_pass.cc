@@ -57,7 +57,8 @@ int main(int argc, char** argv) {
   try {
     Totals totals;
     for (int i = 1; i < argc; ++i) read(argv[i], totals);
-    std::printf("%zu lines, %zu texts, %zu numbers, sum %g\n", totals.n_lines, totals.n_texts, totals.n_numbers, totals.sum);
+    std::printf("%zu lines, %zu texts, %zu numbers, sum %g\n", totals.n_lines, totals.n_texts,
+                totals.n_numbers, totals.sum);
     return argc > 1 ? 0 : 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "plain_pass: %s\n", error.what());

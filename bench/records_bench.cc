@@ -63,13 +63,13 @@ class SimdjsonReader {
   template <typename T, typename... Rule>
   void field(const char* name, T& value, const Rule&... rule) {
     take_field(name, value);
-    if (!(rule.holds(value) && ...)) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
+    if (!(rule.allows(value) && ...)) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
   }
   template <typename T>
   void only_if(bool is_there, const char* name, T& value, const char*) {
     if (is_there) field(name, value);
   }
-  void unless_empty(const char* name, std::string& value, const internal::FieldRule<std::string_view>& rule) {
+  void unless_empty(const char* name, Interned& value, const internal::FieldRule<std::string_view>& rule) {
     if (key_ == name) field(name, value, rule);
   }
 
@@ -95,12 +95,11 @@ class SimdjsonReader {
         throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
     } else if constexpr (std::is_same_v<T, Record::Numbers>) {
       for (auto item : json.get_object()) {
-        const std::string_view key = item.unescaped_key();
-        if (!value.empty() && value.rbegin()->first >= key)
+        const Interned key = item.unescaped_key().value();
+        if (!value.append(key, item.value().get_double().value()))
           throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
-        value.emplace_hint(value.end(), key, item.value().get_double().value());
       }
-    } else if constexpr (std::is_same_v<T, std::string>) {
+    } else if constexpr (std::is_same_v<T, Interned>) {
       value = json.get_string().value();
     } else if constexpr (std::is_same_v<T, double>) {
       value = json.get_double();

@@ -155,7 +155,8 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
   }
   table.columns.push_back({"other", "other steps", Align::left});
   std::map<std::string, std::map<int, RecordRefs>> estimators;
-  for (const Record& record : records) estimators[record.estimator][body_order(record.body)].push_back(&record);
+  for (const Record& record : records)
+    estimators[record.estimator][body_order(record.body)].push_back(&record);
   for (const MetricPreset& preset : presets) {
     for (const auto& [estimator, objects] : estimators) {
       RecordRefs all;

@@ -106,7 +106,8 @@ void records(Bytes bytes) {
 /// The fast reader of a line against the general one.
 void record_scanner(Bytes bytes) {
   Record scanned;
-  if (scan_record(bytes, scanned)) SEXTANT_CHECK(scanned == record_from_json(parse_json(bytes, "line"), "line"));
+  if (scan_record(bytes, scanned))
+    SEXTANT_CHECK(scanned == record_from_json(parse_json(bytes, "line"), "line"));
 }
 
 void journal(Bytes bytes) {

@@ -95,7 +95,8 @@ int compare_subjects(const Record& a, const Record& b) {
   if (const int c = three_way(a.estimator, b.estimator)) return c;
   if (const int c = three_way(a.level, b.level)) return c;
   if (const int c = three_way(a.noise, b.noise)) return c;
-  if (const int c = three_way(a.body.str().size(), b.body.str().size())) return c;  // object:2 before object:10
+  if (const int c = three_way(a.body.str().size(), b.body.str().size()))
+    return c;  // object:2 before object:10
   return three_way(a.body, b.body);
 }
 

@@ -44,7 +44,9 @@ class NamedNumbers {
     const auto known = std::ranges::find(numbers_, name, &value_type::first);
     if (known != numbers_.end()) return {known, false};
     const auto is_before = [](const value_type& item, Interned other) { return item.first < other; };
-    return {numbers_.emplace(std::lower_bound(numbers_.begin(), numbers_.end(), name, is_before), name, number), true};
+    return {
+        numbers_.emplace(std::lower_bound(numbers_.begin(), numbers_.end(), name, is_before), name, number),
+        true};
   }
   template <typename Iterator>
   void insert(Iterator first, Iterator last) {

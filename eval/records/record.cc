@@ -126,7 +126,8 @@ std::vector<std::string> unlisted_keys(const std::vector<Record>& records) {
   for (const Record& record : records) {
     for (const NumberMap map : {NumberMap::errors, NumberMap::values, NumberMap::bound, NumberMap::time_ms}) {
       for (const auto& [key, number] : record.numbers(map)) {
-        if (find_metric(map, key.str()) == nullptr) unlisted.insert(fmt::format("{}.{}", to_string(map), key));
+        if (find_metric(map, key.str()) == nullptr)
+          unlisted.insert(fmt::format("{}.{}", to_string(map), key));
       }
     }
   }

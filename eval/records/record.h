@@ -33,7 +33,7 @@ struct Record {
   Interned noise = "none";
   double level = 0;
   uint64_t seed = 0;
-  int frame = 0;     ///< the current frame k of the pair (k-1, k)
+  int frame = 0;  ///< the current frame k of the pair (k-1, k)
   Interned body;  ///< "ego" or "object:ID"
   Status status = Status::ok;
   Gate gate = Gate::none;  ///< written only when status is `gated`

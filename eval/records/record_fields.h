@@ -23,7 +23,9 @@ struct FieldRule {
   const char* expected;  ///< in words
 
   bool allows(T value) const { return holds(value); }
-  bool allows(Interned value) const requires std::is_same_v<T, std::string_view> { return holds(value.str()); }
+  bool allows(Interned value) const requires std::is_same_v<T, std::string_view> {
+    return holds(value.str());
+  }
 };
 /// "ego", or "object:" and digits.
 bool is_body(std::string_view text);

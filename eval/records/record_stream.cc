@@ -23,7 +23,8 @@ class LineReader {
   std::string_view read_lines(std::string_view text) {
     while (!text.empty()) {
       const void* end = std::memchr(text.data(), '\n', text.size());
-      const size_t size = end == nullptr ? text.size() : static_cast<size_t>(static_cast<const char*>(end) - text.data());
+      const size_t size =
+          end == nullptr ? text.size() : static_cast<size_t>(static_cast<const char*>(end) - text.data());
       if (size > max_record_bytes)
         fail("{}: the line has more than {} bytes: expected a record", where(), max_record_bytes);
       if (end == nullptr) break;
@@ -43,7 +44,8 @@ class LineReader {
   std::string where() const { return fmt::format("{}:{}", name_, n_lines_ + 1); }
 
   void read_line(std::string_view line) {
-    if (!scan_record(line, record_)) record_ = record_from_json(parse_json(line, name_, n_lines_ + 1), where());
+    if (!scan_record(line, record_))
+      record_ = record_from_json(parse_json(line, name_, n_lines_ + 1), where());
     ++n_lines_;
     visit_(record_);
   }

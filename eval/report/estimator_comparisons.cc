@@ -23,8 +23,9 @@ struct Level {
 using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
 /// Of the pairs whose records both have that error; nothing where there is none.
-std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first, const NoiseLevel& second,
-                                       size_t error, ClusterBy by, const BootstrapOptions& options) {
+std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first,
+                                       const NoiseLevel& second, size_t error, ClusterBy by,
+                                       const BootstrapOptions& options) {
   std::vector<double> of_first, differences;
   std::vector<uint64_t> labels;
   for (const auto& [a, b] : pairs) {

@@ -9,7 +9,8 @@ namespace sextant {
 namespace {
 
 /// Of the records that have both; none where there are none, or all errors are 0.
-std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds, const BootstrapOptions& options) {
+std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds,
+                                     const BootstrapOptions& options) {
   const Moments all = total(errors);
   if (all.xx == 0) return std::nullopt;
   const std::vector<Moments> seeds = joined_sums(errors);
@@ -54,7 +55,8 @@ LimitSummary summarize_limit(const NoiseLevel& level, const BootstrapOptions& op
   LimitSummary limit;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
     const auto [errors, bounds] = level.bounded(e);
-    if (const auto value = efficiency(errors, bounds, options)) limit.efficiency[compared_errors()[e]->name] = *value;
+    if (const auto value = efficiency(errors, bounds, options))
+      limit.efficiency[compared_errors()[e]->name] = *value;
   }
   limit.consistency = consistency(level.nees());
   return limit;

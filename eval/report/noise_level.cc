@@ -74,11 +74,13 @@ void NoiseLevel::add(const Record& record) {
   }
   has_bound_.push_back(has_bound);
   if (!is_estimated) return;
-  static const Interned nees = "nees", epe_initial_px = "epe_initial_px", distance_gt_m = "distance_gt_m", Et_m = "Et_m";
+  static const Interned nees = "nees", epe_initial_px = "epe_initial_px", distance_gt_m = "distance_gt_m",
+                        Et_m = "Et_m";
   if (const auto value = find_number(record.values, nees)) nees_.add(*value);
   if (const auto epe = find_number(record.errors, epe_initial_px); epe && record.flow_truth == "given")
     epe_initial_px_.add(*epe);
-  if (const auto distance_m = find_number(record.values, distance_gt_m); distance_m && record.errors.contains(Et_m))
+  if (const auto distance_m = find_number(record.values, distance_gt_m);
+      distance_m && record.errors.contains(Et_m))
     distance_gt_m_.add(*distance_m);
 }
 

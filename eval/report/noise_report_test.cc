@@ -30,8 +30,7 @@ std::vector<Record> records_of(const std::vector<std::pair<std::string, double>>
         for (int frame = 1; frame <= 5; ++frame) {
           PhiloxStream random(seed, static_cast<uint64_t>(frame + 100 * level));
           const double noise = static_cast<double>(random.below(1000)) / 1000 - 0.5;
-          records.push_back(
-              record_of(estimator, level, seed, frame, level * (1 + gain) + 0.01 * noise));
+          records.push_back(record_of(estimator, level, seed, frame, level * (1 + gain) + 0.01 * noise));
         }
       }
     }
@@ -39,7 +38,9 @@ std::vector<Record> records_of(const std::vector<std::pair<std::string, double>>
   return records;
 }
 
-NoiseSweep sweep_of(const std::vector<Record>& records) { return noise_sweep_of("depth.delta_d_px", records); }
+NoiseSweep sweep_of(const std::vector<Record>& records) {
+  return noise_sweep_of("depth.delta_d_px", records);
+}
 NoiseSweep sweep_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
   return sweep_of(records_of(gains, n_seeds));
 }

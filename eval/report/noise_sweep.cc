@@ -65,8 +65,8 @@ void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::fi
     }
     if (cases.empty()) continue;
     const std::vector<std::string> found = folders_with(key, cases.front(), folders);
-    fail("{}: {} of {} {}, {}, frame {}, is in {} too: give each case once", found.at(1), key.body, key.dataset,
-         key.sequence, key.estimator, cases.front().second, found.front());
+    fail("{}: {} of {} {}, {}, frame {}, is in {} too: give each case once", found.at(1), key.body,
+         key.dataset, key.sequence, key.estimator, cases.front().second, found.front());
   }
 }
 
@@ -128,7 +128,8 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   }
   std::vector<NoiseSweep> sweeps;
   for (auto& [parameter, content] : by_parameter)
-    sweeps.push_back({parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+    sweeps.push_back(
+        {parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
   check_once(sweeps, folders);
   return sweeps;
 }

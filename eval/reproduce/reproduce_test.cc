@@ -202,7 +202,7 @@ TEST_P(StoredParts, HoldNoTruthOfTheirOwn) {
   const std::vector<Record> records = stored(beside);
   ASSERT_FALSE(records.empty());
   for (const Record& r : records) {
-    for (const auto& [key, value] : r.values) EXPECT_EQ(key.find("_gt"), std::string::npos) << key;
+    for (const auto& [key, value] : r.values) EXPECT_EQ(key.str().find("_gt"), std::string::npos) << key;
     EXPECT_TRUE(r.bound.empty());
   }
 }

@@ -128,7 +128,9 @@ std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t
 
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
                                           const BootstrapOptions& options) {
-  const auto one = [&](std::span<const size_t> clusters, std::span<double> out) { out[0] = statistic(clusters); };
+  const auto one = [&](std::span<const size_t> clusters, std::span<double> out) {
+    out[0] = statistic(clusters);
+  };
   return cluster_bootstrap(n_clusters, 1, one, options).front();
 }
 

@@ -13,7 +13,8 @@ ClusterSums cluster_sums(std::span<const double> values, std::span<const uint64_
   SEXTANT_CHECK(values.size() == cluster.size());
   std::vector<size_t> order(values.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  if (!std::ranges::is_sorted(cluster)) std::ranges::stable_sort(order, {}, [&](size_t i) { return cluster[i]; });
+  if (!std::ranges::is_sorted(cluster))
+    std::ranges::stable_sort(order, {}, [&](size_t i) { return cluster[i]; });
   ClusterSums sums;
   for (const size_t i : order) {
     if (sums.empty() || sums.back().label != cluster[i]) sums.push_back({cluster[i], {}});

@@ -68,7 +68,8 @@ double ClusteredSample::quantile(std::span<const uint32_t> weight, double n, dou
   auto stretch = static_cast<size_t>(p * static_cast<double>(last));
   double seen = count_below(weight, stretch);
   while (seen > below) seen = count_below(weight, --stretch);
-  for (double next = 0; stretch < last && (next = count_below(weight, stretch + 1)) <= below; ++stretch) seen = next;
+  for (double next = 0; stretch < last && (next = count_below(weight, stretch + 1)) <= below; ++stretch)
+    seen = next;
   double lower = 0;
   bool has_lower = false;
   for (size_t i = stretch * stride_; i < sorted_.size(); ++i) {
@@ -77,7 +78,8 @@ double ClusteredSample::quantile(std::span<const uint32_t> weight, double n, dou
       lower = sorted_[i];
       has_lower = true;
     }
-    if (has_lower && (seen > below + 1 || seen == n)) return lower + (position - below) * (sorted_[i] - lower);
+    if (has_lower && (seen > below + 1 || seen == n))
+      return lower + (position - below) * (sorted_[i] - lower);
   }
   return lower;
 }

@@ -42,9 +42,9 @@ class ClusteredSample {
   std::vector<Moments> sums_;     ///< by cluster
   std::vector<uint32_t> counts_;  ///< of values, by cluster
   size_t stride_ = 1;
-  std::vector<double> sorted_;     ///< all values, rising
-  std::vector<uint16_t> of_;       ///< the cluster of each
-  std::vector<uint32_t> below_;    ///< by stretch and cluster
+  std::vector<double> sorted_;   ///< all values, rising
+  std::vector<uint16_t> of_;     ///< the cluster of each
+  std::vector<uint32_t> below_;  ///< by stretch and cluster
 };
 
 /// What a table says of a sample. Every number has its own cluster bootstrap over the same resamples.

@@ -68,7 +68,8 @@ TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   std::vector<uint64_t> label;
   for (uint64_t c = 0; c < 300; ++c) {
     for (uint64_t i = random.below(80); i > 0; --i) {
-      values.push_back(static_cast<double>(random.below(5000)) + (c % 7 == 0 ? 2000 : 0));  // ties, and clusters apart
+      values.push_back(static_cast<double>(random.below(5000)) +
+                       (c % 7 == 0 ? 2000 : 0));  // ties, and clusters apart
       label.push_back(c);
     }
   }
@@ -76,7 +77,8 @@ TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   const auto members = members_of_clusters(label);
   for (int trial = 0; trial < 20; ++trial) {
     std::vector<size_t> chosen;
-    for (size_t i = 0; i < members.size(); ++i) chosen.push_back(random.below(trial < 10 ? members.size() : 9));
+    for (size_t i = 0; i < members.size(); ++i)
+      chosen.push_back(random.below(trial < 10 ? members.size() : 9));
     std::vector<double> copied;
     for (const size_t c : chosen) {
       for (const size_t i : members[c]) copied.push_back(values[i]);

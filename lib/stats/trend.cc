@@ -60,8 +60,10 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
     const double x = at.level - lowest;
     for (const auto& [label, of] : at.clusters) {
       const bool is_lowest = x == 0;
-      if (!std::isfinite(at.level) || !std::isfinite(of.x)) fail("noise slope: level {}, sum {}", at.level, of.x);
-      by_label[label].add({of.n, of.n * x, of.x, of.n * x * x, x * of.x, is_lowest ? of.n : 0.0, is_lowest ? of.x : 0.0});
+      if (!std::isfinite(at.level) || !std::isfinite(of.x))
+        fail("noise slope: level {}, sum {}", at.level, of.x);
+      by_label[label].add(
+          {of.n, of.n * x, of.x, of.n * x * x, x * of.x, is_lowest ? of.n : 0.0, is_lowest ? of.x : 0.0});
     }
   }
   if (by_label.empty()) fail("noise slope: needs at least two levels, got no values");

@@ -15,7 +15,8 @@ using Values = std::vector<double>;
 using Labels = std::vector<uint64_t>;
 
 /// error[i] was measured at level[i] in the cluster seed[i].
-NoiseSlope slope_of(const Values& level, const Values& error, const Labels& seed, const BootstrapOptions& options = {}) {
+NoiseSlope slope_of(const Values& level, const Values& error, const Labels& seed,
+                    const BootstrapOptions& options = {}) {
   std::map<double, std::pair<Values, Labels>> by_level;
   for (size_t i = 0; i < level.size(); ++i) {
     by_level[level[i]].first.push_back(error[i]);
@@ -30,7 +31,7 @@ NoiseSlope slope_of(const Values& level, const Values& error, const Labels& seed
 TEST(NoiseSlope, IsTheLeastSquaresLine) {
   const NoiseSlope fit =
       slope_of(Values{0, 1, 2, 3, 0, 1, 2, 3}, Values{1, 1.9, 3.2, 4.1, 0.8, 2.2, 2.9, 3.8},
-                  Labels{1, 1, 1, 1, 2, 2, 2, 2});
+               Labels{1, 1, 1, 1, 2, 2, 2, 2});
   EXPECT_NEAR(fit.slope, 1.015, 1e-12);
   EXPECT_NEAR(fit.intercept, 0.965, 1e-12);
   EXPECT_NEAR(*fit.relative_slope, 1.015 / 0.9, 1e-12);

@@ -39,7 +39,8 @@ struct Panel {
 };
 
 bool is_in_figure(std::span<const NoiseLevelRef> curve) {
-  return std::ranges::any_of(curve, [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); });
+  return std::ranges::any_of(curve,
+                             [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); });
 }
 
 double mean_distance_m(std::span<const NoiseLevelRef> curve) {
@@ -73,7 +74,8 @@ std::vector<Body> figure_bodies(const std::vector<std::span<const NoiseLevelRef>
 std::vector<Panel> panels_of(const NoiseSweep& sweep, const std::string& parameter) {
   std::vector<Panel> panels;
   if (sweep.parameter != parameter) return panels;
-  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>> by_panel;
+  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>>
+      by_panel;
   for (const auto& curve : curves_of(sweep.levels)) {
     const NoiseLevelKey& key = curve.front()->key();
     if (is_in_figure(curve)) by_panel[{key.dataset, key.sequence, key.estimator}].push_back(curve);

@@ -56,7 +56,7 @@ std::vector<RunTimes> run_times(const Evidence& evidence) {
         if (stage == "decode" || stage == "extraction") {
           stages[stage] += ms;
         } else {
-          stages[(record.is_ego() ? "camera, " : "objects, ") + stage] += ms;
+          stages[(record.is_ego() ? "camera, " : "objects, ") + stage.str()] += ms;
         }
       }
     }

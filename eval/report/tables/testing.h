@@ -29,12 +29,12 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
     r.time_ms["extraction"] = 4;
   } else {
     r.errors["Ev_kmh"] = 2.5;
-    r.values.insert({{"distance_gt_m", 8.0 * (body.back() - '0')},
-                     {"distance_m", 7},
-                     {"area_fraction", 0.06},
-                     {"dynamic", 1},
-                     {"dynamic_gt", 1},
-                     {"v_gt_kmh", 54}});
+    r.values["distance_gt_m"] = 8.0 * (body.back() - '0');
+    r.values["distance_m"] = 7;
+    r.values["area_fraction"] = 0.06;
+    r.values["dynamic"] = 1;
+    r.values["dynamic_gt"] = 1;
+    r.values["v_gt_kmh"] = 54;
   }
   return r;
 }
