@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/report/claims/correlation_claims.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 
@@ -61,6 +62,7 @@ std::vector<Panel> panels_of(const std::vector<NoiseSweep>& sweeps, const std::s
     if (sweep.parameter != parameter) continue;
     for (const Record& r : sweep.records) {
       if (r.status != Status::ok || !has_truth(r) || !r.errors.contains("Et_m")) continue;
+      if (has_correlated_noise(r)) continue;  // the paper's is independent
       by_panel[{r.dataset, r.sequence, r.estimator}].push_back(&r);
     }
   }
