@@ -166,4 +166,20 @@ void FolderSequence::check_files() const {
   }
 }
 
+std::map<std::string, double> TruthFloor::numbers() const {
+  std::map<std::string, double> out;
+  const auto put = [&](const char* key, const std::optional<double>& value) {
+    if (value) out[key] = *value;
+  };
+  put("lateral_floor_m", lateral_m);
+  put("rotation_floor_deg", rotation_deg);
+  put("rotation_timing_floor_deg", rotation_timing_deg);
+  return out;
+}
+
+TruthFloor truth_floor(const Sequence& sequence) {
+  const auto* folder = dynamic_cast<const FolderSequence*>(&sequence);
+  return folder == nullptr ? TruthFloor() : folder->floor();
+}
+
 }  // namespace sextant

@@ -18,6 +18,7 @@
 #include "sextant/datasets/channels/channel_source.h"
 #include "sextant/datasets/channels/frame_files.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/truth_floor.h"
 
 namespace sextant {
 
@@ -78,6 +79,8 @@ class FolderSequence final : public Sequence {
 
   SequenceInfo& info() { return info_; }
   SequenceTruth& truth() { return truth_; }
+  TruthFloor& floor() { return floor_; }
+  const TruthFloor& floor() const { return floor_; }
   const SequenceInfo& info() const override { return info_; }
   const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override;
@@ -103,6 +106,7 @@ class FolderSequence final : public Sequence {
   std::string where_;
   SequenceInfo info_;
   SequenceTruth truth_;
+  TruthFloor floor_;
   ChannelInputs channel_inputs_;
   std::optional<FrameFiles> left_, right_;
   Opened<float> depth_;

@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double slow_mps = 1.0;  // below, speed says nothing about a step's length
-
 Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
   Eigen::Matrix4d out = Eigen::Matrix4d::Identity();
   out.topRows<3>() = m;
@@ -37,55 +35,73 @@ Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectif
   return rectify * unrectified;
 }
 
-std::vector<SE3> imu_poses(const std::vector<KittiOxts>& samples) {
-  const double scale = mercator_scale(samples.front().latitude_deg);
-  std::vector<SE3> poses;
-  poses.reserve(samples.size());
-  for (const KittiOxts& sample : samples) poses.push_back(pose_from_oxts(sample, scale));
-  return poses;
-}
-
-double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
-  return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
-}
-
-/// Mean over the ends of step i; axes of the positions.
-Eigen::Vector3d mean_velocity_mps(const std::vector<KittiOxts>& samples, size_t i) {
-  return (samples[i].map_velocity_mps() + samples[i + 1].map_velocity_mps()) / 2;
-}
-
-/// Both kinds of velocity are one and the same, in KITTI to 0.002 m/s.
-void check_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
+/// Where vn, ve and vf, vl are not one and the same velocity, as they are in KITTI to 0.002 m/s; empty: nowhere.
+std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
   constexpr double apart_mps = 0.1;
   for (size_t i = 0; i < samples.size(); ++i) {
     const double by_compass = std::hypot(samples[i].north_mps, samples[i].east_mps);
     const double by_heading = samples[i].velocity_mps.head<2>().norm();
     if (std::abs(by_compass - by_heading) <= apart_mps) continue;
-    fail("{}:{}: vn, ve are {:.4g} m/s and vf, vl {:.4g} m/s: velocity = velocity_vector needs both alike",
-         path.string(), i + 1, by_compass, by_heading);
+    return fmt::format("{}:{}: vn, ve are {:.4g} m/s and vf, vl {:.4g} m/s", path.string(), i + 1, by_compass,
+                       by_heading);
   }
+  return {};
 }
 
-/// Positions whose steps have the length that the speed says; or length and direction of the velocity.
-void correct_steps(const std::vector<KittiOxts>& samples, double mean_s, bool direction,
-                   std::vector<SE3>& poses) {
-  Eigen::Vector3d position = poses.front().translation();
-  Eigen::Vector3d before = position;
-  for (size_t i = 0; i + 1 < poses.size(); ++i) {
-    Eigen::Vector3d step = poses[i + 1].translation() - before;
-    before = poses[i + 1].translation();
-    const double speed = mean_speed_mps(samples, i);
-    if (speed > slow_mps) {
-      if (direction) {
-        step = mean_s * mean_velocity_mps(samples, i);
-      } else if (step.norm() > 0) {
-        step *= mean_s * speed / step.norm();
-      }
-    }
-    position += step;
-    poses[i + 1] = SE3(poses[i + 1].rotation(), position);
-  }
+SE3 turned(const SE3& pose, double yaw_rad) {
+  return {Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * pose.rotation(), pose.translation()};
 }
+
+/// The truth of the GPS/IMU unit: raw poses made better as the options say.
+class ImuTruth {
+ public:
+  ImuTruth(const std::vector<KittiOxts>& samples, const StepFloor& steps, const std::optional<CourseFit>& course,
+           const KittiTruthOptions& options)
+      : samples_(samples), steps_(steps), course_(course), options_(options) {}
+
+  void correct(std::vector<SE3>& poses) const {
+    Eigen::Vector3d position = poses.front().translation();
+    Eigen::Vector3d before = position;
+    for (size_t i = 0; i + 1 < poses.size(); ++i) {
+      const Eigen::Vector3d raw = poses[i + 1].translation() - before;
+      before = poses[i + 1].translation();
+      position += step(i, raw);
+      poses[i + 1] = SE3(poses[i + 1].rotation(), position);
+    }
+    if (options_.heading != KittiHeading::course || !course_) return;
+    for (size_t k = 0; k < poses.size(); ++k) poses[k] = turned(poses[k], course_->slow_rad[k]);
+  }
+
+ private:
+  Eigen::Vector3d step(size_t i, const Eigen::Vector3d& raw) const {
+    const double speed = (samples_[i].velocity_mps.norm() + samples_[i + 1].velocity_mps.norm()) / 2;
+    if (!(speed > kitti_slow_mps)) return raw;
+    switch (options_.velocity) {
+      case KittiVelocity::raw:
+        return raw;
+      case KittiVelocity::velocity_corrected:
+        return raw.norm() > 0 ? Eigen::Vector3d(raw * (steps_.mean_s * speed / raw.norm())) : raw;
+      case KittiVelocity::velocity_vector:
+        return steps_.mean_s * velocity_mps(i, options_.heading == KittiHeading::course);
+      case KittiVelocity::velocity_heading:
+        break;
+    }
+    const double slow = course_ ? (course_->slow_rad[i] + course_->slow_rad[i + 1]) / 2 : 0;
+    return Eigen::AngleAxisd(-slow, Eigen::Vector3d::UnitZ()) * (steps_.mean_s * velocity_mps(i, true));
+  }
+
+  /// Mean over the ends of step i; axes of the positions.
+  Eigen::Vector3d velocity_mps(size_t i, bool later) const {
+    const Eigen::Vector3d at = samples_[i].map_velocity_mps(), next = samples_[i + 1].map_velocity_mps();
+    const Eigen::Vector3d mean = (at + next) / 2;
+    return later ? Eigen::Vector3d(mean + options_.velocity_lag_s / steps_.mean_s * (next - at)) : mean;
+  }
+
+  const std::vector<KittiOxts>& samples_;
+  const StepFloor& steps_;
+  const std::optional<CourseFit>& course_;
+  const KittiTruthOptions& options_;
+};
 
 // Matrices, not SE3: the files' seven digits leave A short of a rotation by 1e-7, which over 200 m of track
 // would show against the authors' numbers.
@@ -198,24 +214,51 @@ class Reader {
     }
     const std::vector<KittiOxts> samples = decode_kitti_oxts(inputs_.read(path), path.string());
     out_.n_poses = static_cast<int>(samples.size());
-    std::vector<SE3> imu = imu_poses(samples);
-    const std::optional<StepFloor> floor = kitti_step_floor(samples);
-    const bool corrected = options_.velocity != KittiVelocity::raw;
-    const bool direction = options_.velocity == KittiVelocity::velocity_vector;
-    if (direction) check_velocities(samples, path);
-    if (corrected && floor) correct_steps(samples, floor->mean_s, direction, imu);
+    std::vector<SE3> imu = kitti_imu_poses(samples);
+    const std::optional<StepFloor> steps = kitti_step_floor(samples);
+    const std::string differing = differing_velocities(samples, path);
+    if (!differing.empty() && needs_direction()) {
+      fail("{}: {} needs both alike", differing,
+           options_.heading == KittiHeading::course
+               ? std::string("heading = course")
+               : fmt::format("velocity = {}", to_string(options_.velocity)));
+    }
+    std::optional<CourseFit> course;
+    if (steps && differing.empty()) course = kitti_course(samples, steps->mean_s, options_.velocity_lag_s);
+    if (steps) ImuTruth(samples, *steps, course, options_).correct(imu);
     out_.truth.camera = camera_poses(imu, camera_from_imu(calibration_, rectified()));
-    out_.provenance.push_back(fmt::format("camera truth: oxts, {}, {}", to_string(options_.ground_truth),
-                                          to_string(options_.velocity)));
-    if (!floor) {
+    out_.provenance.push_back(fmt::format("camera truth: oxts, {}, {}, heading = {}",
+                                          to_string(options_.ground_truth), to_string(options_.velocity),
+                                          to_string(options_.heading)));
+    if (!steps) {
       out_.provenance.emplace_back("camera truth floor: unknown, no step is faster than 1 m/s");
       return;
     }
-    if (!corrected) out_.truth.camera_step_floor_m = floor->floor_m;
+    tell_floor(samples, imu, *steps, course);
+  }
+
+  bool needs_direction() const {
+    return options_.velocity == KittiVelocity::velocity_vector ||
+           options_.velocity == KittiVelocity::velocity_heading || options_.heading == KittiHeading::course;
+  }
+
+  void tell_floor(const std::vector<KittiOxts>& samples, const std::vector<SE3>& imu, const StepFloor& steps,
+                  const std::optional<CourseFit>& course) {
+    const bool corrected = options_.velocity != KittiVelocity::raw;
+    TruthFloor& floor = out_.floor;
+    floor = kitti_pose_floor(imu, samples, steps, course ? course->lever_m : 0);
+    if (!corrected) out_.truth.camera_step_floor_m = steps.floor_m;
     out_.provenance.push_back(fmt::format(
         "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; they "
         "lie {:.4f} m RMS beside the measured velocity's direction",
-        floor->floor_m, floor->mean_s, floor->n_steps, corrected ? "; replaced by it" : "", floor->across_m));
+        steps.floor_m, steps.mean_s, steps.n_steps, corrected ? "; replaced by it" : "", steps.across_m));
+    if (!course) return;
+    out_.provenance.push_back(fmt::format(
+        "camera truth heading: course less yaw goes from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true steps "
+        "lie {:.4f} m RMS beside the heading; rotations differ by {:.4f} (timing alone) to {} deg RMS",
+        course->lowest_deg, course->highest_deg, course->lever_m, *floor.lateral_m,
+        *floor.rotation_timing_deg,
+        floor.rotation_deg ? fmt::format("{:.4f} (turn rates)", *floor.rotation_deg) : "an unknown number of"));
   }
 
   void read_objects() {
@@ -264,31 +307,11 @@ class Reader {
 
 void KittiTruthOptions::check() const {
   check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
-}
-
-std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples) {
-  if (samples.empty()) return std::nullopt;
-  const std::vector<SE3> poses = imu_poses(samples);
-  std::vector<std::pair<double, double>> steps;  // length (m), speed (m/s)
-  double sum_s = 0;
-  double sum_across = 0;
-  for (size_t i = 0; i + 1 < poses.size(); ++i) {
-    const double speed = mean_speed_mps(samples, i);
-    if (!(speed > slow_mps)) continue;
-    const Eigen::Vector3d step = poses[i + 1].translation() - poses[i].translation();
-    steps.emplace_back(step.norm(), speed);
-    sum_s += step.norm() / speed;
-    sum_across += step.cross(mean_velocity_mps(samples, i).normalized()).squaredNorm();
+  check_option(std::abs(velocity_lag_s) <= 1, "velocity_lag_s", velocity_lag_s, "-1 to 1");
+  if (heading == KittiHeading::course && velocity == KittiVelocity::velocity_heading) {
+    fail("options heading = course and velocity = velocity_heading: one turns the heading to the velocity, the "
+         "other the velocity to the heading: give one of them");
   }
-  if (steps.empty()) return std::nullopt;
-  StepFloor out;
-  out.n_steps = static_cast<int>(steps.size());
-  out.mean_s = sum_s / out.n_steps;
-  double sum_squares = 0;
-  for (const auto& [length_m, speed] : steps) sum_squares += std::pow(length_m - out.mean_s * speed, 2);
-  out.floor_m = std::sqrt(sum_squares / out.n_steps);
-  out.across_m = std::sqrt(sum_across / out.n_steps);
-  return out;
 }
 
 KittiTruth read_kitti_truth(const fs::path& root, const std::string& sequence,

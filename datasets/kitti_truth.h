@@ -10,15 +10,17 @@
 //   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as the paper's authors have it in their
 //                              pose_gt.txt; object positions as labelled (rectified camera 0)
 //
-// The floor of that truth: an oxts sample is not taken exactly at its image, so step lengths jitter. With d
-// the length of a step and v the mean speed at its ends, over steps with v > 1 m/s,
+// That truth errs itself (kitti_heading.h). velocity says what becomes of the steps between positions, where
+// v > 1 m/s, v the mean speed at their ends and d their length:
 //
-//   floor = rms(d - mean(d / v) v)   (m)
+//   raw                 as they are; their lengths jitter, since a sample is not taken exactly at its image
+//   velocity_corrected  as long as mean(d / v) v; the receiver's position corrections stay in their directions
+//   velocity_vector     mean(d / v) times the mean velocity (east, north, up) at their ends
+//   velocity_heading    the same velocity, taken velocity_lag_s later and turned by what course and heading
+//                       slowly differ: it goes where the car points
 //
-// velocity = velocity_corrected replaces the length of those steps by mean(d / v) v. Their directions remain
-// those between positions, which the receiver keeps correcting: they wander about the measured velocity's by
-// 3 to 26 mm a step. velocity_vector takes the direction from there as well: those steps are mean(d / v)
-// times the mean velocity (east, north, up) at their ends.
+// heading = course turns the attitude instead, by the same slow difference, so that the car points where its
+// velocity goes; velocity_vector's velocities are then taken velocity_lag_s later as well.
 //
 // Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)),
 // or that of training/object_pose/%04d.txt where it is given there (codec/object_pose_text.h): our extension.
@@ -30,7 +32,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/options.h"
-#include "sextant/datasets/codec/kitti_oxts.h"
+#include "sextant/datasets/kitti_heading.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/truth/truth.h"
 
@@ -38,14 +40,20 @@ namespace sextant {
 
 enum class KittiPoses { rectified, authors };
 constexpr Names<2> names_of(KittiPoses) { return {"rectified", "authors"}; }
-enum class KittiVelocity { raw, velocity_corrected, velocity_vector };
-constexpr Names<3> names_of(KittiVelocity) { return {"raw", "velocity_corrected", "velocity_vector"}; }
+enum class KittiVelocity { raw, velocity_corrected, velocity_vector, velocity_heading };
+constexpr Names<4> names_of(KittiVelocity) {
+  return {"raw", "velocity_corrected", "velocity_vector", "velocity_heading"};
+}
+enum class KittiHeading { yaw, course };
+constexpr Names<2> names_of(KittiHeading) { return {"yaw", "course"}; }
 enum class KittiPair { colour, grey };
 constexpr Names<2> names_of(KittiPair) { return {"colour", "grey"}; }
 
 struct KittiTruthOptions {
   KittiPoses ground_truth = KittiPoses::rectified;
   KittiVelocity velocity = KittiVelocity::raw;
+  KittiHeading heading = KittiHeading::yaw;
+  double velocity_lag_s = 0.05;
   KittiPair bf_preset = KittiPair::colour;
   double bf = 0;
 
@@ -56,7 +64,13 @@ struct KittiTruthOptions {
       "rectification and offset, as in the pose_gt.txt of the paper's authors");
     v("velocity", velocity, "",
       "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
-      "velocity_vector = lengths and directions from the measured velocity");
+      "velocity_vector = lengths and directions from the measured velocity; velocity_heading = that velocity, "
+      "turned to where the car points");
+    v("heading", heading, "",
+      "yaw = the attitude as measured; course = its heading turned to where the velocity goes, slowly");
+    v("velocity_lag_s", velocity_lag_s, "s",
+      "how much older a sample's velocity is than its position, for heading = course and velocity = "
+      "velocity_heading");
     v("bf_preset", bf_preset, "",
       "focal length times baseline: colour = that of image_02 and "
       "image_03; grey = of the grey pair (the authors' choice)");
@@ -65,19 +79,10 @@ struct KittiTruthOptions {
   void check() const;
 };
 
-/// Steps of a trajectory against the measured speed; see the head of this file.
-struct StepFloor {
-  int n_steps = 0;      ///< with v > 1 m/s
-  double mean_s = 0;    ///< mean of d / v
-  double floor_m = 0;   ///< rms of d - mean_s v
-  double across_m = 0;  ///< rms of the steps' parts at right angles to the mean velocity at their ends
-};
-/// Empty when no step is faster than 1 m/s.
-std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);
-
 struct KittiTruth {
   StereoCamera camera;
   SequenceTruth truth;  ///< all frames of the files
+  TruthFloor floor;
   int n_poses = 0;      ///< samples in oxts; 0 = there is no such file
   std::optional<int> last_labelled_frame;
   std::vector<std::string> warnings;

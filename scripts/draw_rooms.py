@@ -23,7 +23,7 @@ PLACES = [
     [None, None, "datasets", None, None],
     [None, "measurement", None, "truth", None],
     ["estimator/points", "estimator/solvers", "noise", "metrics", "eval/check"],
-    ["estimator/start", "estimator/estimators", None, None, None],
+    ["estimator/start", "estimator/estimators", None, None, "eval/profile"],
     ["estimator", "estimator/reference", None, None, "eval/logs"],
     ["eval/external", None, "eval/experiment", "eval/evaluation", None],
     ["eval/pictures", None, "eval/records", None, None],

@@ -11,6 +11,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/datasets/truth_floor.h"
 #include "sextant/eval/check/dense_truth.h"
 #include "sextant/eval/check/diagnosis.h"
 #include "sextant/stats/summary.h"
@@ -305,6 +306,23 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
     lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m "
                                                     "(RMS): no estimator can be measured to be better",
                                                     *floor)));
+  }
+  const TruthFloor floor = truth_floor(sequence);
+  if (floor.lateral_m) {
+    lines.push_back(note("lateral floor",
+                         fmt::format("the true camera steps lie {:.4f} m (RMS) beside the heading", *floor.lateral_m)));
+  }
+  if (floor.rotation_timing_deg) {
+    std::string text = fmt::format("the true rotations are off by {:.4f} deg (RMS) or more, by their timing alone",
+                                   *floor.rotation_timing_deg);
+    if (floor.rotation_deg && floor.gyro_deg) {
+      const Eigen::Vector3d& apart = *floor.gyro_deg;
+      text += fmt::format(
+          "; they differ from the turn rates by {:.4f} deg (RMS), mean absolute yaw {:.4f}, pitch {:.4f}, roll "
+          "{:.4f} deg",
+          *floor.rotation_deg, apart.z(), apart.y(), apart.x());
+    }
+    lines.push_back(note("rotation floor", text));
   }
   for (const std::string& warning : sequence.info().warnings) lines.push_back(note("note", warning));
 }

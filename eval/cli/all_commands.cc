@@ -1,9 +1,11 @@
 #include <array>
 
 #include "sextant/eval/cli/gate.h"
+#include "sextant/eval/cli/noise_command.h"
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
+
 namespace {
 
 constexpr auto command_table = std::to_array<AddCommand>({
@@ -19,6 +21,7 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_baseline_command,
     add_evaluate_command,
     add_overlay_command,
+    add_noise_command,
     add_cache_command,
     add_options_command,
 });

@@ -146,6 +146,8 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
     if (!by_time && frames[i] != frames[i - 1] + 1) continue;
     pairs.emplace_back(static_cast<int>(i) - 1, static_cast<int>(i));
     out.row.push_back(r.reference_rows[i]);
+    out.step_error_m.push_back(relative_pose(r.estimate, i - 1, i).translation_m -
+                               relative_pose(r.reference, i - 1, i).translation_m);
   }
   out.Et_m = relative_errors(r.estimate, r.reference, pairs, PoseRelation::trans_part);
   out.ER_deg = relative_errors(r.estimate, r.reference, pairs, PoseRelation::angle_deg);

@@ -10,6 +10,7 @@
 //   alignment    (lib/metrics/trajectory_alignment.h)
 //   errors       absolute or relative; then warnings of what would explain them
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,7 +45,8 @@ struct EgoReference {
   PoseSeries poses;
   TrajectorySide side;
   std::vector<std::string> warnings;
-  std::optional<double> step_floor_m;  ///< SequenceTruth::camera_step_floor_m
+  std::optional<double> step_floor_m;     ///< SequenceTruth::camera_step_floor_m
+  std::map<std::string, double> floors;  ///< the others, by metric key
 };
 
 /// `options.reference_frame` on the reference: once, before any evaluation.
@@ -64,7 +66,8 @@ struct PerFrameErrors {
   /// and steps where it is 0 or NaN are left out, so its mean is larger than that of ER_deg. For comparison
   /// with published numbers only.
   std::vector<double> ER_float_acos_deg;
-  std::vector<int> row;  ///< of the reference: the current frame of each pair
+  std::vector<Eigen::Vector3d> step_error_m;  ///< estimated minus true step, axes of the previous pose
+  std::vector<int> row;                       ///< of the reference: the current frame of each pair
 };
 
 struct EgoResult {

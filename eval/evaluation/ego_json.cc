@@ -1,5 +1,7 @@
 #include "sextant/eval/evaluation/ego_json.h"
 
+#include "sextant/eval/report/step_errors.h"
+
 namespace sextant {
 namespace {
 
@@ -14,7 +16,12 @@ Json per_frame_json(const PerFrameErrors& e, const EgoReference& reference) {
   }
   if (!e.ER_float_acos_deg.empty())
     json["ER_float_acos_deg"] = to_json(error_statistics(e.ER_float_acos_deg));
+  if (const auto errors = step_errors(e.row, e.step_error_m)) {
+    json["step_error_m"] = {errors->mean_m.x(), errors->mean_m.y(), errors->mean_m.z()};
+    json["step_drift_m"] = errors->drift_m;
+  }
   if (reference.step_floor_m) json["step_floor_m"] = *reference.step_floor_m;
+  for (const auto& [key, value] : reference.floors) json[key] = value;
   return json;
 }
 
@@ -237,6 +244,10 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
   table.notes.push_back(
       "in floats: mean E_R as programs in single precision have it, acos of the trace where it is above 0. "
       "It is too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
+  for (const EgoResult& r : runs) {
+    if (const auto errors = step_errors(r.per_frame.row, r.per_frame.step_error_m))
+      table.notes.push_back(fmt::format("{}: estimated minus true step: {}", r.name, errors->text()));
+  }
   if (reference.step_floor_m) {
     table.notes.push_back(
         fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "

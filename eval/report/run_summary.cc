@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "sextant/eval/report/step_errors.h"
+
 namespace sextant {
 namespace {
 
@@ -47,26 +49,22 @@ std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
 /// What of ego's error is the same in every pair, which no noise of measurements is; nothing unless the mean
 /// along an axis is beyond three standard errors, and not too small to be printed.
 std::optional<std::string> systematic_note(const RecordRefs& ego) {
+  std::vector<int> frames;
   std::vector<Eigen::Vector3d> errors_m;
   for (const Record* record : ego) {
     const auto x = find_number(record->values, "step_error_x_m");
     const auto y = find_number(record->values, "step_error_y_m");
     const auto z = find_number(record->values, "step_error_z_m");
-    if (x && y && z) errors_m.emplace_back(*x, *y, *z);
+    if (!x || !y || !z) continue;
+    frames.push_back(record->frame);
+    errors_m.emplace_back(*x, *y, *z);
   }
-  if (errors_m.size() < 2) return std::nullopt;
-  const auto n = static_cast<double>(errors_m.size());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& e : errors_m) mean += e / n;
-  for (const Eigen::Vector3d& e : errors_m) squares += (e - mean).cwiseAbs2();
-  const Eigen::Vector3d scatter = (squares / (n - 1)).cwiseSqrt();
-  const Eigen::Array3d least = (3 * scatter / std::sqrt(n)).cwiseMax(1e-4);
-  if ((mean.array().abs() <= least).all()) return std::nullopt;
-  return fmt::format(
-      "Estimated minus true step of ego, {} {} {}: mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), "
-      "scatter {:.4f}, {:.4f}, {:.4f} m.",
-      ego.front()->dataset, ego.front()->sequence, ego.front()->estimator, mean.norm(), mean.x(), mean.y(),
-      mean.z(), scatter.x(), scatter.y(), scatter.z());
+  const std::optional<StepErrors> errors = step_errors(frames, errors_m);
+  if (!errors) return std::nullopt;
+  const Eigen::Array3d least = (3 * errors->scatter_m / std::sqrt(errors->n)).cwiseMax(1e-4);
+  if ((errors->mean_m.array().abs() <= least).all()) return std::nullopt;
+  return fmt::format("Estimated minus true step of ego, {} {} {}: {}.", ego.front()->dataset,
+                     ego.front()->sequence, ego.front()->estimator, errors->text());
 }
 
 /// What the truth itself is worth, per sequence that says so.

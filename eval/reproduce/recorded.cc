@@ -71,6 +71,7 @@ std::vector<Record> records_of(const Recording& recording, const EgoResult& raw,
                      {"Et_scaled_m", scaled.per_frame.Et_m[i]}};
     record.values["step_gt_m"] = (truth.poses.positions_m[row] - truth.poses.positions_m[row - 1]).norm();
     if (truth.step_floor_m) record.values["step_floor_m"] = *truth.step_floor_m;
+    record.values.insert(truth.floors.begin(), truth.floors.end());
     records.push_back(std::move(record));
   }
   return records;

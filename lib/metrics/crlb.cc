@@ -1,13 +1,17 @@
 #include "sextant/metrics/crlb.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace sextant {
 namespace {
+
+constexpr size_t most_correlated_points = 600;  // the cost is cubic
 
 /// The inverse of an information matrix; none where a direction of motion is not determined.
 std::optional<Matrix6d> inverse(const Matrix6d& information) {
@@ -88,11 +92,55 @@ class Information {
   Eigen::Matrix2d flow_variance_;
 };
 
+/// The same from flow and previous depth whose errors correlate over the image: all points at once.
+Matrix6d correlated_information(const PinholeCamera& camera, const Correspondences& exact, const SE3& T_curr_prev,
+                                const MeasurementNoise& noise) {
+  struct Seen {
+    Eigen::Vector2d pixel, by_depth;  ///< j_i times the deviation of the depth
+    Eigen::Matrix<double, 2, 6> J;
+  };
+  std::vector<Seen> points;
+  for (size_t i = 0; i < exact.size(); ++i) {
+    const Eigen::Vector3d ray = T_curr_prev.rotation() * camera.ray(exact.u[i], exact.v[i]);
+    const Eigen::Vector3d p = exact.depth[i] * ray + T_curr_prev.translation();
+    if (!(exact.depth[i] > 0) || !(p.z() > 0)) continue;
+    const Eigen::Matrix<double, 2, 3> P = camera.project_jacobian(p);
+    Seen seen{{exact.u[i], exact.v[i]}, noise.depth_sigma_m(exact.depth[i]) * P * ray, {}};
+    seen.J.leftCols<3>() = P;
+    for (int row = 0; row < 2; ++row) seen.J.row(row).tail<3>() = p.cross(P.row(row).transpose()).transpose();
+    points.push_back(seen);
+  }
+  const auto n = static_cast<Eigen::Index>(points.size());
+  const Eigen::Matrix2d flow = Eigen::Vector2d(noise.flow_x_px * noise.flow_x_px, noise.flow_y_px * noise.flow_y_px)
+                                   .asDiagonal();
+  Eigen::MatrixXd covariance(2 * n, 2 * n), J(2 * n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Seen& a = points[static_cast<size_t>(i)];
+    J.middleRows<2>(2 * i) = a.J;
+    for (Eigen::Index k = 0; k <= i; ++k) {
+      const Seen& b = points[static_cast<size_t>(k)];
+      const double rho = i == k ? 1 : noise.correlation.at((a.pixel - b.pixel).norm());
+      covariance.block<2, 2>(2 * i, 2 * k) = rho * (flow + a.by_depth * b.by_depth.transpose());
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);  // reads the lower half
+  if (factor.info() != Eigen::Success) return Matrix6d::Zero();
+  const Eigen::MatrixXd whitened = factor.matrixL().solve(J);
+  return whitened.transpose() * whitened;
+}
+
 }  // namespace
 
 std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Correspondences& exact,
                                         const SE3& T_curr_prev, const MeasurementNoise& noise) {
-  if (!noise.independent_gaussian || !(noise.flow_x_px > 0 && noise.flow_y_px > 0)) return std::nullopt;
+  if (!(noise.flow_x_px > 0 && noise.flow_y_px > 0)) return std::nullopt;
+  if (!noise.correlation.parts.empty()) {
+    if (noise.flow_outlier_share > 0 || exact.size() > most_correlated_points) return std::nullopt;
+    const auto covariance = inverse(correlated_information(camera, exact, T_curr_prev, noise));
+    if (!covariance) return std::nullopt;
+    return MotionBound{*covariance, std::nullopt};
+  }
+  if (!noise.independent_gaussian) return std::nullopt;
   Information information(camera, T_curr_prev, noise);
   bool any_current_depth = false;
   for (size_t i = 0; i < exact.size(); ++i) {

@@ -106,6 +106,35 @@ TEST(MotionBound, IsTheMotionBlockOfTheInverseInformationOfAllUnknowns) {
   }
 }
 
+// Each channel's errors correlate by the distance of their pixels; the three channels are independent.
+TEST(MotionBound, HoldsTheFullCovarianceOfCorrelatedErrors) {
+  const Scene scene = make_scene(6, 40);
+  MeasurementNoise correlated = declared;
+  correlated.independent_gaussian = false;
+  correlated.correlation.parts = {{60, 0.4}, {300, 0.4}};
+  const auto bound = motion_bound(camera, scene.exact, scene.X, correlated);
+  ASSERT_TRUE(bound);
+  EXPECT_FALSE(bound->both_depths);
+  const Measurement measure(scene, declared, false);
+  const Eigen::MatrixXd J = measure.jacobian(measure.truth());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  for (int i = 0; i < measure.n(); ++i) {
+    for (int k = 0; k < measure.n(); ++k) {
+      const double distance = std::hypot(scene.exact.u[i] - scene.exact.u[k], scene.exact.v[i] - scene.exact.v[k]);
+      for (int channel = 0; channel < 3; ++channel)
+        covariance(3 * i + channel, 3 * k + channel) = correlated.correlation.at(distance);
+    }
+  }
+  const Matrix6d expected = (J.transpose() * covariance.inverse() * J).inverse().topLeftCorner<6, 6>();
+  expect_equal_covariance(bound->previous_depth, expected, 1e-5);
+  const auto independent = motion_bound(camera, scene.exact, scene.X, declared);
+  EXPECT_GT(rms_error(bound->previous_depth).Et_m, rms_error(independent->previous_depth).Et_m);
+
+  correlated.flow_outlier_share = 0.1;
+  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, correlated));
+  EXPECT_FALSE(motion_bound(camera, make_scene(7, 601).exact, scene.X, correlated));  // cubic cost
+}
+
 TEST(MotionBound, ExactDepthLeavesTheFlow) {
   const Scene scene = make_scene(4, 30);
   const MeasurementNoise flow_only{0.5, 0.2};

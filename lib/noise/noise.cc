@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/base/registry.h"
+#include "sextant/noise/stored_profiles.h"
 
 namespace sextant {
 namespace {
@@ -13,7 +14,7 @@ constexpr const char* correlation_key = "correlation";
 void refuse_unknown_keys(const Json& options) {
   std::vector<std::string> known;
   for (const NoiseModelEntry& entry : noise_models()) known.push_back(entry.name);
-  known.emplace_back(correlation_key);
+  for (const char* key : {correlation_key, "profile", "scale"}) known.emplace_back(key);
   for (const auto& item : options.items()) {
     if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
       fail("unknown option key 'noise.{}': {}", item.key(), suggest(item.key(), known));
@@ -27,8 +28,9 @@ bool changes_something(const NoiseModel& model) {
 
 }  // namespace
 
-Noise::Noise(const Json& options) {
-  if (!options.is_object()) fail("option noise: expected an object, got {}", json_excerpt(options));
+Noise::Noise(const Json& given) {
+  if (!given.is_object()) fail("option noise: expected an object, got {}", json_excerpt(given));
+  const Json options = without_profile(given);
   refuse_unknown_keys(options);
   if (options.contains(correlation_key))
     correlation_ = NoiseCorrelation::read(options.at(correlation_key), "noise.correlation");
@@ -127,6 +129,11 @@ std::vector<OptionHelp> describe_noise_options() {
       {"noise.correlation", "\"independent\"", "",
        "independent, shared_per_frame or spatial: {\"model\": \"spatial\", \"lengths_px\": [...], "
        "\"shares\": [...]}"});
+  std::string names;
+  for (const std::string& name : noise_profile_names()) names += (names.empty() ? "" : ", ") + name;
+  lines.push_back({"noise.profile", "", "", "noise as measured, instead of the options above: " + names +
+                                                "; or a file that `sextant noise fit` wrote"});
+  lines.push_back({"noise.scale", "1", "1", "factor on every size of the profile"});
   return lines;
 }
 

@@ -5,8 +5,10 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/kitti_sequence.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/run_time.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
@@ -22,11 +24,6 @@ ClaimResult result_of(const RecordRefs& records, const char* key, const std::str
   result.interval = measured->interval;
   result.records = part;
   return result;
-}
-
-/// KITTI's number of a sequence: "0003" of the authors' sample too.
-std::string kitti_sequence(const Record& record) {
-  return record.dataset == "vdo" && record.sequence == "kitti_03_demo" ? "0003" : record.sequence;
 }
 
 /// Ours against ORB-SLAM3 over the frames of one sequence that both have.
@@ -156,6 +153,44 @@ std::vector<ClaimResult> check_within_floor(const Evidence& evidence) {
     results.push_back(std::move(result));
   }
   if (auto published = published_difference(evidence)) results.push_back(std::move(*published));
+  return results;
+}
+
+std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
+  RecordRefs recorded;
+  std::string part_name;
+  for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
+    for (const Record& r : part->sweep.records) {
+      if (r.estimator == "ORB-SLAM3" && r.values.contains("rotation_floor_deg") && r.errors.contains("ER_deg"))
+        recorded.push_back(&r);
+    }
+    part_name = part->name;
+  }
+  if (recorded.empty() || evidence.published.empty()) return {};
+  const double lowest = rmse(numbers_of(recorded, NumberMap::values, "rotation_timing_floor_deg"));
+  const double highest = rmse(numbers_of(recorded, NumberMap::values, "rotation_floor_deg"));
+  const auto judged = [&](ClaimResult result) {
+    result.quantity = "mean E_R [deg]";
+    result.stated = fmt::format("floor, {:.4f} (timing) .. {:.4f} (turn rates)", lowest, highest);
+    result.verdict = is_between(lowest, highest, result.value, result.interval);
+    result.sequence = fmt::format("{} sequences", distinct(recorded, &Record::sequence).size());
+    return result;
+  };
+  std::vector<ClaimResult> results;
+  const Json& table = evidence.published.at("tab:cam_err");
+  for (const auto& [role, name] : {std::pair{"proposed", "the paper's own"}, {"orb_slam2", "ORB-SLAM2"}}) {
+    ClaimResult result;
+    result.dataset = "kitti";
+    result.estimator = name;
+    result.subject = "camera, as published for 12 sequences";
+    result.value = table.at(role).at("ER_deg").get<double>();
+    result.interval = Interval{result.value, result.value};
+    result.records = part_name;
+    results.push_back(judged(std::move(result)));
+  }
+  ClaimResult ours = result_of(recorded, "ER_deg", part_name);
+  ours.subject = fmt::format("camera, {} pairs", recorded.size());
+  results.push_back(judged(std::move(ours)));
   return results;
 }
 

@@ -236,7 +236,10 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
 
 }  // namespace
 
-std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& rows) {
+std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& levels) {
+  std::vector<NoiseLevelRow> rows = levels;
+  for (NoiseLevelRow& row : rows)  // the same level of another kind of noise is another line
+    if (row.noise.find(" (spatial ") != std::string::npos) row.estimator += ", correlated";
   std::vector<Figure> figures;
   add_figures(rows, error_figure, figures);
   add_figures(rows, estimator_figure, figures);

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/kitti_sequence.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
@@ -70,9 +71,39 @@ Floor floor_of(const RecordRefs& records) {
   return floor;
 }
 
+/// Floors of the truth by sequence and metric key, from the records that have them: those of recorded systems.
+using Floors = std::map<std::string, Record::Numbers>;
+
+Floors floors_of(const Evidence& evidence) {
+  Floors floors;
+  for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
+    for (const Record& record : part->sweep.records) {
+      for (const char* key : {"lateral_floor_m", "rotation_timing_floor_deg", "rotation_floor_deg"})
+        if (const auto floor = find_number(record.values, key)) floors[record.sequence][key] = *floor;
+    }
+  }
+  return floors;
+}
+
+/// RMS over the pairs of what their sequences have.
+std::optional<double> rms_floor(const RecordRefs& records, const Floors& floors, const char* key) {
+  std::vector<double> numbers;
+  for (const Record* record : records) {
+    const auto of_sequence = floors.find(kitti_sequence(*record));
+    if (of_sequence == floors.end()) continue;
+    if (const auto floor = find_number(of_sequence->second, key)) numbers.push_back(*floor);
+  }
+  return numbers.empty() ? std::nullopt : std::optional(rmse(numbers));
+}
+
+std::optional<double> rms_rotation_error(const RecordRefs& records) {
+  const std::vector<double> errors = numbers_of(records, NumberMap::errors, "ER_deg");
+  return errors.empty() ? std::nullopt : std::optional(rmse(errors));
+}
+
 class Builder {
  public:
-  explicit Builder(Table& table) : table_(table) {}
+  Builder(Table& table, Floors floors) : table_(table), floors_(std::move(floors)) {}
 
   void add(const std::string& sequence, const std::string& system, const RecordRefs& records,
            const Json* published, const std::string& data, const std::string& part) {
@@ -89,12 +120,18 @@ class Builder {
       cells.push_back(cell(is_Et ? floor.rmse_m : std::nullopt));
       cells.push_back(cell(is_Et ? floor.floor_m : std::nullopt));
       cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
+      const bool is_ER = q.error == std::string("ER_deg");
+      cells.push_back(cell(is_Et ? rms_floor(records, floors_, "lateral_floor_m") : std::nullopt));
+      cells.push_back(cell(is_ER ? rms_rotation_error(records) : std::nullopt));
+      for (const char* key : {"rotation_timing_floor_deg", "rotation_floor_deg"})
+        cells.push_back(cell(is_ER ? rms_floor(records, floors_, key) : std::nullopt));
       table_.add_row(std::move(cells));
     }
   }
 
  private:
   Table& table_;
+  Floors floors_;
 };
 
 }  // namespace
@@ -105,12 +142,18 @@ Table ego_motion_table(const Evidence& evidence) {
       "Table IV: ego motion on KITTI tracking",
       "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published values "
       "are means over 12 sequences; ORB-SLAM2's is a reference, no trajectory of it is recorded here. "
-      "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2).",
+      "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2). "
+      "Lateral floor: RMS of what of the true steps goes beside the heading. Floors of E_R, RMS: at least the "
+      "timing of the samples, at most the difference to the turn rates.",
       {{"sequence", "sequence", Align::left}, {"system", "system", Align::left}}, 4);
   table.columns.push_back({"Et_rmse_m", "E_t RMSE [m]", Align::right, 4});
   table.columns.push_back({"floor_m", "floor [m]", Align::right, 4});
   table.columns.push_back({"beyond_floor_m", "beyond the floor [m]", Align::right, 4});
-  Builder builder(table);
+  table.columns.push_back({"lateral_floor_m", "lateral floor [m]", Align::right, 4});
+  table.columns.push_back({"ER_rmse_deg", "E_R RMSE [deg]", Align::right, 4});
+  table.columns.push_back({"rotation_timing_floor_deg", "E_R floor, timing [deg]", Align::right, 4});
+  table.columns.push_back({"rotation_floor_deg", "E_R floor, turn rates [deg]", Align::right, 4});
+  Builder builder(table, floors_of(evidence));
   for (const char* role : {"proposed", "orb_slam2"}) {
     builder.add("12 sequences", role == std::string("proposed") ? "paper, proposed" : "ORB-SLAM2 (reference)",
                 {}, &published.at(role), "the paper's own runs", "");

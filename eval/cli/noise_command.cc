@@ -1,0 +1,80 @@
+#include "sextant/eval/cli/noise_command.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/profile/noise_profile.h"
+
+namespace sextant {
+namespace {
+
+struct FitFlags {
+  CommonFlags common;
+  std::string source, out, name, noise = "none", depth = "auto", figure;
+  uint64_t seed = 0;
+  int max_frames = 40;
+};
+
+void fit(const FitFlags& flags) {
+  const std::unique_ptr<Sequence> sequence = open_source(source_of(flags.source, flags.common));
+  ProfileOptions options;
+  options.name = flags.name.empty() ? std::filesystem::path(flags.out).stem().string() : flags.name;
+  options.noise = Noise::parse(flags.noise);
+  options.seed = flags.seed;
+  if (flags.depth != "auto") options.depth = from_name<DepthReference>(flags.depth, "depth reference");
+  options.max_frames = flags.max_frames;
+  options.jobs = flags.common.jobs;
+  const NoiseProfile profile = fit_noise_profile(*sequence, flags.source, options);
+  write_file(flags.out, json_text(profile.json()));
+  if (!flags.figure.empty()) {
+    std::filesystem::create_directories(flags.figure);
+    for (const auto& [file, bytes] : draw(profile_figure(profile)))
+      write_file(std::filesystem::path(flags.figure) / file, bytes);
+  }
+  if (flags.common.json) {
+    fmt::print("{}", json_text(profile.json()));
+  } else if (!flags.common.quiet) {
+    fmt::print("{}\nnoise: {}\n", to_text(profile_table(profile)), profile.noise().dump());
+  }
+}
+
+}  // namespace
+
+void add_noise_command(CLI::App& app) {
+  CLI::App* noise = app.add_subcommand("noise", "Errors of real flow and depth as a noise that can be injected");
+  noise->require_subcommand(1);
+  noise->footer("Example:\n  sextant noise fit vdo:kitti_03_demo@0-19 --out pwc_net_kitti03.json");
+
+  const auto flags = std::make_shared<FitFlags>();
+  CLI::App* command = noise->add_subcommand(
+      "fit", "Measure size, tails and spatial correlation of a source's flow and depth errors; write a profile");
+  add_source_argument(*command, flags->source);
+  add_data_flag(*command, flags->common);
+  add_option_flags(*command, flags->common);
+  add_jobs_flag(*command, flags->common);
+  command->add_option("--out", flags->out, "The profile, NAME.json")->required();
+  command->add_option("--name", flags->name, "What the profile calls itself; default: NAME of --out");
+  command->add_option("--noise", flags->noise, "Noise that is added to the source first: none or JSON")
+      ->capture_default_str();
+  command->add_option("--seed", flags->seed, "Of that noise")->capture_default_str();
+  command
+      ->add_option("--depth-reference", flags->depth,
+                   "What disparities are compared with: auto (the data set's truth, else the next frame), next_frame, "
+                   "left_right (images of both cameras)")
+      ->capture_default_str();
+  command->add_option("--max-frames", flags->max_frames, "Frames that are looked at, evenly spread")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--figure", flags->figure, "Folder for the figure: measured and injected correlation");
+  command->add_flag("--quiet", flags->common.quiet, "No table");
+  command->add_flag("--json", flags->common.json, "Print the profile");
+  command->footer(
+      "docs/noise.md explains the numbers. `--noise '{\"profile\": \"NAME\", \"scale\": 1}'` injects a profile.\n"
+      "Example:\n  sextant noise fit vdo:kitti_03_demo@0-19 --out pwc_net_kitti03.json");
+  command->callback([flags] { fit(*flags); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,223 @@
+#include "sextant/eval/profile/error_fields.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "sextant/datasets/channels/computed_channels.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/estimator/registry.h"
+#include "sextant/estimator/start/robust_start.h"
+
+namespace sextant {
+namespace {
+
+constexpr float nearest_m = 3, farthest_m = 40;
+constexpr int grid_px = 6;  // of the points that the motion is estimated from
+
+bool is_background(const Frame& frame, int x, int y) {
+  const float z = frame.depth_m(x, y);
+  return z >= nearest_m && z <= farthest_m && (frame.mask.empty() || frame.mask(x, y) == 0);
+}
+
+/// Of the camera, from the measured flow and depth of the background.
+std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera) {
+  Problem problem{camera, {}, std::nullopt};
+  for (int y = grid_px / 2; y < frame.flow.height(); y += grid_px) {
+    for (int x = grid_px / 2; x < frame.flow.width(); x += grid_px) {
+      const Flow flow = frame.flow(x, y);
+      if (flow.valid() && is_background(frame, x, y))
+        problem.points.push_back(x, y, frame.depth_m(x, y), flow.u, flow.v);
+    }
+  }
+  if (problem.points.size() < 50) return std::nullopt;
+  const RobustStart start = robust_start(problem, std::nullopt, {});
+  if (start.status != Status::ok) return std::nullopt;
+  const MotionEstimate estimate =
+      make_estimator("joint_flow_depth", {{"covariance", "independent"}})->estimate(problem, start.start);
+  if (estimate.status != Status::ok) return std::nullopt;
+  return estimate.T_curr_prev;
+}
+
+/// The point at (x, y) in the next camera; empty where it is no background or behind.
+std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& camera, const SE3& T, int x, int y) {
+  if (!is_background(frame, x, y)) return std::nullopt;
+  const Eigen::Vector3d p = T * camera.left.backproject(x, y, frame.depth_m(x, y));
+  return p.z() > 0.5 ? std::optional(p) : std::nullopt;
+}
+
+Image<Flow> induced_flow(const Frame& frame, const StereoCamera& camera, const SE3& T) {
+  Image<Flow> out(frame.flow.width(), frame.flow.height());
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      if (const auto p = moved(frame, camera, T, x, y)) {
+        const Eigen::Vector2d at = camera.left.project(*p);
+        out(x, y) = {static_cast<float>(at.x() - x), static_cast<float>(at.y() - y)};
+      }
+    }
+  }
+  return out;
+}
+
+/// Linear between the four pixels around, where they belong to one surface.
+double disparity_at(const Image<float>& depth_m, double bf, double x, double y) {
+  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
+  if (!depth_m.contains(left, top) || !depth_m.contains(left + 1, top + 1)) return NAN;
+  double lowest = INFINITY, highest = -INFINITY, sum = 0;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      const double d = bf / depth_m(left + i, top + j);
+      if (!std::isfinite(d)) return NAN;
+      lowest = std::min(lowest, d);
+      highest = std::max(highest, d);
+      sum += d * (i == 1 ? x - left : left + 1 - x) * (j == 1 ? y - top : top + 1 - y);
+    }
+  }
+  return highest - lowest <= 1 ? sum : NAN;
+}
+
+Image<float> against_next_frame(const Frame& frame, const Image<float>& next_depth_m, const StereoCamera& camera,
+                                const SE3& T) {
+  Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const auto p = moved(frame, camera, T, x, y);
+      const Flow flow = frame.flow(x, y);
+      if (!p || !flow.valid()) continue;
+      const double there = disparity_at(next_depth_m, camera.bf, x + flow.u, y + flow.v);
+      out(x, y) = static_cast<float>((there - camera.bf / p->z()) / std::numbers::sqrt2);
+    }
+  }
+  return out;
+}
+
+template <typename T>
+Image<T> mirrored(const Image<T>& image) {
+  Image<T> out(image.width(), image.height());
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) out(x, y) = image(image.width() - 1 - x, y);
+  return out;
+}
+
+Image<float> against_right(const Frame& frame, double bf) {
+  const Image<uint8_t> right = rgb_to_gray(frame.rgb_right);
+  const Image<float> of_right = mirrored(sgbm_disparity(mirrored(right), mirrored(frame.gray)));
+  Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const double d = bf / frame.depth_m(x, y);
+      if (!std::isfinite(d)) continue;
+      const int there = static_cast<int>(std::lround(x - d));
+      if (!of_right.contains(there, y)) continue;
+      out(x, y) = static_cast<float>((d - of_right(there, y)) / std::numbers::sqrt2);
+    }
+  }
+  return out;
+}
+
+Image<float> disparity_errors(const Image<float>& depth_m, const Image<float>& truth_m, double bf) {
+  Image<float> out(depth_m.width(), depth_m.height(), NAN);
+  for (size_t i = 0; i < out.size(); ++i) {
+    const double error = bf / depth_m.data()[i] - bf / truth_m.data()[i];
+    if (std::isfinite(error)) out.data()[i] = static_cast<float>(error);
+  }
+  return out;
+}
+
+Image<Flow> flow_errors(const Image<Flow>& flow, const Image<Flow>& truth) {
+  Image<Flow> out(flow.width(), flow.height());
+  for (size_t i = 0; i < out.size(); ++i) {
+    const Flow a = flow.data()[i], b = truth.data()[i];
+    if (a.valid() && b.valid()) out.data()[i] = {a.u - b.u, a.v - b.v};
+  }
+  return out;
+}
+
+}  // namespace
+
+ErrorSource::ErrorSource(const Sequence& sequence, Noise noise, uint64_t seed, DepthReference depth)
+    : sequence_(sequence),
+      noise_(std::move(noise)),
+      draws_(seed, sequence.info().dataset, sequence.info().sequence) {
+  const SequenceInfo& info = sequence.info();
+  const Channels& has = info.channels;
+  const Json added = noise_.options();
+  const bool flow_noise = added.contains("flow") || added.contains("outliers");
+  const bool depth_noise = added.contains("depth") || added.contains("quantisation");
+  const bool can_induce = has.flow && has.depth && info.camera.bf > 0 && info.last_frame > info.first_frame;
+  if (has.flow) {
+    if (info.exact.flow ? flow_noise : sequence.true_flow(info.first_frame).has_value())
+      flow_ = FlowReference::given;
+    else if (!info.exact.flow && can_induce)
+      flow_ = FlowReference::induced;
+  }
+  if (has.depth && info.camera.bf > 0) {
+    if (info.exact.depth ? depth_noise : sequence.true_depth(info.first_frame).has_value())
+      depth_ = DepthReference::given;
+    else if (!info.exact.depth && can_induce)
+      depth_ = DepthReference::next_frame;
+  }
+  if (depth == DepthReference::left_right && !(has.depth && has.rgb_right && has.gray))
+    fail("depth reference left_right: the source needs depth and the images of both cameras");
+  if (depth != DepthReference::none && depth != DepthReference::given) depth_ = depth;
+  if (flow_ == FlowReference::none && depth_ == DepthReference::none) {
+    fail("nothing to measure errors of flow or depth against: {}",
+         info.exact.flow || info.exact.depth
+             ? "they are the truth itself, and no noise is added: give --noise"
+             : "expected flow and depth of at least two frames, or a data set with dense truth");
+  }
+}
+
+Frame ErrorSource::measured(int frame, Channels channels) const {
+  Frame out = sequence_.read(frame, channels);
+  if (noise_.none()) return out;
+  return noise_.apply(std::move(out), sequence_.info().camera, draws_).frame;
+}
+
+Image<Flow> ErrorSource::given_flow(int frame) const {
+  if (sequence_.info().exact.flow) return sequence_.read(frame, {.flow = true}).flow;
+  return sequence_.true_flow(frame).value_or(Image<Flow>());
+}
+
+Image<float> ErrorSource::given_depth(int frame) const {
+  if (sequence_.info().exact.depth) return sequence_.read(frame, {.depth = true}).depth_m;
+  return sequence_.true_depth(frame).value_or(Image<float>());
+}
+
+std::optional<ErrorFields> ErrorSource::read(int frame) const {
+  const SequenceInfo& info = sequence_.info();
+  const bool left_right = depth_ == DepthReference::left_right;
+  Frame now = measured(frame, {.gray = left_right,
+                               .rgb_right = left_right,
+                               .depth = info.channels.depth,
+                               .flow = info.channels.flow,
+                               .mask = info.channels.mask});
+  ErrorFields out;
+  out.frame = frame;
+  std::optional<SE3> T;
+  const bool moves = flow_ == FlowReference::induced || depth_ == DepthReference::next_frame;
+  if (moves && frame < info.last_frame && !now.flow.empty()) T = fitted_motion(now, info.camera);
+  if (flow_ == FlowReference::given && !now.flow.empty()) {
+    const Image<Flow> truth = given_flow(frame);
+    if (!truth.empty()) out.flow_px = flow_errors(now.flow, truth);
+  }
+  if (flow_ == FlowReference::induced && T)
+    out.flow_px = flow_errors(now.flow, induced_flow(now, info.camera, *T));
+  if (depth_ == DepthReference::given) {
+    const Image<float> truth = given_depth(frame);
+    if (!truth.empty()) out.disparity_px = disparity_errors(now.depth_m, truth, info.camera.bf);
+  }
+  if (depth_ == DepthReference::next_frame && T)
+    out.disparity_px = against_next_frame(now, measured(frame + 1, {.depth = true}).depth_m, info.camera, *T);
+  if (left_right) out.disparity_px = against_right(now, info.camera.bf);
+  if (out.flow_px.empty() && out.disparity_px.empty()) return std::nullopt;
+  if (!now.flow.empty()) {
+    out.flow_length_px = Image<float>(now.flow.width(), now.flow.height(), NAN);
+    for (size_t i = 0; i < now.flow.size(); ++i)
+      out.flow_length_px.data()[i] = std::hypot(now.flow.data()[i].u, now.flow.data()[i].v);
+  }
+  out.depth_m = std::move(now.depth_m);
+  out.mask = std::move(now.mask);
+  return out;
+}
+
+}  // namespace sextant

@@ -1,0 +1,222 @@
+#include "sextant/eval/profile/noise_profile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/files.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/eval/records/output.h"
+
+namespace sextant {
+namespace {
+
+double rounded(double value) { return std::stod(fmt::format("{:.4g}", value)); }
+
+std::vector<double> rounded(std::vector<double> values) {
+  for (double& v : values) v = rounded(v);
+  return values;
+}
+
+std::vector<int> frames_of(const SequenceInfo& info, int most) {
+  const int n = info.last_frame - info.first_frame + 1, taken = std::min(n, most);
+  std::vector<int> frames;
+  for (int i = 0; i < taken; ++i)
+    frames.push_back(info.first_frame + static_cast<int>(static_cast<int64_t>(i) * n / taken));
+  return frames;
+}
+
+std::vector<ChannelField::Property> properties_of(const ErrorFields& fields) {
+  std::vector<ChannelField::Property> out;
+  if (!fields.flow_length_px.empty()) out.push_back({"flow_px", fields.flow_length_px});
+  if (!fields.depth_m.empty()) out.push_back({"depth_m", fields.depth_m});
+  if (!fields.mask.empty()) out.push_back({"border_px", border_distance(fields.mask)});
+  return out;
+}
+
+std::vector<Image<float>> axes_of(const Image<Flow>& flow) {
+  std::vector<Image<float>> axes(2, Image<float>(flow.width(), flow.height()));
+  for (size_t i = 0; i < flow.size(); ++i) {
+    axes[0].data()[i] = flow.data()[i].u;
+    axes[1].data()[i] = flow.data()[i].v;
+  }
+  return axes;
+}
+
+/// Correlation of drawn noise with that mixture, at the pixels of these fields.
+std::vector<double> injected_correlation(const std::vector<ChannelField>& frames, const SpatialCorrelation& spatial,
+                                         const std::vector<CorrelationBin>& measured) {
+  if (spatial.parts.empty()) return std::vector<double>(measured.size(), 0);
+  const NoiseCorrelation correlation(spatial);
+  const Draws draws(1, "profile", "injected");
+  std::vector<std::vector<Image<float>>> drawn;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    std::vector<Image<float>> axes = frames[f].error_px;
+    axes.resize(1);
+    std::vector<int> x, y;
+    for (int j = 0; j < axes[0].height(); ++j) {
+      for (int i = 0; i < axes[0].width(); ++i) {
+        if (!std::isfinite(axes[0](i, j))) continue;
+        x.push_back(i);
+        y.push_back(j);
+      }
+    }
+    std::vector<double> first(x.size()), second(x.size());
+    correlation.normals(draws, NoiseChannel::flow, {static_cast<int>(f), x, y}, first, second);
+    for (size_t i = 0; i < x.size(); ++i) axes[0](x[i], y[i]) = static_cast<float>(first[i]);
+    drawn.push_back(std::move(axes));
+  }
+  const std::vector<CorrelationBin> bins = measure_correlation(drawn);
+  std::vector<double> out;
+  for (const CorrelationBin& bin : measured) {
+    const auto same = std::ranges::find(bins, bin.low_px, &CorrelationBin::low_px);
+    out.push_back(same == bins.end() ? 0 : same->value[0]);
+  }
+  return out;
+}
+
+std::optional<ProfileChannel> channel_of(std::vector<ChannelField> frames, const std::string& reference,
+                                         const std::string& name) {
+  if (frames.empty()) return std::nullopt;
+  ProfileChannel channel{reference, channel_errors(frames, name), {}};
+  channel.injected = injected_correlation(frames, channel.errors.spatial, channel.errors.correlation);
+  return channel;
+}
+
+Json json_of(const SpatialCorrelation& spatial) {
+  if (spatial.parts.empty()) return "independent";
+  Json json = {{"model", "spatial"}, {"lengths_px", Json::array()}, {"shares", Json::array()}};
+  for (const SpatialCorrelation::Part& part : spatial.parts) {
+    json["lengths_px"].push_back(part.length_px);
+    json["shares"].push_back(part.share);
+  }
+  return json;
+}
+
+Json json_of(const ProfileChannel& channel) {
+  const ChannelErrors& e = channel.errors;
+  Json json = {{"reference", channel.reference},
+               {"n_frames", e.n_frames},
+               {"n", e.n},
+               {"offset_px", rounded(e.offset_px)},
+               {"sigma_px", rounded(e.sigma_px)},
+               {"mean_abs_px", rounded(e.mean_abs_px)},
+               {"mean_px", rounded(e.mean_px)},
+               {"tail_share", rounded(e.tail_share)},
+               {"tail_radius_px", rounded(e.tail_radius_px)},
+               {"spatial", json_of(e.spatial)},
+               {"correlation", Json::array()},
+               {"dependence", Json::array()}};
+  for (size_t b = 0; b < e.correlation.size(); ++b) {
+    const CorrelationBin& bin = e.correlation[b];
+    Json intervals = Json::array();
+    for (const auto& interval : bin.interval)
+      intervals.push_back(interval ? Json({rounded(interval->low), rounded(interval->high)}) : Json());
+    json["correlation"].push_back({{"low_px", bin.low_px},
+                                   {"high_px", bin.high_px},
+                                   {"distance_px", rounded(bin.distance_px)},
+                                   {"n", bin.n},
+                                   {"value", rounded(bin.value)},
+                                   {"interval", intervals},
+                                   {"injected", rounded(channel.injected[b])}});
+  }
+  for (const Dependence& line : e.dependence) {
+    json["dependence"].push_back({{"on", line.on},
+                                  {"low", line.low},
+                                  {"high", line.high},
+                                  {"n", line.n},
+                                  {"sigma_px", rounded(line.sigma_px)},
+                                  {"tail_share", rounded(line.tail_share)}});
+  }
+  return json;
+}
+
+/// All inputs as one number: their paths are of one machine only.
+std::string inputs_sha256(const Sequence& sequence) {
+  std::string all;
+  for (const auto& [path, entry] : sequence.inputs().entries()) all += entry.sha256 + "\n";
+  return sha256(all);
+}
+
+}  // namespace
+
+Json NoiseProfile::noise() const {
+  Json json = Json::object();
+  if (flow) {
+    const ChannelErrors& e = flow->errors;
+    json["flow"] = {{"epe_x_px", rounded(e.sigma_px[0])}, {"epe_y_px", rounded(e.sigma_px[1])}};
+    if (e.tail_share > 0)
+      json["outliers"] = {{"share", rounded(e.tail_share)}, {"radius_px", rounded(e.tail_radius_px)}};
+  }
+  if (disparity) json["depth"] = {{"delta_d_px", rounded(disparity->errors.sigma_px[0])}, {"baseline_m", 0}};
+  json["correlation"] = json_of((flow ? *flow : *disparity).errors.spatial);
+  return json;
+}
+
+Json NoiseProfile::json() const {
+  Json out = {{"schema", 1}, {"name", name}};
+  out.update(provenance);
+  out["noise"] = noise();
+  if (flow) out["flow"] = json_of(*flow);
+  if (disparity) out["disparity"] = json_of(*disparity);
+  return out;
+}
+
+NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& source, const ProfileOptions& options) {
+  const ErrorSource errors(sequence, options.noise, options.seed, options.depth);
+  const std::vector<int> frames = frames_of(sequence.info(), options.max_frames);
+  std::vector<std::optional<ErrorFields>> fields(frames.size());
+  parallel_for(static_cast<int>(frames.size()), options.jobs, [&](int i) {
+    fields[static_cast<size_t>(i)] = errors.read(frames[static_cast<size_t>(i)]);
+  });
+  std::vector<ChannelField> flow, disparity;
+  for (const std::optional<ErrorFields>& field : fields) {
+    if (!field) continue;
+    const std::vector<ChannelField::Property> properties = properties_of(*field);
+    if (!field->flow_px.empty()) flow.push_back({axes_of(field->flow_px), properties});
+    if (!field->disparity_px.empty()) disparity.push_back({{field->disparity_px}, properties});
+  }
+  NoiseProfile profile;
+  profile.name = options.name;
+  profile.flow = channel_of(std::move(flow), std::string(to_string(errors.flow_reference())), "flow");
+  profile.disparity =
+      channel_of(std::move(disparity), std::string(to_string(errors.depth_reference())), "disparity");
+  if (!profile.flow && !profile.disparity) fail("{}: no frame has errors of flow or depth", source);
+  profile.provenance = {{"source", source},
+                        {"noise_added", options.noise.options()},
+                        {"channels", sequence.info().provenance},
+                        {"inputs_sha256", inputs_sha256(sequence)},
+                        {"program", program_identity()}};
+  return profile;
+}
+
+Table profile_table(const NoiseProfile& profile) {
+  Table table{"Noise profile " + profile.name,
+              "Core of the errors, its tails beyond 4 sigma, and the mixture that fits its correlation.",
+              {{"channel", "channel", Align::left},
+               {"reference", "reference", Align::left},
+               {"n", "pixels", Align::right, 0},
+               {"offset_px", "offset [px]", Align::left},
+               {"sigma_px", "sigma [px]", Align::left},
+               {"tail_percent", "tails [%]", Align::right, 2},
+               {"tail_radius_px", "radius [px]", Align::right, 1},
+               {"spatial", "correlation: share at length [px]", Align::left}}};
+  const auto join = [](const std::vector<double>& values) {
+    std::string text;
+    for (const double v : values) text += fmt::format("{}{:.3f}", text.empty() ? "" : " / ", v);
+    return text;
+  };
+  const auto add = [&](const char* name, const std::optional<ProfileChannel>& channel) {
+    if (!channel) return;
+    const ChannelErrors& e = channel->errors;
+    std::string parts;
+    for (const auto& part : e.spatial.parts)
+      parts += fmt::format("{}{:.2f} at {:.0f}", parts.empty() ? "" : ", ", part.share, part.length_px);
+    table.add_row({name, channel->reference, static_cast<double>(e.n), join(e.offset_px), join(e.sigma_px),
+                   100 * e.tail_share, e.tail_radius_px, parts.empty() ? std::string("none") : parts});
+  };
+  add("flow", profile.flow);
+  add("disparity", profile.disparity);
+  return table;
+}
+
+}  // namespace sextant

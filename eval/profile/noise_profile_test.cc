@@ -1,0 +1,106 @@
+#include "sextant/eval/profile/noise_profile.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::unique_ptr<Sequence> scene() {
+  SourceSpec spec = SourceSpec::parse("synthetic:s18@124-128");
+  spec.options = {{"cache", ""}};
+  return open_source(spec);
+}
+
+double at(const SpatialCorrelation& spatial, double r) { return spatial.at(r); }
+
+// What is injected into a scene is found again: size by axis, tails, correlation.
+TEST(NoiseProfile, GivesItselfBack) {
+  const SpatialCorrelation injected{{{5, 0.3}, {20, 0.3}, {60, 0.3}}};
+  const Json noise = {{"flow", {{"epe_x_px", 0.9}, {"epe_y_px", 0.4}}},
+                      {"outliers", {{"share", 0.05}, {"radius_px", 30}}},
+                      {"depth", {{"delta_d_px", 0.3}, {"baseline_m", 0}}},
+                      {"correlation", {{"model", "spatial"}, {"lengths_px", {5, 20, 60}}, {"shares", {0.3, 0.3, 0.3}}}}};
+  const auto sequence = scene();
+  const NoiseProfile first =
+      fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1, .jobs = 2});
+  ASSERT_TRUE(first.flow && first.disparity);
+  const ChannelErrors& flow = first.flow->errors;
+  EXPECT_EQ(first.flow->reference, "given");
+  EXPECT_NEAR(flow.sigma_px[0], 0.9, 0.06);
+  EXPECT_NEAR(flow.sigma_px[1], 0.4, 0.03);
+  EXPECT_NEAR(flow.tail_share, 0.05, 0.01);  // some outliers are small by chance
+  EXPECT_NEAR(flow.tail_radius_px, 30, 2);
+  for (const double r : {1.0, 3.0, 8.0, 20.0, 50.0, 100.0})
+    EXPECT_NEAR(at(flow.spatial, r), at(injected, r), 0.08) << r;
+  const ChannelErrors& disparity = first.disparity->errors;
+  EXPECT_EQ(first.disparity->reference, "given");
+  EXPECT_NEAR(disparity.sigma_px[0], 0.3, 0.03);
+  for (const double r : {3.0, 20.0}) EXPECT_NEAR(at(disparity.spatial, r), at(injected, r), 0.1) << r;
+
+  // And the profile that was fitted, injected in turn.
+  const NoiseProfile second = fit_noise_profile(
+      *sequence, "scene", {.name = "second", .noise = Noise(first.noise()), .seed = 2, .jobs = 2});
+  EXPECT_NEAR(second.flow->errors.sigma_px[0] / flow.sigma_px[0], 1, 0.07);
+  EXPECT_NEAR(second.flow->errors.sigma_px[1] / flow.sigma_px[1], 1, 0.07);
+  EXPECT_NEAR(second.flow->errors.tail_share / flow.tail_share, 1, 0.1);
+  for (const double r : {1.0, 3.0, 8.0, 20.0, 50.0, 100.0})
+    EXPECT_NEAR(at(second.flow->errors.spatial, r), at(flow.spatial, r), 0.08) << r;
+
+  // The correlation that is drawn with the fit lies on the measured one.
+  for (size_t b = 0; b < flow.correlation.size(); ++b) {
+    if (flow.correlation[b].distance_px < 150)
+      EXPECT_NEAR(first.flow->injected[b], flow.correlation[b].value[0], 0.12) << flow.correlation[b].distance_px;
+  }
+  EXPECT_EQ(first.json(), fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1})
+                              .json());  // whatever the number of jobs
+  const Figure figure = profile_figure(first);
+  EXPECT_FALSE(figure.data.rows.empty());
+  EXPECT_EQ(profile_table(first).rows.size(), 2U);
+}
+
+TEST(NoiseProfile, IndependentNoiseHasNoCorrelation) {
+  const NoiseProfile profile = fit_noise_profile(
+      *scene(), "scene", {.name = "white", .noise = Noise(Json{{"flow", {{"epe_px", 0.5}}}}), .seed = 1, .jobs = 2});
+  EXPECT_TRUE(profile.flow->errors.spatial.parts.empty());
+  EXPECT_EQ(profile.noise().at("correlation"), "independent");
+  EXPECT_FALSE(profile.disparity.has_value());  // all of its errors are 0
+}
+
+TEST(NoiseProfile, NothingToMeasure) {
+  try {
+    fit_noise_profile(*scene(), "scene", {.name = "none"});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("give --noise"));
+  }
+}
+
+TEST(FitCorrelation, FindsAMixture) {
+  const SpatialCorrelation truth{{{4, 0.3}, {32, 0.5}}};
+  std::vector<CorrelationBin> bins;
+  for (const double r : {1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0, 80.0, 120.0, 200.0})
+    bins.push_back({r, r, r, 1000, {truth.at(r)}, {}});
+  const SpatialCorrelation fit = fit_correlation(bins);
+  for (const CorrelationBin& bin : bins) EXPECT_NEAR(fit.at(bin.distance_px), truth.at(bin.distance_px), 0.01);
+}
+
+TEST(BorderDistance, IsThatOfTheChessboard) {
+  Image<uint16_t> mask(100, 20);
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 10; ++x) mask(x, y) = 3;
+  const Image<float> distance = border_distance(mask);
+  EXPECT_EQ(distance(9, 5), 1);
+  EXPECT_EQ(distance(10, 5), 1);
+  EXPECT_EQ(distance(0, 5), 10);
+  EXPECT_EQ(distance(30, 5), 21);
+  EXPECT_TRUE(std::isnan(distance(99, 5)));
+}
+
+}  // namespace
+}  // namespace sextant

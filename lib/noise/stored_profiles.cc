@@ -1,0 +1,65 @@
+#include "sextant/noise/stored_profiles.h"
+
+#include <cmath>
+
+#include "sextant/base/embedded_file.h"
+#include "sextant/base/files.h"
+#include "sextant/base/options.h"
+
+namespace sextant {
+
+std::span<const EmbeddedFile> noise_profile_files();
+
+namespace {
+
+Json read_profile(const std::string& name) {
+  if (name.ends_with(".json")) return parse_json(read_file(name), name);
+  for (const EmbeddedFile& file : noise_profile_files())
+    if (file.name == name) return parse_json(file.text, name);
+  fail("option noise.profile = {}: {}; or give a file, NAME.json", name, suggest(name, noise_profile_names()));
+}
+
+void scale_number(Json& options, const char* model, const char* key, double scale) {
+  if (!options.contains(model) || !options.at(model).is_object() || !options.at(model).contains(key)) return;
+  Json& value = options.at(model).at(key);
+  if (value.is_number()) value = value.get<double>() * scale;
+}
+
+}  // namespace
+
+std::vector<std::string> noise_profile_names() {
+  std::vector<std::string> names;
+  for (const EmbeddedFile& file : noise_profile_files()) names.emplace_back(file.name);
+  return names;
+}
+
+Json without_profile(const Json& noise_options) {
+  if (!noise_options.contains("profile")) {
+    if (noise_options.contains("scale")) fail("option noise.scale: it belongs to noise.profile: give one");
+    return noise_options;
+  }
+  const Json& name = noise_options.at("profile");
+  if (!name.is_string()) fail("option noise.profile: expected a name or a file, got {}", json_excerpt(name));
+  const Json profile = read_profile(name.get<std::string>());
+  if (!profile.is_object() || !profile.contains("noise") || !profile.at("noise").is_object() ||
+      profile.at("noise").contains("profile"))
+    fail("{}: no noise profile: expected an object with the noise options under \"noise\", as `sextant noise fit` "
+         "writes it",
+         name.get<std::string>());
+  Json scale = noise_options.value("scale", Json(1));
+  if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)
+    fail("option noise.scale: expected a number, 0 or more, got {}", json_excerpt(scale));
+  Json options = profile.at("noise");
+  for (const auto& [model, key] : {std::pair{"flow", "epe_px"},
+                                   {"flow", "epe_x_px"},
+                                   {"flow", "epe_y_px"},
+                                   {"depth", "delta_d_px"},
+                                   {"outliers", "radius_px"}})
+    scale_number(options, model, key, scale.get<double>());
+  if (scale.get<double>() == 0) options.erase("outliers");  // no outlier has an offset
+  for (const auto& item : noise_options.items())
+    if (item.key() != "profile" && item.key() != "scale") options[item.key()] = item.value();
+  return options;
+}
+
+}  // namespace sextant

@@ -1,0 +1,66 @@
+#include "sextant/noise/stored_profiles.h"
+
+#include <gmock/gmock.h>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
+#include "sextant/noise/noise.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refused(const Json& options) {
+  try {
+    without_profile(options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "not refused";
+}
+
+TEST(StoredProfiles, EveryOneIsNoise) {
+  ASSERT_FALSE(noise_profile_names().empty());
+  for (const std::string& name : noise_profile_names()) {
+    const Noise noise(Json{{"profile", name}});
+    EXPECT_FALSE(noise.none()) << name;
+    EXPECT_FALSE(noise.options().contains("profile"));
+    EXPECT_EQ(noise.options(), Noise(noise.options()).options()) << name;  // what a run writes down is whole
+  }
+}
+
+TEST(StoredProfiles, ScaleMultipliesSizes) {
+  TempFolder temp;
+  const std::string path = (temp.path() / "p.json").string();
+  write_file(path, R"({"noise": {"flow": {"epe_x_px": 1, "epe_y_px": 0.5}, "depth": {"delta_d_px": 0.2},
+    "outliers": {"share": 0.1, "radius_px": 20}, "correlation": {"model": "spatial", "lengths_px": [5], "shares": [0.5]}}})");
+  const Json whole = without_profile({{"profile", path}}), half = without_profile({{"profile", path}, {"scale", 0.5}});
+  EXPECT_EQ(whole.at("flow").at("epe_x_px"), 1);
+  EXPECT_DOUBLE_EQ(half.at("flow").at("epe_x_px").get<double>(), 0.5);
+  EXPECT_DOUBLE_EQ(half.at("flow").at("epe_y_px").get<double>(), 0.25);
+  EXPECT_DOUBLE_EQ(half.at("depth").at("delta_d_px").get<double>(), 0.1);
+  EXPECT_DOUBLE_EQ(half.at("outliers").at("radius_px").get<double>(), 10);
+  EXPECT_EQ(half.at("outliers").at("share"), 0.1);
+  EXPECT_EQ(half.at("correlation"), whole.at("correlation"));
+  EXPECT_TRUE(Noise(without_profile({{"profile", path}, {"scale", 0}})).none());
+  EXPECT_EQ(without_profile({{"profile", path}, {"correlation", "independent"}}).at("correlation"), "independent");
+}
+
+TEST(StoredProfiles, RefusesWhatIsNone) {
+  const std::string known = noise_profile_names().front();
+  EXPECT_THAT(refused({{"profile", known.substr(1)}}), HasSubstr("did you mean '" + known + "'"));
+  EXPECT_THAT(refused({{"profile", 3}}), HasSubstr("expected a name or a file"));
+  EXPECT_THAT(refused({{"profile", known}, {"scale", -1}}), HasSubstr("noise.scale: expected a number, 0 or more"));
+  EXPECT_THAT(refused({{"scale", 2}}), HasSubstr("it belongs to noise.profile"));
+  TempFolder temp;
+  for (const char* text : {"[]", "{}", R"({"noise": 1})", R"({"noise": {"profile": "a"}})"}) {
+    const std::string path = (temp.path() / "p.json").string();
+    write_file(path, text);
+    EXPECT_THAT(refused({{"profile", path}}), HasSubstr("no noise profile")) << text;
+  }
+}
+
+}  // namespace
+}  // namespace sextant
