@@ -167,6 +167,10 @@ void add_object_values(const BodyResult& body, Record& record) {
   record.values["track"] = body.track;
   if (body.status != Status::lost && std::isfinite(body.moving_share))
     record.values["dynamic"] = body.is_dynamic ? 1 : 0;
+  if (body.likelihood) {
+    record.values["motion_sigmas"] = body.likelihood->statistic;
+    record.values["detectable_kmh"] = body.likelihood->detectable_mps * kmh_per_mps;
+  }
   if (body.status != Status::ok) return;
   record.values["v_kmh"] = body.speed_mps * kmh_per_mps;
   record.values["start_propagated"] = body.start_propagated ? 1 : 0;

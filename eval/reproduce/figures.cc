@@ -5,6 +5,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/figures/classification_figures.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
 #include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/noise_figures.h"
@@ -121,6 +122,19 @@ std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   return floors;
 }
 
+/// The tests of one part, as a table and their curves.
+void add_classification(const EvidencePart& part, ReportDocument& document) {
+  std::vector<Figure> figures = classification_figures(part.sweep.records);
+  if (figures.empty()) return;
+  for (Figure& figure : figures) figure.name = part.name + "_" + figure.name;
+  ReportSection section{part.name + "-section", "Dynamic or static: threshold and likelihood, " +
+                                                    part.sweep.records.front().dataset + " (ours)"};
+  section.tables.push_back(
+      {"tests_" + part.name, classification_test_table(part.sweep.records), {"dataset"}});
+  section.figures = std::move(figures);
+  document.sections.push_back(std::move(section));
+}
+
 std::vector<Figure> all_speed_figures(const Evidence& evidence) {
   std::vector<Figure> figures;
   const std::map<std::string, double> floors = speed_floors_kmh(evidence);
@@ -149,6 +163,8 @@ void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jo
   add_section("attribution", "From the published code to ours (ours)",
               attribution_figures(attribution_paths(evidence)), document);
   add_section("distributions", "Distribution of the errors (ours)", distribution_figures(sets), document);
+  for (const EvidencePart* part : evidence.with(PartRole::classification))
+    add_classification(*part, document);
   add_section("efficiency", "Errors against the bound (ours)", efficiency_figures(all_levels), document);
   add_section("speeds", "Speed of the objects (ours)", all_speed_figures(evidence), document);
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace sextant {
 namespace {
@@ -58,6 +59,81 @@ TEST(ClassifyMotion, UnknownWithoutCurrentDepth) {
   EXPECT_TRUE(std::isnan(unknown.moving_share));
   EXPECT_TRUE(unknown.is_dynamic);
   EXPECT_EQ(unknown.n_points, 0);
+}
+
+MotionEstimate known_to(const SE3& T_curr_prev, const Vector6d& deviations) {
+  MotionEstimate estimate;
+  estimate.status = Status::ok;
+  estimate.T_curr_prev = T_curr_prev;
+  estimate.covariance = deviations.cwiseAbs2().asDiagonal();
+  return estimate;
+}
+
+const MotionEstimate background_at_rest = known_to(SE3(), Vector6d::Constant(1e-6));
+
+// By hand: sigma 0.01 m, a displacement of 0.09 m, of which 0.03 m are as slow as 0.3 m/s.
+TEST(MotionLikelihood, CountsDeviationsBeyondTheSmallestSpeed) {
+  ClassificationOptions options;
+  options.test = MotionTest::likelihood;
+  Vector6d deviations = Vector6d::Constant(1e-6);
+  deviations.head<3>().setConstant(0.01);
+  const MotionEstimate body = known_to(SE3(Eigen::Quaterniond::Identity(), {0, 0, 0.09}), deviations);
+  const auto motion = test_motion(body, background_at_rest, {0, 0, 0}, 0.1, options);
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(motion->statistic, 6, 1e-3);
+  EXPECT_TRUE(motion->is_dynamic);
+  // chi-square with 3 degrees of freedom: 16.27 at 99.9 %.
+  EXPECT_NEAR(motion->detectable_mps, 0.3 + std::sqrt(16.27) * 0.1, 0.005);
+  const auto slow = test_motion(known_to(SE3(Eigen::Quaterniond::Identity(), {0.02, 0, 0.02}), deviations),
+                                background_at_rest, {0, 0, 0}, 0.1, options);
+  ASSERT_TRUE(slow);
+  EXPECT_EQ(slow->statistic, 0);
+  EXPECT_FALSE(slow->is_dynamic);
+}
+
+// The same displacement, but along the direction that is known worst.
+TEST(MotionLikelihood, WeighsDirectionsByTheirCovariance) {
+  Vector6d deviations = Vector6d::Constant(1e-6);
+  deviations.head<3>() << 0.01, 0.01, 0.1;
+  const auto at = [&](double x, double z) {
+    return *test_motion(known_to(SE3(Eigen::Quaterniond::Identity(), {x, 0, z}), deviations),
+                        background_at_rest, {0, 0, 0}, 0.1, {});
+  };
+  EXPECT_TRUE(at(0.2, 0).is_dynamic);
+  EXPECT_FALSE(at(0, 0.2).is_dynamic);
+}
+
+// A body that stands still, measured with errors of the covariance it states: false alarms at the stated rate.
+TEST(MotionLikelihood, FalseAlarmsComeAtTheStatedRate) {
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  ClassificationOptions options;
+  options.false_alarm_rate = 0.05;
+  options.smallest_speed_mps = 1e-9;
+  const Eigen::Vector3d centre(1, 0.5, 15);
+  Vector6d deviations;
+  deviations << 0.02, 0.03, 0.05, 0.002, 0.004, 0.003;
+  constexpr int n = 4000;
+  int alarms = 0;
+  for (int k = 0; k < n; ++k) {
+    Vector6d error;
+    for (int i = 0; i < 6; ++i) error[i] = deviations[i] * normal(engine);
+    const auto motion =
+        test_motion(known_to(SE3::exp(error), deviations), background_at_rest, centre, 0.1, options);
+    ASSERT_TRUE(motion);
+    alarms += motion->is_dynamic ? 1 : 0;
+  }
+  // Three standard errors, and what turns do beyond the first order.
+  EXPECT_NEAR(alarms / static_cast<double>(n), 0.05, 0.012);
+}
+
+TEST(MotionLikelihood, SaysNothingWithoutACovariance) {
+  MotionEstimate body = background_at_rest;
+  body.covariance.setConstant(INFINITY);
+  EXPECT_FALSE(test_motion(body, background_at_rest, {0, 0, 0}, 0.1, {}));
+  body.covariance.setZero();
+  MotionEstimate background = body;
+  EXPECT_FALSE(test_motion(body, background, {0, 0, 0}, 0.1, {}));
 }
 
 }  // namespace

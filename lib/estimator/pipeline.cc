@@ -191,6 +191,7 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
     body.status = Status::gated;
     body.gate = reason;
   };
+  const bool by_likelihood = options_.classification.test == MotionTest::likelihood;
   if (ego.status == Status::ok) {
     const MotionClass motion =
         classify_motion(near, ego.estimate.T_curr_prev, pair.dt_s, options_.classification);
@@ -205,13 +206,31 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
     gate(Gate::distance);
   } else if (body.n_points < options_.min_object_points) {
     body.status = Status::too_few_points;
-  } else if (!body.is_dynamic && !options_.estimate_static_objects) {
+  } else if (!by_likelihood && !body.is_dynamic && !options_.estimate_static_objects) {
     gate(Gate::is_static);
   }
   body.points = near.points;
   body.noise = near.noise;
   body.times.other_ms = watch.lap_ms();
+  if (by_likelihood && body.status == Status::ok && ego.status == Status::ok) {
+    refine_object(pair, ego.estimate.T_curr_prev, ego, body);
+    decide_by_likelihood(pair, ego, body);
+  }
   return body;
+}
+
+/// From the body's estimate; without one the threshold's decision stays.
+void FrameEstimator::decide_by_likelihood(const FramePair& pair, const BodyResult& ego,
+                                          BodyResult& body) const {
+  if (body.status != Status::ok) return;
+  const auto motion =
+      test_motion(body.estimate, ego.estimate, body.centroid_m, pair.dt_s, options_.classification);
+  if (!motion) return;
+  body.likelihood = motion;
+  body.is_dynamic = motion->is_dynamic;
+  if (body.is_dynamic || options_.estimate_static_objects) return;
+  body.status = Status::gated;
+  body.gate = Gate::is_static;
 }
 
 /// Track labels of the current frame (paper sec. IV-C2): a static object has 0; a dynamic one takes the label
@@ -254,11 +273,17 @@ std::map<int, int> FrameEstimator::associate(const FramePair& pair, const std::v
 }
 
 void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const {
+  if (options_.classification.test == MotionTest::likelihood && ego.status == Status::ok) return;  // it is
   std::optional<SE3> propagated;
   const auto known = motion_of_track_.find(body.track);
   if (ego.status == Status::ok && known != motion_of_track_.end()) {
     propagated = ego.estimate.T_curr_prev * known->second;
   }
+  refine_object(pair, propagated, ego, body);
+}
+
+void FrameEstimator::refine_object(const FramePair& pair, const std::optional<SE3>& propagated,
+                                   const BodyResult& ego, BodyResult& body) const {
   const Problem problem{pair.camera, std::move(body.points), body.noise};
   const RefineOn refine_on = options_.refine_objects_on == RefineObjectsOn::same
                                  ? options_.refine_on

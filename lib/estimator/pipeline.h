@@ -77,6 +77,7 @@ struct BodyResult {
   double distance_m = 0;          ///< median depth of the points; NaN without points
   double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
+  std::optional<MotionLikelihood> likelihood;            ///< where classification.test asks for it
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();  ///< of the inliers, previous camera coordinates
   double speed_mps = 0;                                  ///< |t - (I - R) c| / dt; NaN when not estimated
   SplitNees split;                                       ///< where pipeline.consistency asks for it
@@ -102,7 +103,10 @@ class FrameEstimator {
   BodyResult gate_and_classify(const FramePair& pair, const ObjectObservation& object,
                                const BodyResult& ego) const;
   std::map<int, int> associate(const FramePair& pair, const std::vector<BodyResult>& objects);
+  void decide_by_likelihood(const FramePair& pair, const BodyResult& ego, BodyResult& body) const;
   void estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const;
+  void refine_object(const FramePair& pair, const std::optional<SE3>& propagated, const BodyResult& ego,
+                     BodyResult& body) const;
 
   PipelineOptions options_;
   std::shared_ptr<const Estimator> estimator_;

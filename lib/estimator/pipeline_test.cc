@@ -87,6 +87,27 @@ TEST(Pipeline, StaticObjectIsGatedWithLabelZero) {
   EXPECT_NEAR(estimated.objects[0].speed_mps, 0, 1e-6);
 }
 
+// A parked car whose current depths err by more than the threshold allows, which joint_flow does not look at.
+TEST(Pipeline, LikelihoodTellsDynamicFromStaticByTheMotion) {
+  ObjectObservation parked = observe(4, standing);
+  for (size_t i = 0; i < parked.points.size(); ++i) parked.points.depth_curr[i] += i % 2 == 0 ? 0.5 : -0.5;
+  const FramePair pair = make_pair(0, {parked, observe(5, moving)});
+  const FrameResult by_threshold = make().process(pair);
+  EXPECT_TRUE(by_threshold.objects[0].is_dynamic);
+  EXPECT_FALSE(by_threshold.objects[0].likelihood);
+  PipelineOptions options;
+  options.classification.test = MotionTest::likelihood;
+  const FrameResult result = make(options).process(pair);
+  EXPECT_FALSE(result.objects[0].is_dynamic);
+  EXPECT_EQ(result.objects[0].gate, Gate::is_static);
+  EXPECT_EQ(result.objects[0].track, 0);
+  EXPECT_TRUE(result.objects[0].likelihood);
+  ASSERT_EQ(result.objects[1].status, Status::ok);
+  EXPECT_TRUE(result.objects[1].is_dynamic);
+  EXPECT_GT(result.objects[1].track, 0);
+  EXPECT_LT((result.objects[1].estimate.T_curr_prev * moving.inverse()).log().norm(), 1e-9);
+}
+
 TEST(Pipeline, Gates) {
   FrameEstimator estimator = make();
   const FrameResult result = estimator.process(

@@ -95,6 +95,11 @@ const std::vector<MetricDefinition>& table() {
        "share of points whose scene flow is above the threshold"},
       {"dynamic", values, "object", "dynamic", "0/1", 0, neither,
        "classified as moving; left out where no point has both depths"},
+      {"motion_sigmas", values, "object", "motion", "sigma", 2, neither,
+       "with `pipeline.classification.test=likelihood`: how far the body's displacement against the background lies beyond "
+       "the smallest speed, in standard deviations of its covariance; dynamic above the quantile of the false alarm rate"},
+      {"detectable_kmh", values, "object", "detectable", "km/h", 2, neither,
+       "speed that this test finds in half of the cases, along the direction that it sees worst"},
       {"dynamic_gt", values, "object", "truly dynamic", "0/1", 0, neither,
        "the data set's own flag where it has one, else `v_gt_origin_kmh` > 3.6 (1 m/s)", truth_only},
       {"interpolated_gt", values, "object", "interpolated truth", "0/1", 0, neither,

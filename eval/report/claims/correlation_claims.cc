@@ -29,8 +29,8 @@ struct Sums {
   double correlated = 0, independent = 0;
 };
 
-/// The ratio of mean errors of one body; no value where no case has both.
-IntervalEstimate error_ratio(std::span<const NoiseLevelRef> curve, size_t error) {
+/// The ratio of mean errors of one body; none where no case has both.
+std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve, size_t error) {
   std::map<uint64_t, Sums> by_seed;
   for (const NoiseLevelRef& level : curve) {
     const NoiseLevel* other = is_correlated(*level) ? independent_of(*level, curve) : nullptr;
@@ -43,7 +43,7 @@ IntervalEstimate error_ratio(std::span<const NoiseLevelRef> curve, size_t error)
       sums.independent += b;
     }
   }
-  if (by_seed.empty()) return {};
+  if (by_seed.empty()) return std::nullopt;
   std::vector<Sums> sums;
   for (const auto& [seed, sum] : by_seed) sums.push_back(sum);
   return cluster_estimate(sums.size(), [&](std::span<const size_t> seeds) {
@@ -92,8 +92,8 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
         const int id = body_order(curve.front()->key().body);
         const std::string subject = id == 0 ? "camera" : fmt::format("object {} (id {})", ++number, id);
         for (const char* key : {"Et_m", "ER_deg"}) {
-          const IntervalEstimate k = error_ratio(curve, compared_error(key));
-          if (!std::isfinite(k.value)) continue;
+          const std::optional<IntervalEstimate> k = error_ratio(curve, compared_error(key));
+          if (!k) continue;
           ClaimResult result;
           result.dataset = std::get<0>(group).str();
           result.sequence = std::get<1>(group).str();
@@ -101,7 +101,7 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
           result.subject = subject;
           result.quantity = fmt::format("mean {}, correlated / independent noise", metric(NumberMap::errors, key).symbol);
           result.stated = "> 1";
-          result.set(k);
+          result.set(*k);
           result.verdict = is_above(1, result.value, result.interval);
           result.records = part->name;
           results.push_back(std::move(result));

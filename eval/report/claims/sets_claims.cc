@@ -217,7 +217,9 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
   for (const EvidencePart* part : evidence.with(PartRole::classification)) {
     using Key = std::tuple<std::string, std::string, double>;  // dataset, sequence, delta_d
     std::map<Key, std::map<uint64_t, std::vector<Record>>> by_sequence;
-    for (const Record& r : part->records) by_sequence[{r.dataset, r.sequence, r.level}][r.seed].push_back(r);
+    for (const Record& r : part->records) {
+      if (r.estimator == "joint_flow") by_sequence[{r.dataset, r.sequence, r.level}][r.seed].push_back(r);
+    }
     for (const auto& [where, by_seed] : by_sequence) {
       const auto& [dataset, name, delta_d_px] = where;
       const auto at = std::find_if(sequences.begin(), sequences.end(), [&](const Json& s) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "sextant/estimator/solvers/chi_square.h"
 #include "sextant/estimator/solvers/degeneracy.h"
 #include "sextant/estimator/solvers/errors_in_variables.h"
 #include "sextant/estimator/solvers/graduation.h"
@@ -20,20 +21,6 @@ constexpr size_t min_points = 3;
 constexpr size_t settled_share = 200;
 // So many points, to twice as many, are enough to find out which count.
 constexpr size_t choice_sample = 1000;
-
-/// Quantile of the chi-square distribution (Wilson & Hilferty 1931).
-double chi_square_quantile(int dof, double probability) {
-  // Normal quantile by bisection of erfc: called a few times per estimate.
-  double low = -10;
-  double high = 10;
-  for (int k = 0; k < 60; ++k) {
-    const double x = 0.5 * (low + high);
-    (0.5 * std::erfc(-x / std::sqrt(2.0)) < probability ? low : high) = x;
-  }
-  if (dof == 2) return -2 * std::log1p(-probability);
-  const double h = 2.0 / (9.0 * dof);
-  return dof * std::pow(1 - h + low * std::sqrt(h), 3);
-}
 
 /// The scale of least estimated variance (Jaeckel 1971):
 /// large for Gaussian data, small where tails are heavy.
