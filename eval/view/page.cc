@@ -162,22 +162,22 @@ Json metrics_json() {
   return json;
 }
 
-struct Picture {
+struct FramePicture {
   std::string jpeg;  ///< empty: the source has no image
   Json outlines = Json::object();
 };
 
-std::vector<Picture> pictures(const Sequence& sequence, const PageOptions& options) {
+std::vector<FramePicture> pictures(const Sequence& sequence, const PageOptions& options) {
   const SequenceInfo& info = sequence.info();
   Channels channels;
   channels.rgb = info.channels.rgb;
   channels.mask = info.channels.mask;
-  std::vector<Picture> made(static_cast<size_t>(info.last_frame - info.first_frame + 1));
+  std::vector<FramePicture> made(static_cast<size_t>(info.last_frame - info.first_frame + 1));
   if (!channels.rgb && !channels.mask) return made;
   Progress progress(info.sequence + " images", static_cast<int>(made.size()), options.quiet);
   parallel_for(static_cast<int>(made.size()), options.jobs, [&](int i) {
     const Frame frame = sequence.read(info.first_frame + i, channels);
-    Picture& picture = made[static_cast<size_t>(i)];
+    FramePicture& picture = made[static_cast<size_t>(i)];
     if (!frame.rgb.empty()) picture.jpeg = encode_jpeg(frame.rgb, options.jpeg_quality);
     if (!frame.mask.empty()) picture.outlines = outlines(frame.mask);
     progress.advance();
@@ -250,7 +250,7 @@ OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& option
                {"runs", Json::array()}};
   for (const ViewedRun& run : runs) data["runs"].push_back(run_json(run));
 
-  std::vector<Picture> made = pictures(*runs.front().sequence, options);
+  std::vector<FramePicture> made = pictures(*runs.front().sequence, options);
   size_t image_bytes = 0;
   for (size_t i = 0; i < made.size(); ++i) {
     data["outlines"][std::to_string(info.first_frame + static_cast<int>(i))] = std::move(made[i].outlines);

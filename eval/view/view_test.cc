@@ -102,7 +102,7 @@ TEST(View, HasTheRecordsOfTheFolderAndPointsOfEveryEstimatedBody) {
 TEST(View, TextsOfStrangersStayText) {
   TempFolder folder;
   const std::string name = "</script><script>alert(1)</script> @SCRIPT@ @STYLE@ 'q' \"q\"";
-  std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@124-126", "motion_only")))};
+  std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
   runs.front().folder = name;
   runs.front().notes = {name};
   const std::string html = view_page(runs, {.quiet = true}).at("index.html");
@@ -112,10 +112,10 @@ TEST(View, TextsOfStrangersStayText) {
 
 TEST(View, PutsImagesBesideAPageThatWouldBeTooLarge) {
   TempFolder folder;
-  const std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@124-126", "motion_only")))};
+  const std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
   const OutputFiles files = view_page(runs, {.quiet = true, .one_file_bytes = 1000});
   EXPECT_THAT(files, testing::SizeIs(4));
-  EXPECT_TRUE(files.at("frames/000125.jpg").starts_with("\xff\xd8"));
+  EXPECT_TRUE(files.at("frames/000001.jpg").starts_with("\xff\xd8"));
   EXPECT_EQ(write_view(folder / "page", files), (folder.path() / "page" / "index.html").string());
   EXPECT_THAT(error_of([&] { write_view(folder / "page.html", files); }), HasSubstr("give a folder to --out"));
   EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
@@ -123,12 +123,12 @@ TEST(View, PutsImagesBesideAPageThatWouldBeTooLarge) {
 
 TEST(View, NamesWhatIsNotThere) {
   TempFolder folder;
-  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@124-126", "motion_only"));
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
   EXPECT_THAT(error_of([&] { viewed(run_folder, {.estimator = "joint_flow"}); }),
               HasSubstr("has no estimator 'joint_flow': it has motion_only"));
   EXPECT_THAT(error_of([&] { viewed(run_folder, {.seed = 7}); }), HasSubstr("has no seed '7': it has 0"));
   EXPECT_THAT(error_of([&] { viewed(run_folder, {.source = "synthetic:city"}); }),
-              HasSubstr("has no source 'synthetic:city': it has synthetic:s18@124-126"));
+              HasSubstr("has no source 'synthetic:city': it has synthetic:s18@0-2"));
   const Json run_json = read_json(folder / "run/run.json");
   Json moved = run_json;
   moved["configuration"]["sources"] = {"vdo:/nowhere/at/all"};
@@ -142,7 +142,7 @@ TEST(View, NamesWhatIsNotThere) {
 
 TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
   TempFolder folder;
-  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@124-126", "motion_only"));
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
   std::vector<Record> records = read_records(folder / "run/records.jsonl");
   records.front().errors["Et_m"] += 1e-9;
   folder.write("run/records.jsonl", write_records(records));
@@ -151,16 +151,16 @@ TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
 
 TEST(View, TwoRunsMustBeOfTheSameFrames) {
   TempFolder folder;
-  std::vector<ViewedRun> runs = {viewed(run_into(folder, "a", config_of("synthetic:s18@124-126", "motion_only"))),
-                                 viewed(run_into(folder, "b", config_of("synthetic:s18@124-127", "motion_only")))};
+  std::vector<ViewedRun> runs = {viewed(run_into(folder, "a", config_of("synthetic:s18@0-2", "motion_only"))),
+                                 viewed(run_into(folder, "b", config_of("synthetic:s18@0-3", "motion_only")))};
   EXPECT_THAT(error_of([&] { view_page(runs, {.quiet = true}); }), HasSubstr("must be of the same frames"));
 }
 
 TEST(View, OfRecordsAloneNeedsOnlyTheImages) {
   TempFolder folder;
-  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@124-126", "motion_only"));
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
   std::filesystem::remove(folder / "run/run.json");
-  const ViewedRun view = view_records(run_folder, {}, SourceSpec::parse("synthetic:s18@124-126"));
+  const ViewedRun view = view_records(run_folder, {}, SourceSpec::parse("synthetic:s18@0-2"));
   EXPECT_EQ(view.records.size(), read_records(folder / "run/records.jsonl").size());
   EXPECT_THAT(view_page(std::span(&view, 1), {.quiet = true}).at("index.html"), HasSubstr("data:image/jpeg;base64,"));
 }
