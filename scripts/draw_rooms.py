@@ -26,7 +26,7 @@ PLACES = [
     ["estimator/start", "estimator/estimators", None, None, "eval/profile"],
     ["estimator", "estimator/reference", None, None, "eval/logs"],
     ["eval/external", None, "eval/experiment", "eval/evaluation", None],
-    ["eval/pictures", None, "eval/records", None, None],
+    ["eval/pictures", "eval/view", "eval/records", None, None],
     [None, "eval/report", None, "eval/gate", None],
     ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", None],
     [None, "eval/reproduce", None, "eval/cli", "eval/fuzz"],

@@ -53,6 +53,7 @@ void add_data_pack_command(CLI::App& data);
 void add_data_strip_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
+void add_view_command(CLI::App& app);
 
 // ---- shared by commands
 

@@ -124,13 +124,13 @@ std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
 
 /// The tests of one part, as a table and their curves.
 void add_classification(const EvidencePart& part, ReportDocument& document) {
-  std::vector<Figure> figures = classification_figures(part.sweep.records);
+  std::vector<Figure> figures = classification_figures(part.records);
   if (figures.empty()) return;
   for (Figure& figure : figures) figure.name = part.name + "_" + figure.name;
   ReportSection section{part.name + "-section", "Dynamic or static: threshold and likelihood, " +
-                                                    part.sweep.records.front().dataset + " (ours)"};
+                                                    part.records.front().dataset + " (ours)"};
   section.tables.push_back(
-      {"tests_" + part.name, classification_test_table(part.sweep.records), {"dataset"}});
+      {"tests_" + part.name, classification_test_table(part.records), {"dataset"}});
   section.figures = std::move(figures);
   document.sections.push_back(std::move(section));
 }

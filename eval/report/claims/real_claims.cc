@@ -160,7 +160,7 @@ std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
   RecordRefs recorded;
   std::string part_name;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
-    for (const Record& r : part->sweep.records) {
+    for (const Record& r : part->records) {
       if (r.estimator == "ORB-SLAM3" && r.values.contains("rotation_floor_deg") && r.errors.contains("ER_deg"))
         recorded.push_back(&r);
     }

@@ -77,7 +77,7 @@ using Floors = std::map<std::string, Record::Numbers>;
 Floors floors_of(const Evidence& evidence) {
   Floors floors;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
-    for (const Record& record : part->sweep.records) {
+    for (const Record& record : part->records) {
       for (const char* key : {"lateral_floor_m", "rotation_timing_floor_deg", "rotation_floor_deg"})
         if (const auto floor = find_number(record.values, key)) floors[record.sequence][key] = *floor;
     }

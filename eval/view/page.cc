@@ -1,0 +1,284 @@
+#include "sextant/eval/view/page.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include <opencv2/core/mat.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "sextant/base/embedded_file.h"
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
+#include "sextant/datasets/codec/jpeg.h"
+#include "sextant/eval/report/html/html.h"
+#include "sextant/metrics/definitions.h"
+
+namespace sextant {
+
+std::span<const EmbeddedFile> view_page_files();
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "points are written as they lie in memory");
+
+constexpr double position_steps_per_px = 8;
+constexpr double flow_steps_per_px = 64;
+constexpr int16_t not_known = -32768;
+
+int16_t quantised(double value, double steps) {
+  const double q = std::round(value * steps);
+  return std::isfinite(q) && std::abs(q) < 32767 ? static_cast<int16_t>(q) : not_known;
+}
+
+std::string packed(const DrawnPoints& drawn) {
+  std::vector<int16_t> values;
+  values.reserve(drawn.points.size() * 9);
+  for (const DrawnPoints::Point& p : drawn.points) {
+    values.push_back(quantised(p.u, position_steps_per_px));
+    values.push_back(quantised(p.v, position_steps_per_px));
+    for (const double flow : {p.flow_u, p.flow_v, p.predicted_u, p.predicted_v, p.refined_u, p.refined_v})
+      values.push_back(quantised(flow, flow_steps_per_px));
+    values.push_back(p.inlier ? 1 : 0);
+  }
+  std::string bytes(values.size() * sizeof(int16_t), '\0');
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return base64(bytes);
+}
+
+/// Outlines of every instance of a mask, simplified to about a pixel.
+Json outlines(const Image<uint16_t>& mask) {
+  std::map<int, cv::Rect> boxes;
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      const int id = mask(x, y);
+      if (id == 0) continue;
+      const auto [box, is_new] = boxes.try_emplace(id, x, y, 1, 1);
+      if (!is_new) box->second |= cv::Rect(x, y, 1, 1);
+    }
+  }
+  Json json = Json::object();
+  for (const auto& [id, box] : boxes) {
+    cv::Mat region(box.size(), CV_8UC1);
+    for (int y = 0; y < box.height; ++y) {
+      for (int x = 0; x < box.width; ++x) region.at<uint8_t>(y, x) = mask(box.x + x, box.y + y) == id ? 255 : 0;
+    }
+    std::vector<std::vector<cv::Point>> contours;
+    cv::findContours(region, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_TC89_L1, box.tl());
+    Json& of_instance = json[std::to_string(id)] = Json::array();
+    for (const std::vector<cv::Point>& contour : contours) {
+      if (contour.size() < 3) continue;
+      Json line = Json::array();
+      for (const cv::Point& p : contour) {
+        line.push_back(p.x);
+        line.push_back(p.y);
+      }
+      of_instance.push_back(std::move(line));
+    }
+  }
+  return json;
+}
+
+/// Rounded to what one sees, so that the page stays small.
+Json rounded(double value, double steps) {
+  return std::isfinite(value) ? Json(std::round(value * steps) / steps) : Json();
+}
+
+Json tracks_json(const std::vector<BodyTrack>& tracks) {
+  constexpr double steps_per_m = 1e4;
+  Json json = Json::object();
+  for (const BodyTrack& track : tracks) {
+    Json& points = json[track.body] = Json::array();
+    for (const TrackPoint& point : track.points) {
+      Json entry = {point.frame};
+      for (const auto* p : {&point.estimate_m, &point.truth_m}) {
+        entry.push_back(*p ? rounded((*p)->x(), steps_per_m) : Json());
+        entry.push_back(*p ? rounded((*p)->z(), steps_per_m) : Json());
+      }
+      points.push_back(std::move(entry));
+    }
+  }
+  return json;
+}
+
+Json pairs_json(const ViewedRun& run) {
+  Json json = Json::object();
+  for (const auto& [frame, bodies] : run.pairs) {
+    Json& of_frame = json[std::to_string(frame)] = Json::object();
+    for (const auto& [name, body] : bodies) {
+      Json entry = {{"n", body.drawn.n_all}, {"points", packed(body.drawn)}, {"band", Json::object()}};
+      const auto set = [&](const char* key, double value) {
+        if (std::isfinite(value)) entry["band"][key] = value;
+      };
+      set("Et_m", body.band.Et_m);
+      set("ER_deg", body.band.ER_deg);
+      set("Ev_kmh", body.band.Ev_kmh);
+      if (body.position) entry["position"] = {body.position->xx, body.position->xz, body.position->zz};
+      of_frame[name] = std::move(entry);
+    }
+  }
+  return json;
+}
+
+/// As in records.jsonl, without what all records of the run have in common.
+Json records_json(const ViewedRun& run) {
+  Json json = Json::object();
+  for (const Record& record : run.records) {
+    Json entry = to_json(record);
+    for (const char* key : {"schema", "dataset", "sequence", "estimator", "noise", "level", "seed", "frame", "body"})
+      entry.erase(key);
+    json[std::to_string(record.frame)][record.body] = std::move(entry);
+  }
+  return json;
+}
+
+Json run_json(const ViewedRun& run) {
+  return {{"name", run.folder},
+          {"estimator", run.estimator},
+          {"noise", run.noise},
+          {"level", run.level},
+          {"seed", run.seed},
+          {"version", run.version},
+          {"notes", run.notes},
+          {"records", records_json(run)},
+          {"pairs", pairs_json(run)},
+          {"tracks", tracks_json(run.tracks)}};
+}
+
+Json metrics_json() {
+  Json json = Json::array();
+  for (const MetricDefinition& m : metric_definitions()) {
+    json.push_back({{"map", to_string(m.map)},
+                    {"key", m.name},
+                    {"symbol", m.symbol},
+                    {"unit", m.unit},
+                    {"digits", m.digits},
+                    {"definition", m.definition}});
+  }
+  return json;
+}
+
+struct FramePicture {
+  std::string jpeg;  ///< empty: the source has no image
+  Json outlines = Json::object();
+};
+
+std::vector<FramePicture> pictures(const Sequence& sequence, const PageOptions& options) {
+  const SequenceInfo& info = sequence.info();
+  Channels channels;
+  channels.rgb = info.channels.rgb;
+  channels.mask = info.channels.mask;
+  std::vector<FramePicture> made(static_cast<size_t>(info.last_frame - info.first_frame + 1));
+  if (!channels.rgb && !channels.mask) return made;
+  Progress progress(info.sequence + " images", static_cast<int>(made.size()), options.quiet);
+  parallel_for(static_cast<int>(made.size()), options.jobs, [&](int i) {
+    const Frame frame = sequence.read(info.first_frame + i, channels);
+    FramePicture& picture = made[static_cast<size_t>(i)];
+    if (!frame.rgb.empty()) picture.jpeg = encode_jpeg(frame.rgb, options.jpeg_quality);
+    if (!frame.mask.empty()) picture.outlines = outlines(frame.mask);
+    progress.advance();
+  });
+  return made;
+}
+
+/// JSON that may stand inside <script>: no tag can begin in it.
+std::string script_json(const Json& json) {
+  std::string text;
+  for (const char c : json_line(json)) c == '<' ? text += "\\u003c" : text += c;
+  return text;
+}
+
+std::string_view part(std::string_view name) {
+  const auto files = view_page_files();
+  const auto it = std::ranges::find(files, name, &EmbeddedFile::name);
+  SEXTANT_CHECK(it != files.end());
+  return it->text;
+}
+
+/// The page with `data` in it. Marks are looked for in the page alone: texts of the data may look like one.
+std::string assembled(const Json& data) {
+  std::string scripts;
+  for (const char* name : {"data.js", "picture.js", "plots.js", "app.js"}) scripts += part(name);
+  const std::pair<std::string_view, std::string> parts[] = {
+      {"@STYLE@", std::string(part("page.css"))}, {"@DATA@", script_json(data)}, {"@SCRIPT@", scripts}};
+  std::string_view rest = part("page.html");
+  std::string page;
+  for (const auto& [mark, text] : parts) {
+    const size_t at = rest.find(mark);
+    SEXTANT_CHECK(at != std::string_view::npos);
+    page.append(rest.substr(0, at)).append(text);
+    rest.remove_prefix(at + mark.size());
+  }
+  return page.append(rest);
+}
+
+void check_same_frames(std::span<const ViewedRun> runs) {
+  const SequenceInfo& a = runs.front().sequence->info();
+  for (const ViewedRun& run : runs) {
+    const SequenceInfo& b = run.sequence->info();
+    if (a.dataset == b.dataset && a.sequence == b.sequence && a.first_frame == b.first_frame &&
+        a.last_frame == b.last_frame && a.width == b.width && a.height == b.height)
+      continue;
+    fail("{} is of {} {} frames {}-{}, {} of {} {} frames {}-{}: two runs in one page must be of the same frames",
+         runs.front().folder, a.dataset, a.sequence, a.first_frame, a.last_frame, run.folder, b.dataset, b.sequence,
+         b.first_frame, b.last_frame);
+  }
+}
+
+}  // namespace
+
+OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& options) {
+  SEXTANT_CHECK(!runs.empty());
+  check_same_frames(runs);
+  const SequenceInfo& info = runs.front().sequence->info();
+  Json data = {{"schema", 1},
+               {"source", runs.front().source},
+               {"dataset", info.dataset},
+               {"sequence", info.sequence},
+               {"width", info.width},
+               {"height", info.height},
+               {"first", info.first_frame},
+               {"last", info.last_frame},
+               {"rate_hz", info.rate_hz},
+               {"images", Json::object()},
+               {"outlines", Json::object()},
+               {"metrics", metrics_json()},
+               {"runs", Json::array()}};
+  for (const ViewedRun& run : runs) data["runs"].push_back(run_json(run));
+
+  std::vector<FramePicture> made = pictures(*runs.front().sequence, options);
+  size_t image_bytes = 0;
+  for (size_t i = 0; i < made.size(); ++i) {
+    data["outlines"][std::to_string(info.first_frame + static_cast<int>(i))] = std::move(made[i].outlines);
+    image_bytes += (made[i].jpeg.size() + 2) / 3 * 4;
+  }
+  const bool inside = assembled(data).size() + image_bytes <= options.one_file_bytes;
+  OutputFiles files;
+  for (size_t i = 0; i < made.size(); ++i) {
+    if (made[i].jpeg.empty()) continue;
+    const int frame = info.first_frame + static_cast<int>(i);
+    const std::string name = fmt::format("frames/{:06}.jpg", frame);
+    data["images"][std::to_string(frame)] = inside ? "data:image/jpeg;base64," + base64(made[i].jpeg) : name;
+    if (!inside) files[name] = std::move(made[i].jpeg);
+  }
+  files["index.html"] = assembled(data);
+  return files;
+}
+
+std::string write_view(const std::filesystem::path& out, const OutputFiles& files) {
+  if (out.extension() != ".html") {
+    write_output_folder(out, files);
+    return (out / "index.html").string();
+  }
+  if (files.size() > 1)
+    fail("{}: with its images the page is larger than {} MB: give a folder to --out, or a lower --quality", out.string(),
+         one_file_bytes / 1'000'000);
+  write_file(out, files.at("index.html"));
+  return out.string();
+}
+
+}  // namespace sextant

@@ -1,0 +1,42 @@
+#pragma once
+
+// A page to walk through one run, or two of the same source: the image with masks, points and flow, the paths
+// from above, the errors over time, the worst frames. One file of HTML that asks for nothing else; where its
+// images make it larger than one_file_bytes they lie beside it, in frames/.
+//
+// What the page reads (page/data.js), as JSON inside it:
+//   {"schema":1, "source", "dataset", "sequence", "width", "height", "first", "last", "rate_hz",
+//    "images": {"12": "data:image/jpeg;base64,.."} or {"12": "frames/000012.jpg"},
+//    "outlines": {"12": {"3": [[x,y,x,y,..], ..]}},         // of masks, px
+//    "metrics": [{"map","key","symbol","unit","digits","definition"}],
+//    "runs": [{"name", "estimator", "noise", "level", "seed", "version", "notes",
+//              "records": {"12": {"ego": {..}}}, "pairs": {"12": {"ego": {"n", "points", "band", "position"}}},
+//              "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]}}]}
+// `points` are 9 little-endian int16 a point, base64: u, v in 1/8 px; measured, predicted and refined flow in
+// 1/64 px; 1 = inlier. -32768: not known.
+
+#include <span>
+
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/view/viewed_run.h"
+
+namespace sextant {
+
+inline constexpr size_t one_file_bytes = 50'000'000;
+
+struct PageOptions {
+  int jpeg_quality = 85;
+  int jobs = 1;
+  bool quiet = false;
+  size_t one_file_bytes = sextant::one_file_bytes;
+};
+
+/// index.html, and frames/ where they need to be. The second run, if any, must be of the same frames: throws Error
+/// that names both otherwise.
+OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& options);
+
+/// Writes the page to `out`, a FILE.html, or into the folder `out`; returns what to open. Throws Error when FILE.html
+/// cannot hold the images: a folder can.
+std::string write_view(const std::filesystem::path& out, const OutputFiles& files);
+
+}  // namespace sextant

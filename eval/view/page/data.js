@@ -1,0 +1,95 @@
+"use strict";
+// What the page shows, and how it is looked up. page.h says what the data hold.
+
+const D = JSON.parse(document.getElementById("data").textContent);
+const FIRST = D.first + 1, LAST = D.last;  // current frames of pairs
+const UNKNOWN = -32768, POSITION_STEPS = 8, FLOW_STEPS = 64, FIELDS = 9;
+const PALETTE = ["#56b4e9", "#e69f00", "#f0e442", "#cc79a7", "#009e73", "#d55e00", "#0072b2"];
+const STATUS_COLOURS = {
+  ok: "#009e73", no_truth: "#56b4e9", gated: "#b9bdc4", lost: "#d55e00", not_detected: "#7d4a9e", diverged: "#c0143c",
+  too_few_points: "#e69f00", collinear: "#cc79a7", at_infinity: "#cc79a7", no_parallax: "#cc79a7",
+};
+
+const bodies = (() => {
+  const seen = new Set(["ego"]);
+  for (const run of D.runs)
+    for (const frame of Object.values(run.records)) for (const body of Object.keys(frame)) seen.add(body);
+  const id = body => body === "ego" ? -1 : Number(body.slice(body.indexOf(":") + 1));
+  return [...seen].sort((a, b) => id(a) - id(b));
+})();
+
+const colourOf = body => body === "ego" ? PALETTE[0] : PALETTE[1 + (bodies.indexOf(body) - 1) % (PALETTE.length - 1)];
+const nameOf = body => body === "ego" ? "camera" : body.replace(":", " ");
+const instanceOf = body => body === "ego" ? "0" : body.slice(body.indexOf(":") + 1);
+const recordOf = (run, frame, body) => D.runs[run]?.records[frame]?.[body];
+const pairOf = (run, frame, body) => D.runs[run]?.pairs[frame]?.[body];
+const metricOf = (map, key) => D.metrics.find(m => m.map === map && m.key === key);
+
+/// Curves of the timelines: what a record gives, its band and the floor of the truth.
+const CURVES = [
+  {id: "Et_m", title: "E_t", unit: "m", of: r => r.errors?.Et_m, band: "Et_m", floor: r => r.values?.step_floor_m},
+  {id: "ER_deg", title: "E_R", unit: "deg", of: r => r.errors?.ER_deg, band: "ER_deg",
+   floor: r => r.values?.rotation_floor_deg},
+  {id: "Ev_kmh", title: "E_v", unit: "km/h", of: r => r.errors?.Ev_kmh, band: "Ev_kmh"},
+  {id: "epe_px", title: "EPE", unit: "px", of: r => r.errors?.epe_refined_px ?? r.errors?.epe_initial_px},
+  {id: "inliers", title: "inlier share", unit: "", of: r => r.n_points > 0 ? r.n_inliers / r.n_points : undefined},
+];
+
+function valueOf(curve, run, frame, body) {
+  const record = recordOf(run, frame, body);
+  return record === undefined ? undefined : curve.of(record);
+}
+
+/// Run 1 minus run 0, where both have it.
+function differenceOf(curve, frame, body) {
+  const a = valueOf(curve, 0, frame, body), b = valueOf(curve, 1, frame, body);
+  return a === undefined || b === undefined ? undefined : b - a;
+}
+
+/// Frames by how bad they are, worst first.
+function worstFrames(curve, body, byDifference) {
+  const rows = [];
+  for (let frame = FIRST; frame <= LAST; ++frame) {
+    const value = byDifference ? differenceOf(curve, frame, body) : valueOf(curve, 0, frame, body);
+    if (value !== undefined) rows.push({frame, value});
+  }
+  const badness = row => byDifference ? Math.abs(row.value) : curve.id === "inliers" ? -row.value : row.value;
+  return rows.sort((a, b) => badness(b) - badness(a) || a.frame - b.frame);
+}
+
+const decoded = new Map();  // points of the last pairs looked at
+
+/// Int16Array of FIELDS values a point; empty where there are none.
+function pointsOf(run, frame, body) {
+  const key = `${run} ${frame} ${body}`;
+  if (decoded.has(key)) return decoded.get(key);
+  const text = pairOf(run, frame, body)?.points ?? "";
+  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const values = new Int16Array(bytes.buffer);
+  if (decoded.size > 400) decoded.clear();
+  decoded.set(key, values);
+  return values;
+}
+
+/// A number with the digits that tables have; nothing where it is not known.
+function shown(value, digits) {
+  return value === undefined || value === null ? "" : Number(value).toFixed(digits);
+}
+
+// ---- images
+
+const images = new Map();  // frame -> {image, ready}
+
+function imageOf(frame, whenReady) {
+  let entry = images.get(frame);
+  if (!entry) {
+    const source = D.images[frame];
+    if (source === undefined) return null;
+    entry = {image: new Image(), ready: false, failed: false};
+    if (images.size > 120) for (const old of [...images.keys()].slice(0, 60)) images.delete(old);
+    images.set(frame, entry);
+    entry.image.src = source;
+    entry.image.decode().then(() => { entry.ready = true; }, () => { entry.failed = true; }).then(() => whenReady(frame));
+  }
+  return entry;
+}

@@ -1,0 +1,180 @@
+// The image with masks, points and flow of one pair.
+
+const picture = {
+  canvas: document.getElementById("picture"),
+  zoom: 1, x: 0, y: 0,      // px of the image at the left upper corner
+  last: null,               // the image drawn last, until the next is there
+};
+
+/// Residual 0 .. 2 px as colours that a colour-blind reader can order (cividis-like, light at the top).
+const RESIDUAL_MAX = 2;
+const RESIDUAL_COLOURS = ["#2b5ba8", "#4d7bb0", "#7a9bb0", "#a8b5a0", "#d4c878", "#f2d24b", "#f7b52b", "#f28f1d"];
+const OUTLIER = "#ff3860";
+
+function residualBin(px) {
+  return Math.min(RESIDUAL_COLOURS.length - 1, Math.floor(px / RESIDUAL_MAX * RESIDUAL_COLOURS.length));
+}
+
+/// Screen pixels of one image pixel.
+const pictureScale = () => picture.canvas.width / D.width * picture.zoom;
+const screenX = u => (u + 0.5 - picture.x) * pictureScale();
+const screenY = v => (v + 0.5 - picture.y) * pictureScale();
+
+function resizePicture() {
+  const ratio = window.devicePixelRatio || 1;
+  const width = Math.max(1, Math.round(picture.canvas.clientWidth * ratio));
+  const height = Math.round(width * D.height / D.width);
+  if (picture.canvas.width !== width || picture.canvas.height !== height) {
+    picture.canvas.width = width;
+    picture.canvas.height = height;
+  }
+}
+
+function drawPicture(state) {
+  resizePicture();
+  const context = picture.canvas.getContext("2d");
+  const imageFrame = state.layers.current ? state.frame : state.frame - 1;
+  const entry = imageOf(imageFrame, frame => { if (frame === shownImage(state)) requestDraw(); });
+  for (let ahead = 1; ahead <= 6; ++ahead) if (imageFrame + ahead <= D.last) imageOf(imageFrame + ahead, () => {});
+  context.fillStyle = "#202020";
+  context.fillRect(0, 0, picture.canvas.width, picture.canvas.height);
+  if (entry?.ready) picture.last = entry.image;
+  if (picture.last && entry) {
+    const scale = pictureScale();
+    context.imageSmoothingEnabled = scale < 3;
+    context.drawImage(picture.last, -picture.x * scale, -picture.y * scale, D.width * scale, D.height * scale);
+  } else if (!entry || entry.failed) {
+    context.fillStyle = "#9a9a9a";
+    context.font = `${Math.round(picture.canvas.width / 50)}px sans-serif`;
+    context.fillText(entry ? "image not found beside this page: frames/" : "the source has no images", 20, 40);
+  }
+  if (state.layers.masks) drawOutlines(context, imageFrame);
+  for (const body of bodies) drawBody(context, state, body);
+  if (state.layers.labels) drawLabels(context, state, imageFrame);
+}
+
+const shownImage = state => state.layers.current ? state.frame : state.frame - 1;
+
+function drawOutlines(context, imageFrame) {
+  const lineWidth = Math.max(1.2, picture.canvas.width / 900);
+  for (const [id, contours] of Object.entries(D.outlines[imageFrame] ?? {})) {
+    const body = `object:${id}`;
+    context.strokeStyle = bodies.includes(body) ? colourOf(body) : "#9a9a9a";
+    context.lineWidth = lineWidth;
+    context.beginPath();
+    for (const contour of contours) {
+      for (let i = 0; i < contour.length; i += 2)
+        context[i === 0 ? "moveTo" : "lineTo"](screenX(contour[i]), screenY(contour[i + 1]));
+      context.closePath();
+    }
+    context.stroke();
+  }
+}
+
+/// Points in batches of one colour: a path a colour is what makes scrubbing fast.
+function drawBody(context, state, body) {
+  const points = pointsOf(state.pointsOf, state.frame, body);
+  if (points.length === 0) return;
+  const size = Math.max(1.4, picture.canvas.width / 800 * Math.min(2.2, Math.sqrt(picture.zoom)));
+  const batches = RESIDUAL_COLOURS.map(() => []);
+  const outliers = [], unestimated = [];
+  for (let i = 0; i < points.length; i += FIELDS) {
+    if (points[i + 4] === UNKNOWN) unestimated.push(i);
+    else if (points[i + 8] === 0) outliers.push(i);
+    else batches[residualBin(Math.hypot(points[i + 2] - points[i + 4], points[i + 3] - points[i + 5]) / FLOW_STEPS)].push(i);
+  }
+  const startX = i => points[i] / POSITION_STEPS, startY = i => points[i + 1] / POSITION_STEPS;
+  const atX = i => screenX(startX(i) + (state.layers.current ? points[i + 2] / FLOW_STEPS : 0));
+  const atY = i => screenY(startY(i) + (state.layers.current ? points[i + 3] / FLOW_STEPS : 0));
+  const dots = (list, colour) => {
+    context.fillStyle = colour;
+    context.beginPath();
+    for (const i of list) context.rect(atX(i) - size, atY(i) - size, 2 * size, 2 * size);
+    context.fill();
+  };
+  const vectors = (list, colour, field) => {
+    const sign = state.layers.current ? -1 : 1;
+    context.strokeStyle = colour;
+    context.lineWidth = Math.max(1, size * 0.55);
+    context.beginPath();
+    for (const i of list) {
+      if (points[i + field] === UNKNOWN) continue;
+      context.moveTo(atX(i), atY(i));
+      context.lineTo(atX(i) + sign * state.flowLength * points[i + field] / FLOW_STEPS * pictureScale(),
+                     atY(i) + sign * state.flowLength * points[i + field + 1] / FLOW_STEPS * pictureScale());
+    }
+    context.stroke();
+  };
+  const crosses = list => {
+    context.strokeStyle = OUTLIER;
+    context.lineWidth = Math.max(1, size * 0.6);
+    context.beginPath();
+    for (const i of list) {
+      const x = atX(i), y = atY(i), s = size * 1.3;
+      context.moveTo(x - s, y - s); context.lineTo(x + s, y + s);
+      context.moveTo(x - s, y + s); context.lineTo(x + s, y - s);
+    }
+    context.stroke();
+  };
+  if (state.layers.flow) {
+    batches.forEach((list, bin) => vectors(list, RESIDUAL_COLOURS[bin], 2));
+    if (state.layers.outliers) vectors(outliers, OUTLIER, 2);
+  }
+  if (state.layers.refined) vectors(batches.flat(), "#ffffff", 6);
+  if (state.layers.points) {
+    batches.forEach((list, bin) => dots(list, RESIDUAL_COLOURS[bin]));
+    dots(unestimated, "#9a9a9a");
+  }
+  if (state.layers.outliers) crosses(outliers);
+}
+
+function speedText(state, body) {
+  const texts = [];
+  D.runs.forEach((_, run) => {
+    const values = recordOf(run, state.frame, body)?.values;
+    if (values?.v_kmh !== undefined) texts.push(shown(values.v_kmh, 1));
+  });
+  if (texts.length === 0) return "";
+  const truth = recordOf(0, state.frame, body)?.values?.v_gt_kmh;
+  return `  ${texts.join(" | ")} km/h${truth === undefined ? "" : ` (true ${shown(truth, 1)})`}`;
+}
+
+function drawLabels(context, state, imageFrame) {
+  const height = Math.max(11, Math.min(22, picture.canvas.width / 75));
+  context.font = `${Math.round(height)}px system-ui, "DejaVu Sans", sans-serif`;
+  context.textBaseline = "middle";
+  for (const [id, contours] of Object.entries(D.outlines[imageFrame] ?? {})) {
+    const body = `object:${id}`;
+    const record = recordOf(0, state.frame, body);
+    if (!record || record.status === "gated" && body !== state.body) continue;
+    let x = Infinity, y = Infinity;
+    for (const contour of contours)
+      for (let i = 0; i < contour.length; i += 2) { x = Math.min(x, contour[i]); y = Math.min(y, contour[i + 1]); }
+    if (!isFinite(x)) continue;
+    const text = id + (record.status === "ok" || record.status === "no_truth" ? speedText(state, body) : ` ${record.status}`);
+    const width = context.measureText(text).width + height * 0.8;
+    const left = Math.max(0, Math.min(picture.canvas.width - width, screenX(x)));
+    const top = Math.max(0, screenY(y) - height * 1.6);
+    context.fillStyle = "rgba(20, 20, 20, .8)";
+    context.fillRect(left, top, width, height * 1.4);
+    context.strokeStyle = colourOf(body);
+    context.lineWidth = body === state.body ? 3 : 1.5;
+    context.strokeRect(left, top, width, height * 1.4);
+    context.fillStyle = "#fff";
+    context.fillText(text, left + height * 0.4, top + height * 0.72);
+  }
+}
+
+function zoomPicture(factor, clientX, clientY) {
+  const box = picture.canvas.getBoundingClientRect();
+  const fx = (clientX - box.left) / box.width, fy = (clientY - box.top) / box.height;
+  const zoom = Math.min(20, Math.max(1, picture.zoom * factor));
+  const u = picture.x + fx * D.width / picture.zoom, v = picture.y + fy * D.height / picture.zoom;
+  picture.zoom = zoom;
+  movePicture(u - fx * D.width / zoom, v - fy * D.height / zoom);
+}
+
+function movePicture(x, y) {
+  picture.x = Math.min(Math.max(0, x), D.width * (1 - 1 / picture.zoom));
+  picture.y = Math.min(Math.max(0, y), D.height * (1 - 1 / picture.zoom));
+}

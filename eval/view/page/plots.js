@@ -1,0 +1,235 @@
+// Timelines, the ribbon of statuses and the view from above.
+
+const styleOf = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+/// Sizes a canvas to its place on the page; returns its context, in CSS pixels, cleared.
+function freshContext(canvas, height) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth;
+  canvas.style.height = `${height}px`;
+  canvas.width = Math.max(1, Math.round(width * ratio));
+  canvas.height = Math.round(height * ratio);
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return context;
+}
+
+/// Round steps for an axis of about n steps up to `most`.
+function axisStep(most, n) {
+  const rough = most / n, decade = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 5, 10].map(d => d * decade).find(step => step >= rough) ?? decade * 10;
+}
+
+const MARGIN = {left: 52, right: 8};
+const frameX = (frame, width) =>
+  MARGIN.left + (LAST > FIRST ? (frame - FIRST) / (LAST - FIRST) : 0.5) * (width - MARGIN.left - MARGIN.right);
+function frameAt(canvas, clientX) {
+  const box = canvas.getBoundingClientRect();
+  const share = (clientX - box.left - MARGIN.left) / Math.max(1, box.width - MARGIN.left - MARGIN.right);
+  return Math.min(LAST, Math.max(FIRST, Math.round(FIRST + share * (LAST - FIRST))));
+}
+
+function plotLine(context, points, colour, width, dash) {
+  context.strokeStyle = colour;
+  context.fillStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash ?? []);
+  context.beginPath();
+  let last = null;
+  for (const p of points) {
+    if (last !== null && p.frame === last + 1) context.lineTo(p.x, p.y);
+    else context.moveTo(p.x, p.y);
+    last = p.frame;
+  }
+  context.stroke();
+  context.setLineDash([]);
+  points.forEach((p, i) => {  // lone frames have no line
+    if (points[i - 1]?.frame !== p.frame - 1 && points[i + 1]?.frame !== p.frame + 1) context.fillRect(p.x - 1.5, p.y - 1.5, 3, 3);
+  });
+}
+
+/// One curve of one body, of all runs; `difference`: run 1 minus run 0. False when no frame has it.
+function drawTimeline(canvas, curve, body, difference) {
+  const series = [];
+  for (let run = 0; run < (difference ? 1 : D.runs.length); ++run) {
+    const points = [], band = [];
+    for (let frame = FIRST; frame <= LAST; ++frame) {
+      const value = difference ? differenceOf(curve, frame, body) : valueOf(curve, run, frame, body);
+      if (value !== undefined) points.push({frame, value});
+      const limit = pairOf(run, frame, body)?.band[curve.band];
+      if (!difference && run === 0 && limit !== undefined && value !== undefined) band.push({frame, value: limit});
+    }
+    series.push({points, band});
+  }
+  canvas.hidden = series.every(s => s.points.length === 0);
+  if (canvas.hidden) return false;
+  const height = 92, context = freshContext(canvas, height), width = canvas.clientWidth;
+  const values = series.flatMap(s => s.points.map(p => p.value));
+  const sorted = series.flatMap(s => s.band.map(p => p.value)).sort((a, b) => a - b);
+  const most = Math.max(...values, Math.min(sorted[Math.floor(sorted.length * 0.95)] ?? 0, 2 * Math.max(...values)), 1e-12);
+  const least = difference ? Math.min(...values, 0) : 0;
+  const span = (difference ? Math.max(most, 0) - least : most) || 1;
+  const y = value => height - 16 - Math.max(-0.02, Math.min(1.02, (value - least) / span)) * (height - 32);
+  const ink = styleOf("--ink"), quiet = styleOf("--quiet"), line = styleOf("--line");
+  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
+  context.textBaseline = "middle";
+  const step = axisStep(span, 3);
+  for (let tick = Math.ceil(least / step) * step; tick <= least + span * 1.001; tick += step) {
+    context.fillStyle = line;
+    context.fillRect(MARGIN.left, y(tick), width - MARGIN.left - MARGIN.right, 1);
+    context.fillStyle = quiet;
+    context.textAlign = "right";
+    context.fillText(String(Number(tick.toPrecision(6))), MARGIN.left - 5, y(tick));
+  }
+  const place = list => list.map(p => ({frame: p.frame, x: frameX(p.frame, width), y: y(p.value)}));
+  const band = place(series[0].band);
+  context.fillStyle = styleOf("--band");
+  for (let i = 0; i < band.length; ++i) {
+    const half = (width - MARGIN.left - MARGIN.right) / Math.max(1, LAST - FIRST) / 2 + 0.25;
+    context.fillRect(band[i].x - half, band[i].y, 2 * half, height - 16 - band[i].y);
+  }
+  const floor = place(difference || !curve.floor ? [] : series[0].points
+    .map(p => ({frame: p.frame, value: curve.floor(recordOf(0, p.frame, body))})).filter(p => p.value !== undefined));
+  plotLine(context, floor, styleOf("--truth"), 1.2, [5, 4]);
+  series.forEach((s, run) => plotLine(context, place(s.points), difference ? ink : styleOf(`--run-${run}`), 1.5));
+  context.textAlign = "left";
+  context.fillStyle = ink;
+  context.fillText(`${difference ? "difference of " : ""}${curve.title}${curve.unit ? ` [${curve.unit}]` : ""}`, MARGIN.left + 4, 8);
+  context.textAlign = "center";
+  context.fillStyle = quiet;
+  const frames = Math.max(1, axisStep(LAST - FIRST + 1, Math.max(2, width / 90)));
+  for (let frame = Math.ceil(FIRST / frames) * frames; frame <= LAST; frame += frames)
+    context.fillText(String(frame), frameX(frame, width), height - 7);
+  return true;
+}
+
+const RIBBON_ROW = 15;
+
+function drawRibbon(canvas, body) {
+  const context = freshContext(canvas, bodies.length * RIBBON_ROW + 2), width = canvas.clientWidth;
+  const half = (width - MARGIN.left - MARGIN.right) / Math.max(1, LAST - FIRST) / 2 + 0.25;
+  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
+  context.textBaseline = "middle";
+  bodies.forEach((name, row) => {
+    const y = row * RIBBON_ROW, lane = (RIBBON_ROW - 3) / D.runs.length;
+    context.fillStyle = name === body ? styleOf("--ink") : styleOf("--quiet");
+    context.fillText(name === "ego" ? "camera" : name.replace("object:", "obj "), 0, y + RIBBON_ROW / 2);
+    D.runs.forEach((_, run) => {
+      for (let frame = FIRST; frame <= LAST; ++frame) {
+        const record = recordOf(run, frame, name);
+        if (!record) continue;
+        context.fillStyle = STATUS_COLOURS[record.status] ?? "#888";
+        context.fillRect(frameX(frame, width) - half, y + 1 + run * lane, 2 * half, lane);
+      }
+    });
+    if (name === body) {
+      context.strokeStyle = styleOf("--ink");
+      context.strokeRect(MARGIN.left - half - 1, y + 0.5, width - MARGIN.left - MARGIN.right + 2 * half + 2, RIBBON_ROW - 2);
+    }
+  });
+}
+
+/// What stands still while one scrubs, kept as an image; the cursor is drawn over it.
+const still = new Map();
+
+function keepStill(canvas) {
+  const copy = document.createElement("canvas");
+  copy.width = canvas.width;
+  copy.height = canvas.height;
+  if (canvas.width > 0 && canvas.height > 0) copy.getContext("2d").drawImage(canvas, 0, 0);
+  still.set(canvas, copy);
+}
+
+function drawCursor(canvas, frame) {
+  const copy = still.get(canvas);
+  if (!copy || canvas.hidden || copy.width === 0) return;
+  const context = canvas.getContext("2d");
+  context.save();
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.clearRect(0, 0, canvas.width, canvas.height);
+  context.drawImage(copy, 0, 0);
+  context.restore();
+  context.fillStyle = styleOf("--ink");
+  context.fillRect(frameX(frame, canvas.clientWidth) - 0.5, 0, 1, canvas.clientHeight);
+}
+
+// ---- from above: x to the right, z ahead; ahead is up
+
+const SIDE = {truth: [3, 4], estimate: [1, 2]};
+
+function topBox() {
+  const box = {x0: Infinity, x1: -Infinity, z0: Infinity, z1: -Infinity};
+  for (const run of D.runs)
+    for (const track of Object.values(run.tracks))
+      for (const p of track)
+        for (const [ix, iz] of Object.values(SIDE)) {
+          if (p[ix] === null) continue;
+          box.x0 = Math.min(box.x0, p[ix]); box.x1 = Math.max(box.x1, p[ix]);
+          box.z0 = Math.min(box.z0, p[iz]); box.z1 = Math.max(box.z1, p[iz]);
+        }
+  return box;
+}
+const TOP_BOX = topBox();
+const ELLIPSE_SCALE = Math.sqrt(5.991464547107979);  // chi-square, 2 degrees of freedom, 95 %
+
+function drawTop(canvas, frame, body) {
+  const width = canvas.clientWidth, size = [TOP_BOX.x1 - TOP_BOX.x0, TOP_BOX.z1 - TOP_BOX.z0];
+  canvas.hidden = !(size[0] >= 0);
+  if (canvas.hidden) return;
+  const height = Math.round(Math.min(520, Math.max(180, width * (size[1] + 1) / (size[0] + 1))));
+  const context = freshContext(canvas, height);
+  const scale = Math.min((width - 30) / Math.max(size[0], 1), (height - 30) / Math.max(size[1], 1));
+  const x = v => width / 2 + (v - (TOP_BOX.x0 + TOP_BOX.x1) / 2) * scale;
+  const y = v => height / 2 - (v - (TOP_BOX.z0 + TOP_BOX.z1) / 2) * scale;
+  const track = (points, [ix, iz], colour, dash, lineWidth) => {
+    context.strokeStyle = colour;
+    context.lineWidth = lineWidth;
+    context.setLineDash(dash);
+    context.beginPath();
+    let last = null;
+    for (const p of points) {
+      if (p[ix] === null) { last = null; continue; }
+      if (last !== null && p[0] === last + 1) context.lineTo(x(p[ix]), y(p[iz]));
+      else context.moveTo(x(p[ix]), y(p[iz]));
+      last = p[0];
+    }
+    context.stroke();
+    context.setLineDash([]);
+  };
+  D.runs.forEach((run, index) => {
+    for (const [name, points] of Object.entries(run.tracks)) {
+      const wide = name === body ? 2.2 : 1.2;
+      if (index === 0) track(points, SIDE.truth, styleOf("--truth"), [4, 3], 1);
+      track(points, SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), [], wide);
+      const here = points.find(p => p[0] === frame);
+      if (!here) continue;
+      const mark = ([ix, iz], colour, filled) => {
+        if (here[ix] === null) return;
+        context.beginPath();
+        context.arc(x(here[ix]), y(here[iz]), 4, 0, 2 * Math.PI);
+        context.strokeStyle = context.fillStyle = colour;
+        context.lineWidth = 1.5;
+        filled ? context.fill() : context.stroke();
+      };
+      mark(SIDE.truth, styleOf("--truth"), false);
+      mark(SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), true);
+      const covariance = pairOf(index, frame, name)?.position;
+      if (covariance && here[1] !== null) ellipse(context, x(here[1]), y(here[2]), covariance, scale);
+    }
+  });
+  const metres = axisStep(width / scale, 4);
+  context.fillStyle = styleOf("--ink");
+  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
+  context.fillRect(10, height - 12, metres * scale, 2);
+  context.fillText(`${Number(metres.toPrecision(3))} m`, 12, height - 18);
+}
+
+function ellipse(context, cx, cy, [xx, xz, zz], scale) {
+  const mean = (xx + zz) / 2, spread = Math.hypot((xx - zz) / 2, xz);
+  const angle = 0.5 * Math.atan2(2 * xz, xx - zz);
+  context.beginPath();
+  context.ellipse(cx, cy, Math.max(1, Math.sqrt(mean + spread) * ELLIPSE_SCALE * scale),
+                  Math.max(1, Math.sqrt(Math.max(0, mean - spread)) * ELLIPSE_SCALE * scale), -angle, 0, 2 * Math.PI);
+  context.strokeStyle = styleOf("--ink");
+  context.lineWidth = 1;
+  context.stroke();
+}

@@ -1,0 +1,336 @@
+#!/usr/bin/env python3
+"""Drives pages of `sextant view` in Chromium and compares what they show with records.jsonl.
+
+usage: view_browser_test.py SEXTANT [--keep DIR]
+
+Makes runs of synthetic scenes, their pages, and goes through them as a reader would: buttons, keys, clicks on
+timelines, layers, addresses; one run and two; 1280 and 400 px wide; as one file and as a folder. A page must ask for
+nothing beyond its own files and write nothing to the console. --keep leaves runs, pages and screenshots there.
+Speaks WebDriver (W3C) to Debian's chromedriver. Exit codes: 0 passed, 1 failed, 77 skipped for want of a browser.
+"""
+
+import argparse
+import base64
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
+
+
+class Browser:
+    def __init__(self, driver):
+        self.url = driver
+        options = {"binary": shutil.which("chromium"), "args": [
+            "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
+            "--force-device-scale-factor=1", "--hide-scrollbars"]}
+        capabilities = {"browserName": "chrome", "goog:chromeOptions": options,
+                        "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
+        self.session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
+
+    def call(self, method, path, body=None):
+        request = urllib.request.Request(self.url + path, method=method, headers={"Content-Type": "application/json"},
+                                         data=None if body is None else json.dumps(body).encode())
+        try:
+            with urllib.request.urlopen(request, timeout=120) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise RuntimeError(f"{method} {path}: {error.read().decode(errors='replace')[:500]}") from None
+
+    def at(self, path, body=None, method="POST"):
+        return self.call(method, f"/session/{self.session}{path}", body)
+
+    def open(self, url, width=1280, height=1000):
+        self.at("/window/rect", {"width": width, "height": height})
+        self.at("/url", {"url": "about:blank"})  # the same page with another address is loaded anew
+        self.at("/url", {"url": url})
+        self.wait("return document.body.dataset.frame !== undefined")
+        self.wait("return [...images.values()].some(i => i.ready || i.failed)")
+
+    def run(self, script, *arguments):
+        return self.at("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def wait(self, script, seconds=20):
+        end = time.monotonic() + seconds
+        while not self.run(script):
+            if time.monotonic() > end:
+                raise AssertionError(f"not after {seconds} s: {script}")
+            time.sleep(0.05)
+
+    def keys(self, text):
+        """Typed into whatever has the focus."""
+        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
+        self.at("/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
+        self.settle()
+
+    def drag(self, css, shares):
+        """Presses at the first share of the element's width, moves over the others, lets go."""
+        box = self.run("const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});"
+                       "const b = e.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]", css)
+        steps = []
+        for index, share in enumerate(shares):
+            steps.append({"type": "pointerMove", "duration": 30, "x": int(box[0] + share * box[2]),
+                          "y": int(box[1] + box[3] / 2)})
+            if index == 0:
+                steps.append({"type": "pointerDown", "button": 0})
+        steps.append({"type": "pointerUp", "button": 0})
+        self.at("/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": steps}]})
+        self.settle()
+
+    def click(self, css):
+        found = self.at("/element", {"using": "css selector", "value": css})[ELEMENT]
+        self.at(f"/element/{found}/click", {})
+        self.settle()
+
+    def settle(self):
+        self.at("/execute/async", {"script": "const done = arguments[0];"
+                                             "requestAnimationFrame(() => requestAnimationFrame(() => done(0)))",
+                                   "args": []})
+
+    def where(self):
+        return self.run("return [Number(document.body.dataset.frame), document.body.dataset.body]")
+
+    def picture(self):
+        """A number that changes with what the image shows."""
+        return self.run("const c = document.getElementById('picture'), d = c.getContext('2d')"
+                        ".getImageData(0, 0, c.width, c.height).data; let h = 0;"
+                        "for (let i = 0; i < d.length; i += 4) h = (h * 31 + d[i] * 7 + d[i+1] * 3 + d[i+2]) | 0; return h")
+
+    def complaints(self):
+        """Console messages, and addresses asked for."""
+        console = [entry["message"] for entry in self.at("/se/log", {"type": "browser"})]
+        asked = []
+        for entry in self.at("/se/log", {"type": "performance"}):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                asked.append(message["params"]["request"]["url"])
+        return console, asked
+
+    def screenshot(self, path):
+        path.write_bytes(base64.b64decode(self.at("/screenshot", method="GET")))
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+def expect_equal(got, expected, what):
+    expect(got == expected, f"{what}: expected {expected!r}, got {got!r}")
+
+
+def expect_quiet(browser, folder):
+    console, asked = browser.complaints()
+    expect_equal(console, [], "console")
+    own = folder.resolve().as_uri()
+    strange = [url[:80] for url in asked if not url.startswith((own, "data:image/", "blob:", "about:", "data:,"))]
+    expect_equal(strange, [], "requests beyond the page's own files")
+
+
+def read_records(run):
+    records = {}
+    for line in (run / "records.jsonl").read_text().splitlines():
+        record = json.loads(line)
+        records[record["frame"], record["body"]] = record
+    return records
+
+
+def check_numbers(browser, records, frame, body, run=0):
+    """Every number of the table against the record, digit by digit."""
+    record = records[frame, body]
+    shown = browser.run("return [...document.querySelectorAll('#numbers tr[data-key]')]"
+                        ".map(row => [row.dataset.key, row.cells[1 + arguments[0]].title])", run)
+    expected = {f"{group}.{key}": value for group in ("errors", "values", "bound") for key, value in
+                record.get(group, {}).items()}
+    got = {key: float(text) for key, text in shown if text != ""}
+    expect_equal(got, expected, f"numbers of frame {frame}, {body}")
+
+
+def check_one_run(browser, page, run, keep):
+    records = read_records(run)
+    frames = sorted({frame for frame, _ in records})
+    objects = sorted({body for _, body in records} - {"ego"}, key=lambda body: int(body.split(":")[1]))
+    browser.open(page.as_uri())
+    expect_equal(browser.where(), [frames[0], "ego"], "opens at")
+    check_numbers(browser, records, frames[0], "ego")
+    if keep:
+        browser.screenshot(keep / "one.png")
+
+    # Buttons, slider and keys.
+    browser.click("#forth")
+    expect_equal(browser.where()[0], frames[1], "button forth")
+    browser.run("document.activeElement.blur()")
+    browser.keys("\ue014\ue014")  # right, right
+    expect_equal(browser.where()[0], frames[3], "right arrow twice")
+    browser.keys("\ue010")  # end
+    expect_equal(browser.where()[0], frames[-1], "End")
+    check_numbers(browser, records, frames[-1], "ego")
+    browser.keys("\ue011")  # home
+    expect_equal(browser.where()[0], frames[0], "Home")
+    browser.keys("2")
+    expect_equal(browser.where()[1], objects[0], "key 2")
+    check_numbers(browser, records, frames[0], objects[0])
+    browser.keys("1")
+    expect_equal(browser.where()[1], "ego", "key 1")
+    browser.keys("?")
+    expect(browser.run("return document.getElementById('help').open"), "key ? opens the list of keys")
+    browser.keys("?")
+    expect(not browser.run("return document.getElementById('help').open"), "key ? closes it")
+    browser.keys(" ")
+    browser.wait(f"return Number(document.body.dataset.frame) > {frames[0] + 1}")
+    browser.keys(" ")
+    stopped = browser.where()[0]
+    time.sleep(0.4)
+    expect_equal(browser.where()[0], stopped, "space pauses")
+
+    # Clicks on a timeline seek, dragging scrubs, the ribbon chooses a body.
+    browser.drag("#timeline-Et_m", [0.999])
+    expect_equal(browser.where()[0], frames[-1], "click at the end of a timeline")
+    browser.drag("#timeline-ER_deg", [0.9, 0.5, 0.02])
+    expect_equal(browser.where()[0], frames[0], "dragging to the start of a timeline")
+    row = (1 + 0.5) * 15
+    browser.run("const r = document.getElementById('ribbon'); r.setPointerCapture = () => {};"
+                "const b = r.getBoundingClientRect();"
+                "r.dispatchEvent(new PointerEvent('pointerdown', {bubbles: true, pointerId: 1, buttons: 1,"
+                "clientX: b.right - 9, clientY: b.top + arguments[0]}))", row)
+    browser.settle()
+    expect_equal(browser.where(), [frames[-1], objects[0]], "click on the ribbon")
+
+    # Layers change the image and nothing else.
+    for layer in ("masks", "points", "flow", "labels", "refined", "current"):
+        before = browser.picture()
+        browser.click(f"#layer-{layer}")
+        browser.wait("return [...images.values()].every(i => i.ready || i.failed)")
+        browser.settle()
+        expect(browser.picture() != before, f"layer {layer} changes the image")
+        browser.click(f"#layer-{layer}")
+        browser.wait("return [...images.values()].every(i => i.ready || i.failed)")
+        browser.settle()
+        expect_equal(browser.picture(), before, f"layer {layer} there and back")
+
+    # Worst frames.
+    browser.run("goTo(FIRST, 'ego')")
+    worst = max((f for f in frames if "Et_m" in records[f, "ego"].get("errors", {})),
+                key=lambda f: records[f, "ego"]["errors"]["Et_m"])
+    expect_equal(browser.run("return Number(document.querySelector('#worst button').dataset.frame)"), worst, "worst frame")
+    browser.click("#worst button")
+    expect_equal(browser.where()[0], worst, "click on the worst frame")
+
+    # Addresses.
+    middle = frames[len(frames) // 2]
+    expect(browser.run("return location.hash").startswith(f"#frame={worst}&body=ego"), "the address follows")
+    browser.open(f"{page.as_uri()}#frame={middle}&body={objects[0]}")
+    expect_equal(browser.where(), [middle, objects[0]], "address with frame and body")
+    check_numbers(browser, records, middle, objects[0])
+    expect(browser.run("return document.querySelectorAll('script').length") == 2, "no script beyond the page's own")
+
+
+def check_two_runs(browser, page, runs, keep):
+    records = [read_records(run) for run in runs]
+    frames = sorted({frame for frame, _ in records[0]})
+    browser.open(page.as_uri())
+    for index in range(2):
+        check_numbers(browser, records[index], frames[0], "ego", index)
+    both = [f for f in frames if all("Et_m" in r[f, "ego"].get("errors", {}) for r in records)]
+    difference = {f: records[1][f, "ego"]["errors"]["Et_m"] - records[0][f, "ego"]["errors"]["Et_m"] for f in both}
+    browser.run("const s = document.getElementById('worst-by'); s.value = 'timeline-Et_m-difference';"
+                "s.dispatchEvent(new Event('change'))")
+    expect_equal(browser.run("return Number(document.querySelector('#worst button').dataset.frame)"),
+                 max(both, key=lambda f: abs(difference[f])), "the frame where the runs differ most")
+    expect(browser.run("return document.getElementById('timeline-Et_m-difference').hidden") is False,
+           "a timeline of the difference")
+    if keep:
+        browser.screenshot(keep / "two.png")
+
+
+def check_narrow(browser, page, keep):
+    browser.open(page.as_uri(), 400, 900)
+    wide = browser.run("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    expect(wide <= 0, f"at 400 px the page is {wide} px too wide")
+    first = browser.where()[0]
+    browser.keys("\ue004" * 3)  # tab: by keyboard alone
+    focused = browser.run("return document.activeElement.id")
+    expect(focused != "", "tab reaches the controls")
+    browser.run("document.getElementById('forth').focus()")
+    browser.keys("\ue007")  # enter
+    expect_equal(browser.where()[0], first + 1, "enter on a button")
+    if keep:
+        browser.screenshot(keep / "narrow.png")
+
+
+def frames_per_second(browser):
+    """Scrubbing as fast as the page draws."""
+    return browser.at("/execute/async", {"args": [], "script": """
+const done = arguments[0], begin = performance.now();
+let n = 0;
+const step = () => {
+  draw();
+  goTo(state.frame >= LAST ? FIRST : state.frame + 1);
+  if (++n < 120) requestAnimationFrame(step); else done(n / (performance.now() - begin) * 1000);
+};
+requestAnimationFrame(step);"""})
+
+
+def sextant(program, *arguments, fails=False):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    expect((done.returncode != 0) == fails, f"sextant {' '.join(map(str, arguments))}: exit {done.returncode}\n{done.stderr}")
+    return done.stdout + done.stderr
+
+
+def start_driver():
+    driver = subprocess.Popen([shutil.which("chromedriver"), "--port=0"], stdout=subprocess.PIPE, text=True)
+    for line in driver.stdout:
+        if "on port " in line:
+            port = int(line.split("on port ")[1].strip(" .\n"))
+            return driver, f"http://127.0.0.1:{port}"
+    raise RuntimeError("chromedriver said no port")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sextant")
+    parser.add_argument("--keep", type=pathlib.Path)
+    arguments = parser.parse_args()
+    if not shutil.which("chromium") or not shutil.which("chromedriver"):
+        print("skipped: no browser; `scripts/setup --browser` installs Debian's")
+        return 77
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_view_")) if not arguments.keep else arguments.keep
+    folder.mkdir(parents=True, exist_ok=True)
+    noise = ["--noise", '{"flow": {"epe_px": 0.5}, "depth": {"delta_d_px": 0.2}}']
+    hostile = folder / HOSTILE
+    runs = [folder / "joint_flow", hostile]
+    sextant(arguments.sextant, "run", "synthetic:s18", "--estimator", "joint_flow", *noise, "--out", runs[0], "--quiet")
+    sextant(arguments.sextant, "run", "synthetic:s18", "--estimator", "joint_flow_depth", *noise, "--out", runs[1], "--quiet")
+    sextant(arguments.sextant, "view", runs[0], "--out", folder / "one.html", "--quiet")
+    sextant(arguments.sextant, "view", *runs, "--out", folder / "two", "--quiet")
+
+    driver, url = start_driver()
+    try:
+        browser = Browser(url)
+        check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
+        check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
+        check_narrow(browser, folder / "one.html", arguments.keep)
+        print(f"frames per second while scrubbing: {frames_per_second(browser):.0f}")
+        expect_quiet(browser, folder)
+        browser.at("", method="DELETE")
+    finally:
+        driver.terminate()
+        driver.wait()
+        if not arguments.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    print("passed")
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except AssertionError as failure:
+        sys.exit(f"FAILED: {failure}")

@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sextant/base/json.h"
+#include "sextant/base/testing.h"
+#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/view/page.h"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// A run of a scene with noise, in a folder.
+RunConfig config_of(const std::string& source, const std::string& estimator, int n_seeds = 1) {
+  RunConfig config;
+  config.sources = {SourceSpec::parse(source)};
+  config.estimator = estimator;
+  config.noise = Noise::parse(R"({"flow": {"epe_px": 0.5}, "depth": {"delta_d_px": 0.2}})");
+  config.level = 0.5;
+  config.n_seeds = n_seeds;
+  config.quiet = true;
+  return config;
+}
+
+std::string run_into(const TempFolder& folder, const std::string& name, const RunConfig& config) {
+  write_output_folder(folder / name, run_files(run(config)));
+  return folder / name;
+}
+
+ViewedRun viewed(const std::string& folder, const CaseChoice& choice = {}) {
+  return view_run(folder, choice, "", 1, true);
+}
+
+/// What the page holds.
+Json data_of(const std::string& html) {
+  const std::string begin = "<script type=\"application/json\" id=\"data\">";
+  const size_t from = html.find(begin) + begin.size();
+  return parse_json(html.substr(from, html.find("</script>", from) - from), "page");
+}
+
+TEST(LengthQuantile, IsExactForEqualAxesAndForOne) {
+  EXPECT_NEAR(length_quantile(Eigen::Matrix3d::Identity() * 4, 0.95), 2 * 2.7955, 1e-3);  // chi, 3 dof
+  Eigen::Matrix3d one = Eigen::Matrix3d::Zero();
+  one(1, 1) = 9;
+  EXPECT_NEAR(length_quantile(one, 0.95), 3 * 1.95996, 1e-4);
+  EXPECT_EQ(length_quantile(Eigen::Matrix3d::Zero(), 0.95), 0);
+}
+
+TEST(ErrorBand, HoldsNineteenOfTwentyErrorsWhereTheCovarianceIsRight) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18", "joint_flow_depth", 8));
+  int n = 0, n_inside = 0, n_speeds = 0, n_speeds_inside = 0;
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    const ViewedRun view = viewed(run_folder, {.seed = seed});
+    for (const Record& record : view.records) {
+      const ErrorBand& band = view.pairs.at(record.frame).at(record.body).band;
+      if (record.errors.contains("Et_m")) {
+        n += 2;
+        n_inside += record.errors.at("Et_m") <= band.Et_m;
+        n_inside += record.errors.at("ER_deg") <= band.ER_deg;
+      }
+      if (record.errors.contains("Ev_kmh")) {
+        ++n_speeds;
+        n_speeds_inside += record.errors.at("Ev_kmh") <= band.Ev_kmh;
+      }
+    }
+  }
+  ASSERT_GT(n, 200);
+  ASSERT_GT(n_speeds, 60);
+  EXPECT_NEAR(1.0 * n_inside / n, 0.95, 0.04) << n;
+  EXPECT_NEAR(1.0 * n_speeds_inside / n_speeds, 0.95, 0.06) << n_speeds;
+}
+
+TEST(View, HasTheRecordsOfTheFolderAndPointsOfEveryEstimatedBody) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18", "joint_flow"));
+  const std::vector<ViewedRun> runs = {viewed(run_folder)};
+  EXPECT_THAT(runs.front().notes, testing::IsEmpty());
+  const OutputFiles files = view_page(runs, {.quiet = true});
+  ASSERT_EQ(files.size(), 1);
+  const Json data = data_of(files.at("index.html"));
+  const std::vector<Record> records = read_records(folder / "run/records.jsonl");
+  size_t n = 0;
+  for (const Json& frame : data["runs"][0]["records"]) n += frame.size();
+  EXPECT_EQ(n, records.size());
+  for (const Record& record : records) {
+    const Json& entry = data["runs"][0]["records"][std::to_string(record.frame)][record.body];
+    EXPECT_EQ(entry["errors"], to_json(record)["errors"]);
+    EXPECT_EQ(entry["values"], to_json(record)["values"]);
+    if (record.status != Status::ok) continue;
+    const Json& pair = data["runs"][0]["pairs"][std::to_string(record.frame)][record.body];
+    EXPECT_EQ(pair["n"], record.n_points);
+    EXPECT_FALSE(pair["points"].get<std::string>().empty());
+  }
+  EXPECT_EQ(data["images"].size(), static_cast<size_t>(data["last"].get<int>() - data["first"].get<int>() + 1));
+}
+
+TEST(View, TextsOfStrangersStayText) {
+  TempFolder folder;
+  const std::string name = "</script><script>alert(1)</script> @SCRIPT@ @STYLE@ 'q' \"q\"";
+  std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
+  runs.front().folder = name;
+  runs.front().notes = {name};
+  const std::string html = view_page(runs, {.quiet = true}).at("index.html");
+  EXPECT_THAT(html, Not(HasSubstr("alert(1)</script>")));
+  EXPECT_EQ(data_of(html)["runs"][0]["name"], name);
+}
+
+TEST(View, PutsImagesBesideAPageThatWouldBeTooLarge) {
+  TempFolder folder;
+  const std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
+  const OutputFiles files = view_page(runs, {.quiet = true, .one_file_bytes = 1000});
+  EXPECT_THAT(files, testing::SizeIs(4));
+  EXPECT_TRUE(files.at("frames/000001.jpg").starts_with("\xff\xd8"));
+  EXPECT_EQ(write_view(folder / "page", files), (folder.path() / "page" / "index.html").string());
+  EXPECT_THAT(error_of([&] { write_view(folder / "page.html", files); }), HasSubstr("give a folder to --out"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
+}
+
+TEST(View, NamesWhatIsNotThere) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  EXPECT_THAT(error_of([&] { viewed(run_folder, {.estimator = "joint_flow"}); }),
+              HasSubstr("has no estimator 'joint_flow': it has motion_only"));
+  EXPECT_THAT(error_of([&] { viewed(run_folder, {.seed = 7}); }), HasSubstr("has no seed '7': it has 0"));
+  EXPECT_THAT(error_of([&] { viewed(run_folder, {.source = "synthetic:city"}); }),
+              HasSubstr("has no source 'synthetic:city': it has synthetic:s18@0-2"));
+  const Json run_json = read_json(folder / "run/run.json");
+  Json moved = run_json;
+  moved["configuration"]["sources"] = {"vdo:/nowhere/at/all"};
+  folder.write("run/run.json", json_text(moved));
+  EXPECT_THAT(error_of([&] { viewed(run_folder); }), HasSubstr("its source 'vdo:/nowhere/at/all' is not where it was"));
+  Json other = run_json;
+  other.erase("configuration");
+  folder.write("run/run.json", json_text(other));
+  EXPECT_THAT(error_of([&] { viewed(run_folder); }), HasSubstr("has no 'configuration'"));
+}
+
+TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  std::vector<Record> records = read_records(folder / "run/records.jsonl");
+  records.front().errors["Et_m"] += 1e-9;
+  folder.write("run/records.jsonl", write_records(records));
+  EXPECT_THAT(viewed(run_folder).notes, testing::ElementsAre(HasSubstr("not those that this program makes now")));
+}
+
+TEST(View, TwoRunsMustBeOfTheSameFrames) {
+  TempFolder folder;
+  std::vector<ViewedRun> runs = {viewed(run_into(folder, "a", config_of("synthetic:s18@0-2", "motion_only"))),
+                                 viewed(run_into(folder, "b", config_of("synthetic:s18@0-3", "motion_only")))};
+  EXPECT_THAT(error_of([&] { view_page(runs, {.quiet = true}); }), HasSubstr("must be of the same frames"));
+}
+
+TEST(View, OfRecordsAloneNeedsOnlyTheImages) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  std::filesystem::remove(folder / "run/run.json");
+  const ViewedRun view = view_records(run_folder, {}, SourceSpec::parse("synthetic:s18@0-2"));
+  EXPECT_EQ(view.records.size(), read_records(folder / "run/records.jsonl").size());
+  EXPECT_THAT(view_page(std::span(&view, 1), {.quiet = true}).at("index.html"), HasSubstr("data:image/jpeg;base64,"));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,253 @@
+#include "sextant/eval/view/viewed_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/progress.h"
+#include "sextant/eval/experiment/body_tracks.h"
+#include "sextant/eval/records/run_json.h"
+#include "sextant/metrics/epe.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* external_prefix = "external:";
+
+/// The configuration of a run as a plan of one estimator and one level; that of a sweep is one already.
+Json plan_of(const Json& configuration, const std::string& where) {
+  if (configuration.contains("estimators")) return configuration;
+  const Json options = json_object(configuration, "options", where);
+  Json plan;
+  plan["sources"] = Json::array();
+  for (const Json& source : json_list(configuration, "sources", where)) {
+    if (!source.is_string()) fail("{}: sources: expected texts, got {}", where, json_excerpt(source));
+    plan["sources"].push_back({{"source", source}, {"options", json_object(options, "source", where)}});
+  }
+  plan["estimators"] = {{{"name", json_member<std::string>(configuration, "estimator", where)},
+                         {"options", json_object(options, "estimator", where)}}};
+  plan["noise"] = {{{"level", json_member<double>(configuration, "level", where, 0)},
+                    {"noise", json_object(configuration, "noise", where)}}};
+  plan["seeds"] = json_member<uint64_t>(configuration, "seeds", where, 1);
+  plan["options"] = {{"extraction", json_object(options, "extraction", where)},
+                     {"pipeline", json_object(options, "pipeline", where)}};
+  return plan;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  constexpr size_t most = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
+}
+
+/// The place of `wanted` among `names`; the first when nothing is wanted.
+size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
+                const fs::path& folder) {
+  if (names.empty()) fail("{}: its configuration has no {}", folder.string(), what);
+  if (wanted.empty()) return 0;
+  const auto it = std::ranges::find(names, wanted);
+  if (it == names.end()) fail("{}: has no {} '{}': it has {}", folder.string(), what, wanted, listed(names));
+  return static_cast<size_t>(it - names.begin());
+}
+
+/// `plan` cut down to the sources that are asked for: others need not be there.
+void choose_source(Json& plan, const std::string& wanted, const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const Json& source : json_list(plan, "sources", folder.string()))
+    names.push_back(json_member<std::string>(source, "source", (folder / "run.json").string()));
+  plan["sources"] = Json::array({plan["sources"][place_of(wanted, names, "source", folder)]});
+}
+
+PlanCase choose_case(const Plan& plan, const CaseChoice& choice, const fs::path& folder) {
+  PlanCase c;
+  std::vector<std::string> labels, levels, seeds;
+  for (const PlanEstimator& estimator : plan.estimators) labels.push_back(estimator.label);
+  for (const PlanLevel& level : plan.levels) levels.push_back(fmt::format("{}", level.level));
+  for (const uint64_t seed : plan.seeds) seeds.push_back(std::to_string(seed));
+  c.estimator = place_of(choice.estimator, labels, "estimator", folder);
+  c.level = place_of(choice.level ? fmt::format("{}", *choice.level) : "", levels, "level", folder);
+  c.seed = plan.seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)];
+  return c;
+}
+
+/// Evenly out of all, the same ones in every run.
+DrawnPoints drawn_points(const BodyResult& body, const PinholeCamera& camera) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  DrawnPoints drawn;
+  const Correspondences& points = body.points;
+  const MotionEstimate& estimate = body.estimate;
+  const bool is_estimated = body.status == Status::ok && estimate.inliers.size() == points.size();
+  const bool is_refined = is_estimated && estimate.refined_flow_u.size() == points.size();
+  PointFlow predicted;
+  if (is_estimated) predicted = induced_flow(camera, estimate.T_curr_prev, points);
+  drawn.n_all = static_cast<int>(points.size());
+  const size_t n = points.size(), kept = std::min<size_t>(n, max_drawn_points);
+  for (size_t k = 0; k < kept; ++k) {
+    const size_t i = k * n / kept;
+    if (!points.has_pixels(i)) continue;
+    drawn.points.push_back({points.u[i], points.v[i], points.flow_u[i], points.flow_v[i],
+                            is_estimated ? predicted.u[i] : none, is_estimated ? predicted.v[i] : none,
+                            is_refined ? estimate.refined_flow_u[i] : none,
+                            is_refined ? estimate.refined_flow_v[i] : none,
+                            is_estimated && estimate.inliers[i] != 0});
+  }
+  return drawn;
+}
+
+std::vector<Record> without_times(std::vector<Record> records) {
+  for (Record& record : records) record = strip_times(std::move(record));
+  return records;
+}
+
+/// Runs the case again and keeps what a page shows of it.
+void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int jobs, bool quiet, ViewedRun& run) {
+  const Sequence& sequence = *run.sequence;
+  const SequenceInfo& info = sequence.info();
+  CaseSettings settings = case_settings(plan, c);
+  settings.rescore = true;  // programs of others stay where they are
+  settings.folder = folder / "external" /
+                    fmt::format("{}_{}_{}-{}_seed{}", info.dataset, info.sequence, info.first_frame,
+                                info.last_frame, c.seed);
+  PairReader reader(sequence, plan.estimators[c.estimator].extraction, settings.noise, jobs);
+  std::vector<ExtractedPair> window;
+  const auto next = [&]() -> std::span<const ExtractedPair> { return window = reader.next(); };
+  Progress progress(info.sequence + " pairs", info.last_frame - info.first_frame, quiet);
+  std::vector<FrameResult> results;  // without their points
+  const auto keep = [&](const FrameResult& result, std::span<const Record>) {
+    FrameResult lean = result;
+    std::vector<BodyResult*> bodies = {&lean.ego};
+    for (BodyResult& body : lean.objects) bodies.push_back(&body);
+    for (BodyResult* body : bodies) {
+      const std::string name = body->instance == 0 ? "ego" : object_body(body->instance);
+      run.pairs[result.curr][name] = {drawn_points(*body, info.camera.left), error_band(*body, result), {}};
+      body->points = {};
+    }
+    results.push_back(std::move(lean));
+    progress.advance();
+  };
+  CaseOutcome outcome = std::move(run_cases(sequence, {settings}, next, 1, keep).front());
+
+  run.tracks = body_tracks(outcome.motions, sequence.truth(), info);
+  std::map<int, std::map<int, Eigen::Vector3d>> positions;  // of objects, by frame
+  for (const BodyTrack& track : run.tracks) {
+    if (track.body == "ego") continue;
+    const int id = std::stoi(track.body.substr(track.body.find(':') + 1));
+    for (const TrackPoint& point : track.points) {
+      if (point.estimate_m) positions[point.frame][id] = *point.estimate_m;
+    }
+  }
+  PositionCovariances covariances;
+  for (const FrameResult& result : results) {
+    const std::optional<SE3> T_world_curr = outcome.motions.estimated.pose(result.curr);
+    if (!T_world_curr) break;
+    for (const auto& [body, covariance] : covariances.add(result, *T_world_curr, positions[result.curr]))
+      run.pairs[result.curr][body].position = covariance;
+  }
+  if (without_times(outcome.records) != without_times(run.records)) {
+    run.notes.push_back(
+        "Its records are not those that this program makes now: points, covariances and paths are of the program as it is, "
+        "numbers those of the folder.");
+  }
+}
+
+/// Those of the case, by frame; of several results of one estimator, the first.
+std::vector<Record> records_of(const fs::path& folder, const SequenceInfo& info, const ViewedRun& run) {
+  std::vector<Record> records;
+  for (Record& record : read_records(folder / "records.jsonl")) {
+    if (record.dataset == info.dataset && record.sequence == info.sequence && record.noise == run.noise &&
+        record.level == run.level && record.seed == run.seed && record.estimator == run.estimator &&
+        record.frame >= info.first_frame && record.frame <= info.last_frame)
+      records.push_back(std::move(record));
+  }
+  return records;
+}
+
+std::shared_ptr<const Sequence> open(const SourceSpec& spec, const fs::path& folder) {
+  try {
+    return open_source(spec);
+  } catch (const Error& error) {
+    fail("{}: its source '{}' is not where it was: {}. Say with --data in which folder it is now", folder.string(),
+         spec.text, error.what());
+  }
+}
+
+}  // namespace
+
+ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::string& data_root, int jobs,
+                   bool quiet) {
+  const Json json = read_run_json(folder);
+  const std::string where = (folder / "run.json").string();
+  if (!json.contains("configuration"))
+    fail("{}: has no 'configuration': expected a folder of `sextant run`, `sweep` or `merge`", where);
+  Json description = plan_of(json["configuration"], where + ": configuration");
+  choose_source(description, choice.source, folder);
+  const std::string source = description["sources"][0]["source"].get<std::string>();
+
+  ViewedRun run;
+  run.folder = folder.string();
+  run.source = source;
+  run.version = json_member<std::string>(json, "version", where, "");
+  if (const auto commit = json_member<std::string>(json, "git_commit", where, ""); !commit.empty())
+    run.version += " (" + commit.substr(0, 10) + ")";
+  SourceSpec spec = find_source(source, data_root);
+  spec.add_options(json_object(description["sources"][0], "options", where));
+  run.sequence = open(spec, folder);
+  const Plan plan = parse_plan(json_line(description), where, data_root);
+  const PlanCase c = choose_case(plan, choice, folder);
+  run.n_cases = plan.n_cases();
+  run.estimator = plan.estimators[c.estimator].label;
+  run.noise = plan.levels[c.level].noise.name();
+  run.level = plan.levels[c.level].level;
+  run.seed = c.seed;
+  run.records = records_of(folder, run.sequence->info(), run);
+  if (run.records.empty())
+    fail("{}: has no records of {}, {}, level {}, seed {}: is it finished?", (folder / "records.jsonl").string(),
+         source, run.estimator, run.level, run.seed);
+  const bool is_external = plan.estimators[c.estimator].name.starts_with(external_prefix);
+  try {
+    check_runnable(spec, *run.sequence);
+    add_pairs(plan, c, folder, jobs, quiet, run);
+  } catch (const Error& error) {
+    if (!is_external) throw;
+    run.notes.push_back(fmt::format("Points and paths of another program cannot be made again: {}", error.what()));
+  }
+  return run;
+}
+
+ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const SourceSpec& source) {
+  ViewedRun run;
+  run.folder = folder.string();
+  run.source = source.text;
+  run.sequence = open(source, folder);
+  std::vector<Record> all = read_records(folder / "records.jsonl");
+  if (all.empty()) fail("{}: has no records", (folder / "records.jsonl").string());
+  std::vector<std::string> estimators, seeds;
+  for (const Record& record : all) {
+    if (std::ranges::find(estimators, record.estimator) == estimators.end()) estimators.push_back(record.estimator);
+    const std::string seed = std::to_string(record.seed);
+    if (std::ranges::find(seeds, seed) == seeds.end()) seeds.push_back(seed);
+  }
+  run.estimator = estimators[place_of(choice.estimator, estimators, "estimator", folder)];
+  run.seed = std::stoull(seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)]);
+  run.n_cases = estimators.size() * seeds.size();
+  const SequenceInfo& info = run.sequence->info();
+  for (Record& record : all) {
+    if (record.estimator == run.estimator && record.seed == run.seed && record.frame >= info.first_frame &&
+        record.frame <= info.last_frame)
+      run.records.push_back(std::move(record));
+  }
+  if (run.records.empty())
+    fail("{}: no record of {} is of a frame of {} ({}-{})", folder.string(), run.estimator, source.text,
+         info.first_frame, info.last_frame);
+  run.notes.emplace_back("Made from records alone: there are no points, covariances or paths.");
+  return run;
+}
+
+}  // namespace sextant

@@ -1,0 +1,76 @@
+#pragma once
+
+// One case of a finished run or sweep, with what its records do not hold: the points of every pair, the
+// covariances and the paths. These come from the source again, through the same deterministic pipeline: a run
+// needs no extra files to be looked at. Records are those of the folder. Programs of others are not run again:
+// of their cases there are records alone.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/datasets/dataset.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/records/record.h"
+#include "sextant/eval/records/tracks.h"
+#include "sextant/eval/view/uncertainty.h"
+
+namespace sextant {
+
+/// Which case. What is not said: the first that the folder has.
+struct CaseChoice {
+  std::string source;     ///< as the folder's configuration has it
+  std::string estimator;  ///< label in records
+  std::optional<double> level;
+  std::optional<uint64_t> seed;
+};
+
+/// Points of a body in a pair, for drawing: at most max_drawn_points, evenly out of all.
+struct DrawnPoints {
+  int n_all = 0;
+  struct Point {
+    double u, v;                      ///< px, previous image
+    double flow_u, flow_v;            ///< measured
+    double predicted_u, predicted_v;  ///< that the estimated motion gives at the measured depth; NaN: none
+    double refined_u, refined_v;      ///< the estimator's
+    bool inlier;
+  };
+  std::vector<Point> points;
+};
+inline constexpr int max_drawn_points = 700;
+
+struct ViewedBody {
+  DrawnPoints drawn;
+  ErrorBand band;
+  std::optional<TopViewCovariance> position;  ///< m^2
+};
+
+struct ViewedRun {
+  std::string folder;
+  std::string source;  ///< SOURCE
+  std::string estimator, noise;
+  double level = 0;
+  uint64_t seed = 0;
+  std::string version;  ///< of the program that ran it, with commit
+  uint64_t n_cases = 1;
+  std::vector<std::string> notes;  ///< what a reader must know
+  std::vector<Record> records;     ///< of the case, as in the folder
+  std::vector<BodyTrack> tracks;
+  std::map<int, std::map<std::string, ViewedBody>> pairs;  ///< by current frame and body
+  std::shared_ptr<const Sequence> sequence;
+};
+
+/// Throws Error when the folder is none of `sextant run`, `sextant sweep` or `sextant merge`, has no such case (names
+/// those it has), or its source is not where it was.
+ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice, const std::string& data_root,
+                   int jobs, bool quiet);
+
+/// Records of trajectories or motions that other programs left (`sextant evaluate objects --out`), with the source
+/// they are about. The first system and run of them unless `choice` says another.
+ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice, const SourceSpec& source);
+
+}  // namespace sextant
