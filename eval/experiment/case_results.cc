@@ -99,7 +99,7 @@ JournalCase decode_journal_case(std::string_view bytes, const std::string& where
 }
 
 CaseResultWriter::CaseResultWriter(const OutputFolder& folder, const Json& plan, uint64_t n_cases) : noise_(plan) {
-  if (kept(plan, "plan.json") == Keep::summary) {
+  if (kept(plan, "plan.json") == KeepOfCases::summary) {
     summary_.emplace(folder.path(summary_file_name), n_cases);
   } else {
     index_.emplace(folder.path("cases.jsonl"));
@@ -138,8 +138,8 @@ std::vector<std::string> CaseResultWriter::names() const {
   return summary_ ? std::vector<std::string>{summary_file_name} : std::vector<std::string>{"cases.jsonl", "records.jsonl"};
 }
 
-std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, Keep keep) {
-  if (keep == Keep::summary) return std::make_unique<SummariesReader>(folder);
+std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, KeepOfCases keep) {
+  if (keep == KeepOfCases::summary) return std::make_unique<SummariesReader>(folder);
   return std::make_unique<RecordsReader>(folder);
 }
 

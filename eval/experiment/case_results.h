@@ -72,6 +72,6 @@ class CaseResultReader {
   /// That of all cases where summaries are kept, after the last.
   virtual ExactNoises noise() const { return {}; }
 };
-std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, Keep keep);
+std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, KeepOfCases keep);
 
 }  // namespace sextant

@@ -316,12 +316,12 @@ Json Plan::json() const {
   }
   out["seeds"] = seeds_json(seeds);
   out["options"] = {{"extraction", write_options(extraction)}, {"pipeline", write_options(pipeline)}};
-  if (keep != Keep::records) out["keep"] = std::string(to_string(keep));
+  if (keep != KeepOfCases::records) out["keep"] = std::string(to_string(keep));
   return out;
 }
 
-Keep kept(const Json& plan, const std::string& where) {
-  return from_name<Keep>(json_member<std::string>(plan, "keep", where, std::string(to_string(Keep::records))),
+KeepOfCases kept(const Json& plan, const std::string& where) {
+  return from_name<KeepOfCases>(json_member<std::string>(plan, "keep", where, std::string(to_string(KeepOfCases::records))),
                          "value of 'keep'");
 }
 

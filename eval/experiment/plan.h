@@ -42,8 +42,8 @@ struct PlanEstimator {
 };
 
 /// What a sweep leaves of a case: every record, or its summary (records/case_summary.h).
-enum class Keep { records, summary };
-constexpr Names<2> names_of(Keep) { return {"records", "summary"}; }
+enum class KeepOfCases { records, summary };
+constexpr Names<2> names_of(KeepOfCases) { return {"records", "summary"}; }
 
 struct PlanLevel {
   double level = 0;
@@ -67,7 +67,7 @@ struct Plan {
   std::vector<uint64_t> seeds;
   ExtractionOptions extraction;  ///< of estimators that say nothing else
   PipelineOptions pipeline;
-  Keep keep = Keep::records;
+  KeepOfCases keep = KeepOfCases::records;
 
   uint64_t n_cases() const {
     return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
@@ -79,7 +79,7 @@ struct Plan {
 };
 
 /// "keep", and how many seeds there are, of Plan::json(). Throws Error that begins with `where`.
-Keep kept(const Json& plan, const std::string& where);
+KeepOfCases kept(const Json& plan, const std::string& where);
 uint64_t planned_seeds(const Json& plan, const std::string& where);
 
 /// A case as it is run; its folder and whether it is rescored are for the caller to say.

@@ -101,7 +101,7 @@ class PlanRunner {
       return label == s.estimator_label || label.starts_with(s.estimator_label + ".");
     };
     try {
-      if (config_.plan.keep == Keep::records) {
+      if (config_.plan.keep == KeepOfCases::records) {
         return std::ranges::all_of(parse_records(content, "journal"),
                                    [&](const Record& r) { return is_own(r) && is_label(r.estimator); });
       }
@@ -178,7 +178,7 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   for (const auto& [number, block] : journal.blocks()) {
     check_interrupt();
     std::string content = journal.content(block);
-    if (config.plan.keep == Keep::summary) {
+    if (config.plan.keep == KeepOfCases::summary) {
       const JournalCase in_journal = decode_journal_case(content, fmt::format("journal: case {}", number));
       if (noise.is_counted(number)) results.add_noise(number, in_journal.noise);
       content = std::string(in_journal.summary);
@@ -230,7 +230,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       check_interrupt();
       const PlanCase c = config.plan.at(open[static_cast<size_t>(i)]);
       CaseOutcome done = runner.run(c);
-      if (config.plan.keep == Keep::summary) {
+      if (config.plan.keep == KeepOfCases::summary) {
         const NoiseVerification* added = noise.is_counted(c.number) ? &done.noise : nullptr;
         journal.append_bytes(c.number, encode_journal_case(summarize_case(done.records), added));
       } else {

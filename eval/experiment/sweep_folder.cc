@@ -180,7 +180,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
 
   SweepOutcome outcome;
   std::vector<std::unique_ptr<CaseResultReader>> readers;
-  const Keep keep = kept(plan["plan"], (folders.front() / "plan.json").string());
+  const KeepOfCases keep = kept(plan["plan"], (folders.front() / "plan.json").string());
   for (const fs::path& folder : folders) readers.push_back(open_case_results(folder, keep));
   using Next = std::pair<size_t, CaseResult>;  // the shard, and its case
   std::map<uint64_t, Next> next;               // of every shard that has one, by number

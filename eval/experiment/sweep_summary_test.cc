@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 
 class SweepSummary : public SmallPlan, public testing::Test {
  protected:
-  SweepConfig config(const std::string& out, Keep keep = Keep::summary) const {
+  SweepConfig config(const std::string& out, KeepOfCases keep = KeepOfCases::summary) const {
     SweepConfig config;
     config.plan = parse_plan(plan_text(), "plan.json", "");
     config.plan.keep = keep;
@@ -46,7 +46,7 @@ class SweepSummary : public SmallPlan, public testing::Test {
     }
   }
 
-  std::vector<fs::path> run_shards(uint64_t n, Keep keep = Keep::summary) const {
+  std::vector<fs::path> run_shards(uint64_t n, KeepOfCases keep = KeepOfCases::summary) const {
     std::vector<fs::path> parts;
     for (uint64_t shard = 0; shard < n; ++shard) {
       SweepConfig part = config(fmt::format("part{}of{}", shard, n), keep);
@@ -60,13 +60,13 @@ class SweepSummary : public SmallPlan, public testing::Test {
 };
 
 TEST_F(SweepSummary, AreThoseOfTheRecords) {
-  sweep(config("records", Keep::records));
+  sweep(config("records", KeepOfCases::records));
   const SweepOutcome outcome = sweep(config("sums"));
   EXPECT_EQ(outcome.n_cases, 12U);
   EXPECT_FALSE(fs::exists(file("sums") / "records.jsonl"));
   EXPECT_FALSE(fs::exists(file("sums") / "cases.jsonl"));
-  const auto records = open_case_results(file("records"), Keep::records);
-  const auto sums = open_case_results(file("sums"), Keep::summary);
+  const auto records = open_case_results(file("records"), KeepOfCases::records);
+  const auto sums = open_case_results(file("sums"), KeepOfCases::summary);
   uint64_t n_records = 0;
   for (int i = 0; i < 12; ++i) {
     const auto of_records = records->next(), of_sums = sums->next();
@@ -156,12 +156,12 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
 
 TEST_F(SweepSummary, AndRecordsAreDifferentSweeps) {
   sweep(config("sums"));
-  EXPECT_THAT(error_of([&] { sweep(config("sums", Keep::records)); }), HasSubstr("holds a sweep of another plan"));
+  EXPECT_THAT(error_of([&] { sweep(config("sums", KeepOfCases::records)); }), HasSubstr("holds a sweep of another plan"));
   EXPECT_THAT(error_of([&] { read_records(file("sums") / "records.jsonl"); }),
               HasSubstr("\"keep\": \"summary\""));
   std::vector<fs::path> parts = run_shards(2);
   fs::remove_all(parts[1]);
-  SweepConfig other = config("other", Keep::records);
+  SweepConfig other = config("other", KeepOfCases::records);
   other.shard = 1;
   other.n_shards = 2;
   sweep(other);
@@ -187,7 +187,7 @@ TEST_F(SweepSummary, KeepIsAKeyOfThePlan) {
     text.insert(text.size() - 1, ",\n\"keep\":" + keep);
     return text;
   };
-  EXPECT_EQ(parse_plan(with("\"summary\""), "p", "").keep, Keep::summary);
+  EXPECT_EQ(parse_plan(with("\"summary\""), "p", "").keep, KeepOfCases::summary);
   EXPECT_EQ(parse_plan(with("\"records\""), "p", "").json(), parse_plan(plan_text(), "p", "").json());
   EXPECT_THAT(error_of([&] { parse_plan(with("\"sums\""), "p", ""); }),
               HasSubstr("p:5: keep: unknown value of 'keep' 'sums'"));

@@ -116,4 +116,10 @@ std::optional<SummaryReader::Block> SummaryReader::next() {
   return block;
 }
 
+void for_each_summary(const std::filesystem::path& path, const std::function<void(const CaseSummary&)>& visit) {
+  SummaryReader reader(path);
+  while (const auto block = reader.next())
+    visit(decode_case_summary(block->bytes, fmt::format("{}: case {}", path.string(), block->number)));
+}
+
 }  // namespace sextant

@@ -13,11 +13,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "sextant/base/files.h"
+#include "sextant/eval/records/case_summary.h"
 
 namespace sextant {
 
@@ -69,5 +71,8 @@ class SummaryReader {
   std::string noise_;
   bool is_at_end_ = false;
 };
+
+/// Every case of a file, in order.
+void for_each_summary(const std::filesystem::path& path, const std::function<void(const CaseSummary&)>& visit);
 
 }  // namespace sextant

@@ -16,9 +16,8 @@ NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& o
   row.n_seeds = static_cast<int>(level.n_seeds());
   row.n_truth = static_cast<int>(level.n_truth());
   row.n_estimated = static_cast<int>(level.n_estimated());
-  const ClusterBy by = row.n_seeds < 2 ? ClusterBy::frames : ClusterBy::seeds;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
-    if (level.has(e)) row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, by), options);
+    if (level.has(e)) row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, level.clusters()), options);
   }
   row.limit = summarize_limit(level, options);
   if (level.epe_initial_px().n > 0) row.epe_initial_px = level.epe_initial_px().mean();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 #include "sextant/base/parallel_for.h"
@@ -42,6 +43,49 @@ std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& 
   if (out.identical) out.p = 1;
   if (out.n_clusters < 2) out.p.reset();
   return out;
+}
+
+/// The same of levels of summaries: of a seed the mean difference stands for each of its pairs, which leaves every number of a
+/// comparison as it is. Identical: to rounding in mean and mean square of every seed.
+std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& seeds, const BootstrapOptions& options) {
+  std::vector<double> differences;
+  std::vector<uint64_t> labels;
+  Moments of_first;
+  bool identical = true;
+  for (const auto& [seed, first, second] : seeds) {
+    const double difference = (second.x - first.x) / first.n;
+    identical = identical && std::abs(difference) <= identical_below &&
+                std::abs(second.xx - first.xx) <= 2 * identical_below * (first.x + second.x);
+    differences.insert(differences.end(), static_cast<size_t>(first.n), difference);
+    labels.insert(labels.end(), static_cast<size_t>(first.n), seed);
+    of_first.add(first);
+  }
+  if (differences.empty()) return std::nullopt;
+  ErrorComparison out{compare_pairs(differences, labels, options), of_first.mean()};
+  out.identical = identical;
+  if (out.identical) out.p = 1;
+  if (out.n_clusters < 2) out.p.reset();
+  return out;
+}
+
+/// Nothing where no pair was estimated by both, or they are summaries of different pairs.
+std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const NoiseLevel& second,
+                                            const BootstrapOptions& options) {
+  const NoiseLevelKey& key = first.key();
+  ComparisonRow row{.dataset = key.dataset, .sequence = key.sequence, .body = key.body, .noise = key.noise, .level = key.level};
+  if (!first.is_summed() || !second.is_summed()) return std::nullopt;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    const auto seeds = first.paired_sums(second, e);
+    if (!seeds) return std::nullopt;
+    if (auto c = compare(*seeds, options)) row.errors.emplace(compared_errors()[e]->name, std::move(*c));
+    size_t n = 0;
+    for (const NoiseLevel::SeedSums& seed : *seeds) n += static_cast<size_t>(seed.first.n);
+    row.n_pairs = std::max(row.n_pairs, static_cast<int>(n));
+  }
+  if (row.n_pairs == 0) return std::nullopt;
+  row.n_only_first = static_cast<int>(first.n_with_error()) - row.n_pairs;
+  row.n_only_second = static_cast<int>(second.n_with_error()) - row.n_pairs;
+  return row;
 }
 
 /// Nothing where no pair was estimated by both.
@@ -132,10 +176,11 @@ void add_cells(const MetricDefinition& error, const ComparisonRow& row, std::vec
 }  // namespace
 
 std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& sweeps, int jobs,
-                                              const BootstrapOptions& options) {
+                                              const BootstrapOptions& options, size_t* n_left_out) {
   const std::vector<Interned> names = estimators_in_order(sweeps);
   const std::vector<Level> levels = levels_of(sweeps);
   std::vector<std::vector<ComparisonRow>> of_level(levels.size());
+  std::vector<size_t> left_out(levels.size());
   parallel_for(static_cast<int>(levels.size()), jobs, [&](int i) {
     const Level& level = levels[static_cast<size_t>(i)];
     for (size_t a = 0; a < names.size(); ++a) {
@@ -143,7 +188,11 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
         const auto first = level.by_estimator.find(names[a]);
         const auto second = level.by_estimator.find(names[b]);
         if (first == level.by_estimator.end() || second == level.by_estimator.end()) continue;
-        std::optional<ComparisonRow> row = compare(*first->second, *second->second, options);
+        const NoiseLevel& one = *first->second;
+        const NoiseLevel& other = *second->second;
+        const bool is_summed = one.is_summed() || other.is_summed();
+        std::optional<ComparisonRow> row = is_summed ? compare_summed(one, other, options) : compare(one, other, options);
+        if (!row && is_summed && one.n_with_error() > 0 && other.n_with_error() > 0) ++left_out[static_cast<size_t>(i)];
         if (!row) continue;
         row->parameter = level.sweep->parameter;
         row->first = names[a];
@@ -161,6 +210,7 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
     for (auto& [name, comparison] : row.errors) family.push_back(&comparison);
   }
   correct_by_holm(family);
+  if (n_left_out != nullptr) *n_left_out = std::accumulate(left_out.begin(), left_out.end(), size_t{0});
   return rows;
 }
 

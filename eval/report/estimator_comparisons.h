@@ -36,10 +36,12 @@ struct ComparisonRow {
   std::map<std::string, ErrorComparison> errors;  ///< by name; the `compared` ones that both have
 };
 
+/// Of summaries, whose pairs are known by seed alone: rows only where both have estimated the same pairs. `n_left_out` counts
+/// the others.
 /// Estimators in the order of the records, every two of them; rows in order of dataset, sequence, body,
 /// level.
 std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& sweeps, int jobs = 1,
-                                              const BootstrapOptions& options = {});
+                                              const BootstrapOptions& options = {}, size_t* n_left_out = nullptr);
 
 std::string verdict(const ErrorComparison& comparison, const ComparisonRow& row);
 

@@ -50,6 +50,7 @@ bool NoiseLevelKey::is_same_curve(const NoiseLevelKey& o) const {
 }
 
 void NoiseLevel::add(const Record& record) {
+  if (is_summed()) fail_mixed();
   const bool is_measured = has_truth(record), is_estimated = is_measured && record.status == Status::ok;
   n_truth_ += is_measured;
   n_estimated_ += is_estimated;
@@ -84,6 +85,45 @@ void NoiseLevel::add(const Record& record) {
     distance_gt_m_.add(*distance_m);
 }
 
+void NoiseLevel::add(uint64_t seed, const BodySums& body) {
+  if (!is_summed() && !seeds_.empty()) fail_mixed();
+  const size_t n_errors = compared_errors().size();
+  sums_.resize(n_errors);
+  values_.resize(n_errors);
+  const auto row = static_cast<uint32_t>(seeds_.size());
+  seeds_.push_back(seed);
+  frames_.push_back(0);
+  n_truth_ += body.n_truth();
+  n_estimated_ += body.n_estimated;
+  std::string missed;
+  for (const int frame : body.missed) missed += fmt::format("{} ", frame);
+  missed_.push_back(std::hash<std::string>()(missed));
+  for (size_t e = 0; e < n_errors; ++e) {
+    RowSums& sums = sums_[e].emplace_back();
+    if (const SampleSums* error = find_in(body.errors, compared_errors()[e]->name)) {
+      sums.error = {static_cast<double>(error->n), error->sum, error->sum_squares};
+      n_of_[e] += error->n;
+      for (const LogHistogram::Bin& bin : error->histogram.bins()) values_[e].insert(values_[e].end(), bin.n, {row, bin.bin});
+    }
+    if (const LimitSums* limit = find_in(body.limits, compared_errors()[e]->name)) {
+      const auto n = static_cast<double>(limit->n);
+      sums.bounded = {n, limit->error_sum, limit->error_squares};
+      bounds_[e].add(Moments{n, missing, limit->bound_squares});
+    }
+  }
+  const auto add_mean = [](const MeanSums& sums, Moments& moments) {
+    if (sums.n > 0) moments.add(Moments{static_cast<double>(sums.n), sums.sum, missing});
+  };
+  add_mean(body.nees, nees_);
+  add_mean(body.epe_initial_px, epe_initial_px_);
+  add_mean(body.distance_gt_m, distance_gt_m_);
+}
+
+void NoiseLevel::fail_mixed() const {
+  fail("{} of {} {}, {}: in a folder of records and in one of summaries: give folders that do not share estimators",
+       key_.body, key_.dataset, key_.sequence, key_.estimator);
+}
+
 void NoiseLevel::sort() {
   std::vector<size_t> order(seeds_.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -92,6 +132,16 @@ void NoiseLevel::sort() {
   std::ranges::stable_sort(order, {}, case_at);
   reorder(order, seeds_);
   reorder(order, frames_);
+  if (is_summed()) {
+    std::vector<uint32_t> place(order.size());
+    for (size_t row = 0; row < order.size(); ++row) place[order[row]] = static_cast<uint32_t>(row);
+    for (auto& sums : sums_) reorder(order, sums);
+    for (auto& values : values_) {
+      for (BinnedValue& value : values) value.row = place[value.row];
+    }
+    reorder(order, missed_);
+    return;
+  }
   reorder(order, has_bound_);
   for (std::vector<double>& column : errors_) reorder(order, column);
 }
@@ -132,19 +182,38 @@ NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_boun
   return sample;
 }
 
+ClusterSums NoiseLevel::row_sums(size_t error, Moments RowSums::*of) const {
+  ClusterSums sums;
+  for (size_t row = 0; row < seeds_.size(); ++row) {
+    const Moments& moments = sums_[error][row].*of;
+    if (moments.n > 0) sums.push_back({seeds_[row], moments});
+  }
+  return sums;
+}
+
 ClusterSums NoiseLevel::sums(size_t error, ClusterBy by) const {
   if (!has(error)) return {};
+  if (is_summed()) return row_sums(error, &RowSums::error);
   const Sample sample = select(error, by, false);
   return cluster_sums(sample.values, sample.clusters);
 }
 
 ClusteredSample NoiseLevel::sample(size_t error, ClusterBy by) const {
+  if (is_summed()) {
+    Sample sample;
+    for (const BinnedValue& value : values_[error]) {
+      sample.values.push_back(LogHistogram::centre(value.bin));
+      sample.clusters.push_back(seeds_[value.row]);
+    }
+    return {row_sums(error, &RowSums::error), sample.values, sample.clusters};
+  }
   const Sample sample = select(error, by, false);
   return {sample.values, sample.clusters};
 }
 
 std::pair<ClusterSums, Moments> NoiseLevel::bounded(size_t error) const {
   if (bounds_[error].n == 0) return {};
+  if (is_summed()) return {row_sums(error, &RowSums::bounded), bounds_[error]};
   const Sample sample = select(error, ClusterBy::seeds, true);
   return {cluster_sums(sample.values, sample.clusters), bounds_[error]};
 }
@@ -154,6 +223,7 @@ bool NoiseLevel::has_error(size_t row) const {
 }
 
 size_t NoiseLevel::n_with_error() const {
+  if (is_summed()) return *std::ranges::max_element(n_of_);
   size_t n = 0;
   for (size_t row = 0; row < seeds_.size(); ++row) n += has_error(row);
   return n;
@@ -170,6 +240,22 @@ std::vector<std::pair<size_t, size_t>> NoiseLevel::pairs(const NoiseLevel& other
   return rows;
 }
 
+std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const NoiseLevel& other, size_t error) const {
+  std::vector<SeedSums> pairs;
+  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
+    const uint64_t first = seeds_[a], second = other.seeds_[b];
+    if (first == second) {
+      const Moments& of_first = sums_[error][a].error;
+      const Moments& of_second = other.sums_[error][b].error;
+      if (missed_[a] != other.missed_[b] || of_first.n != of_second.n) return std::nullopt;
+      if (of_first.n > 0) pairs.push_back({first, of_first, of_second});
+    }
+    a += first <= second;
+    b += second <= first;
+  }
+  return pairs;
+}
+
 size_t NoiseLevels::Hash::operator()(const NoiseLevelKey& key) const {
   size_t hash = std::hash<double>()(key.level);
   for (const Interned& part : {key.dataset, key.sequence, key.body, key.estimator, key.noise})
@@ -177,12 +263,23 @@ size_t NoiseLevels::Hash::operator()(const NoiseLevelKey& key) const {
   return hash ^ (hash >> 32U);
 }
 
-void NoiseLevels::add(const Record& record) {
-  const NoiseLevelKey key = NoiseLevelKey::of(record);
+NoiseLevel& NoiseLevels::level_of(const NoiseLevelKey& key) {
   const auto [level, is_new] = levels_.try_emplace(key, key);
-  level->second.add(record);
   if (is_new && std::ranges::find(estimators_, key.estimator) == estimators_.end())
     estimators_.push_back(key.estimator);
+  return level->second;
+}
+
+void NoiseLevels::add(const Record& record) { level_of(NoiseLevelKey::of(record)).add(record); }
+
+void NoiseLevels::add(const CaseSummary& summary) {
+  for (const ResultSums& result : summary.results) {
+    for (const BodySums& body : result.bodies) {
+      const std::string name = body.body == 0 ? "ego" : object_body(body.body);
+      level_of({summary.dataset, summary.sequence, name, result.estimator, summary.noise, summary.level})
+          .add(summary.seed, body);
+    }
+  }
 }
 
 std::vector<NoiseLevelRef> NoiseLevels::take() {
@@ -206,6 +303,7 @@ std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevel
 }
 
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
+  if (std::ranges::any_of(levels, [](const auto& level) { return level->is_summed(); })) return ClusterBy::seeds;
   std::set<uint64_t> seeds;
   for (const NoiseLevelRef& level : levels) {
     for (size_t e = 0; e < compared_errors().size(); ++e) {

@@ -2,6 +2,8 @@
 
 // What one estimator made of one body at one level of the noise, as columns: the case, the compared errors and nothing else of
 // its records, about 30 bytes each. Tables, figures and claims on noise are functions of these.
+// A sweep may have kept summaries instead of records (records/case_summary.h): then a row is a case, its sums are exact, and
+// its values are the centres of their bins. Frames are not known.
 //
 //   truth       records whose body has truth, and is not static by truth
 //   estimated   those of them with status ok
@@ -9,11 +11,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/clustered_sample.h"
 
@@ -44,6 +48,9 @@ class NoiseLevel {
   explicit NoiseLevel(NoiseLevelKey key) : key_(key) {}
 
   void add(const Record& record);
+  /// A case's summary of the body. Throws Error where there are records, and the other way round.
+  void add(uint64_t seed, const BodySums& body);
+  bool is_summed() const { return !sums_.empty(); }
   /// Into order of case, once all are there.
   void sort();
   /// Cases that stand more than once, in order; sorted.
@@ -55,6 +62,7 @@ class NoiseLevel {
   size_t n_truth() const { return n_truth_; }
   size_t n_estimated() const { return n_estimated_; }
   size_t n_seeds() const;
+  ClusterBy clusters() const { return is_summed() || n_seeds() > 1 ? ClusterBy::seeds : ClusterBy::frames; }
 
   bool has(size_t error) const { return n_of_.at(error) > 0; }
   /// One error of those that have it.
@@ -71,6 +79,13 @@ class NoiseLevel {
   /// Rows of two levels that are of one case and have a compared error each; both sorted.
   std::vector<std::pair<size_t, size_t>> pairs(const NoiseLevel& other) const;
   size_t n_with_error() const;
+  /// Of two levels of summaries, by seed of both: the sums of an error that both have. Nothing where in some seed they are of
+  /// different pairs.
+  struct SeedSums {
+    uint64_t seed;
+    Moments first, second;
+  };
+  std::optional<std::vector<SeedSums>> paired_sums(const NoiseLevel& other, size_t error) const;
   SeedFrame case_of(size_t row) const { return {seeds_[row], frames_[row]}; }
   /// NaN where the row has none.
   double error(size_t error, size_t row) const { return errors_[error][row]; }
@@ -82,6 +97,7 @@ class NoiseLevel {
   };
   Sample select(size_t error, ClusterBy by, bool only_bounded) const;
   bool has_error(size_t row) const;
+  [[noreturn]] void fail_mixed() const;
 
   NoiseLevelKey key_;
   size_t n_truth_ = 0, n_estimated_ = 0;
@@ -93,6 +109,19 @@ class NoiseLevel {
   std::vector<int> frames_;
   std::vector<uint8_t> has_bound_;  ///< a bit an error
   std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(compared_errors().size());
+  // By row, which is a case, instead of errors_; frames_ are 0.
+  struct RowSums {
+    Moments error, bounded;
+  };
+  struct BinnedValue {
+    uint32_t row;
+    int bin;
+  };
+  ClusterSums row_sums(size_t error, Moments RowSums::*of) const;
+
+  std::vector<std::vector<RowSums>> sums_;        ///< by error
+  std::vector<std::vector<BinnedValue>> values_;  ///< by error
+  std::vector<size_t> missed_;                    ///< hash of the frames that were not estimated
 };
 
 /// Levels do not change once they are read.
@@ -102,6 +131,7 @@ using NoiseLevelRef = std::shared_ptr<const NoiseLevel>;
 class NoiseLevels {
  public:
   void add(const Record& record);
+  void add(const CaseSummary& summary);
   /// In order of key, each sorted.
   std::vector<NoiseLevelRef> take();
   /// In order of first appearance.
@@ -111,6 +141,8 @@ class NoiseLevels {
   struct Hash {
     size_t operator()(const NoiseLevelKey& key) const;
   };
+  NoiseLevel& level_of(const NoiseLevelKey& key);
+
   std::unordered_map<NoiseLevelKey, NoiseLevel, Hash> levels_;
   std::vector<Interned> estimators_;
 };

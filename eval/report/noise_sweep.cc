@@ -8,6 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
@@ -44,6 +45,15 @@ std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame&
                                       const std::vector<std::filesystem::path>& folders) {
   std::vector<std::string> found;
   for (const std::filesystem::path& folder : folders) {
+    if (!std::filesystem::exists(folder / "records.jsonl")) {
+      for_each_summary(folder / summary_file_name, [&](const CaseSummary& c) {
+        const bool has_key = c.dataset == key.dataset.str() && c.sequence == key.sequence.str() && c.level == key.level &&
+                             c.noise == key.noise.str();
+        const auto is_estimator = [&](const ResultSums& result) { return result.estimator == key.estimator.str(); };
+        if (c.seed == at.first && has_key && std::ranges::any_of(c.results, is_estimator)) found.push_back(folder.string());
+      });
+      continue;
+    }
     for_each_record(folder / "records.jsonl", [&](const Record& r) {
       if (SeedFrame(r.seed, r.frame) == at && NoiseLevelKey::of(r) == key) found.push_back(folder.string());
     });
@@ -118,12 +128,17 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   };
   std::map<std::string, Content> by_parameter;
   for (const std::filesystem::path& folder : folders) {
-    if (!std::filesystem::exists(folder / "records.jsonl")) {
-      fail("{}: no records.jsonl: expected the folder of a finished run or sweep", folder.string());
+    const bool has_records = std::filesystem::exists(folder / "records.jsonl");
+    if (!has_results(folder)) {
+      fail("{}: no records.jsonl or {}: expected the folder of a finished run or sweep", folder.string(), summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
     Content& content = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
-    for_each_record(folder / "records.jsonl", [&](const Record& record) { content.levels.add(record); });
+    if (has_records) {
+      for_each_record(folder / "records.jsonl", [&](const Record& record) { content.levels.add(record); });
+    } else {
+      for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { content.levels.add(summary); });
+    }
     for (AchievedNoise& achieved : achieved_noise(run)) content.achieved.push_back(std::move(achieved));
   }
   std::vector<NoiseSweep> sweeps;

@@ -35,7 +35,7 @@ NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
 /// In order of parameter; within one, in the order of the folders. Throws Error for a folder without
-/// records.jsonl, and for the same case (all of a record's keys) in two folders.
+/// records.jsonl or summary.bin, and for the same case (all of a record's keys) in two folders.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
 
 /// The dotted key of the noise that has the value of the level at every level of a run.json's configuration;

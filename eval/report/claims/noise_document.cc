@@ -16,6 +16,28 @@ std::string joined(const std::vector<std::filesystem::path>& folders) {
   return text;
 }
 
+/// What sweeps that kept summaries cannot say, a line each; no rows of records alone.
+Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<ComparisonRow>& comparisons, size_t n_left_out) {
+  Table table{"What summaries leave open",
+              "These sweeps kept summaries of their cases, not records (\"keep\": \"summary\").",
+              {{"what", "what", Align::left}, {"why", "why", Align::left}}};
+  bool any = false, one_seed = false;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const NoiseLevelRef& level : sweep.levels) {
+      any = any || level->is_summed();
+      one_seed = one_seed || (level->is_summed() && level->n_seeds() < 2);
+    }
+  }
+  if (!any) return table;
+  table.add_row({"quantiles", "within 0.5 %: they are those of bins so wide; all else is exact"});
+  if (one_seed) table.add_row({"intervals of one seed", "need frames, which only records have"});
+  if (n_left_out > 0) {
+    table.add_row({fmt::format("{} of {} comparisons of estimators", n_left_out, n_left_out + comparisons.size()),
+                   "the two estimated different pairs: which, only records tell"});
+  }
+  return table;
+}
+
 const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
 
 }  // namespace
@@ -47,7 +69,10 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   add("claims", "Statements", claim_table(checked));
   add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
   add("trends", "Growth", trend_table(noise_trends(sweeps, jobs)));
-  add("comparisons", "Estimators compared", comparison_table(compare_estimators(sweeps, jobs)));
+  size_t n_left_out = 0;
+  const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
+  add("comparisons", "Estimators compared", comparison_table(comparisons));
+  add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
   add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
   document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
   document.citation = citation();
