@@ -58,7 +58,7 @@ TEST_F(ExternalEstimatorTest, RecordsHaveWhatThoseOfEstimatorsInsideHave) {
   const auto keys = [](const Record::Numbers& numbers) {
     std::set<std::string> names;
     for (const auto& [key, value] : numbers) {
-      if (!key.starts_with("epe_") && key != "nees" && key != "condition" && key != "moving_share" &&
+      if (!key.str().starts_with("epe_") && key != "nees" && key != "condition" && key != "moving_share" &&
           key != "dynamic" && key != "peak_memory_mb")
         names.insert(key);
     }

@@ -211,8 +211,9 @@ TEST_P(StoredParts, DescribeEverySystemTheyHold) {
   for (const Record& r : stored(measured())) {
     const Json descriptions = system_descriptions();
     const bool ours = r.estimator == "joint_flow" || r.estimator == "joint_flow_depth";
-    EXPECT_TRUE(ours || std::ranges::any_of(descriptions,
-                                            [&](const Json& d) { return d.at("estimator") == r.estimator; }))
+    EXPECT_TRUE(ours ||
+                std::ranges::any_of(descriptions,
+                                    [&](const Json& d) { return d.at("estimator") == r.estimator.str(); }))
         << r.estimator;
   }
 }
