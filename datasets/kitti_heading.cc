@@ -7,7 +7,7 @@
 namespace sextant {
 namespace {
 
-constexpr double walk_rad = 0.0002;       // of slow, from sample to sample
+constexpr double walk_rad = 0.0004;       // of slow, from sample to sample
 constexpr double velocity_mps = 0.02;     // noise across the course
 constexpr double lever_prior_m = 1;
 constexpr double deg = 180 / std::numbers::pi;

@@ -10,8 +10,8 @@
 //   course_k - yaw_k = lever w_k / |v_k| + slow_k + noise     (rad; counter-clockwise, as yaw)
 //
 // lag: the receiver's velocities are older than its positions. slow: what one of the two drifts, a random walk
-// of 0.0002 rad a sample. noise: 0.02 m/s across, so 0.02 / |v| rad; samples below 1 m/s say nothing. Lever
-// (prior: 0 +- 1 m) and slow are the least-squares solution, that of a Kalman smoother: ten samples count at 10 m/s.
+// of 0.0004 rad a sample. noise: 0.02 m/s across, so 0.02 / |v| rad; samples below 1 m/s say nothing. Lever
+// (prior: 0 +- 1 m) and slow are the least-squares solution, that of a Kalman smoother: five samples count on either side at 10 m/s.
 //
 // Floors of the truth, over the steps between successive samples, d = position step, o = rotation step:
 //   step_m               rms of d - mean(d / v) v, v = mean speed at both ends, where v > 1 m/s
