@@ -12,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::unique_ptr<Sequence> scene() {
-  SourceSpec spec = SourceSpec::parse("synthetic:s18@124-128");
+  SourceSpec spec = SourceSpec::parse("synthetic:s18@0-4");
   spec.options = {{"cache", ""}};
   return open_source(spec);
 }
