@@ -131,7 +131,7 @@ Json records_json(const ViewedRun& run) {
     Json entry = to_json(record);
     for (const char* key : {"schema", "dataset", "sequence", "estimator", "noise", "level", "seed", "frame", "body"})
       entry.erase(key);
-    json[std::to_string(record.frame)][record.body] = std::move(entry);
+    json[std::to_string(record.frame)][record.body.str()] = std::move(entry);
   }
   return json;
 }

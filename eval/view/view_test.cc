@@ -57,7 +57,7 @@ TEST(ErrorBand, HoldsNineteenOfTwentyErrorsWhereTheCovarianceIsRight) {
   for (uint64_t seed = 0; seed < 8; ++seed) {
     const ViewedRun view = viewed(run_folder, {.seed = seed});
     for (const Record& record : view.records) {
-      const ErrorBand& band = view.pairs.at(record.frame).at(record.body).band;
+      const ErrorBand& band = view.pairs.at(record.frame).at(record.body.str()).band;
       if (record.errors.contains("Et_m")) {
         n += 2;
         n_inside += record.errors.at("Et_m") <= band.Et_m;
@@ -88,11 +88,11 @@ TEST(View, HasTheRecordsOfTheFolderAndPointsOfEveryEstimatedBody) {
   for (const Json& frame : data["runs"][0]["records"]) n += frame.size();
   EXPECT_EQ(n, records.size());
   for (const Record& record : records) {
-    const Json& entry = data["runs"][0]["records"][std::to_string(record.frame)][record.body];
+    const Json& entry = data["runs"][0]["records"][std::to_string(record.frame)][record.body.str()];
     EXPECT_EQ(entry["errors"], to_json(record)["errors"]);
     EXPECT_EQ(entry["values"], to_json(record)["values"]);
     if (record.status != Status::ok) continue;
-    const Json& pair = data["runs"][0]["pairs"][std::to_string(record.frame)][record.body];
+    const Json& pair = data["runs"][0]["pairs"][std::to_string(record.frame)][record.body.str()];
     EXPECT_EQ(pair["n"], record.n_points);
     EXPECT_FALSE(pair["points"].get<std::string>().empty());
   }

@@ -230,7 +230,8 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const S
   if (all.empty()) fail("{}: has no records", (folder / "records.jsonl").string());
   std::vector<std::string> estimators, seeds;
   for (const Record& record : all) {
-    if (std::ranges::find(estimators, record.estimator) == estimators.end()) estimators.push_back(record.estimator);
+    if (std::ranges::find(estimators, record.estimator.str()) == estimators.end())
+      estimators.push_back(record.estimator.str());
     const std::string seed = std::to_string(record.seed);
     if (std::ranges::find(seeds, seed) == seeds.end()) seeds.push_back(seed);
   }
