@@ -128,7 +128,7 @@ void add_classification(const EvidencePart& part, ReportDocument& document) {
   if (figures.empty()) return;
   for (Figure& figure : figures) figure.name = part.name + "_" + figure.name;
   ReportSection section{part.name + "-section", "Dynamic or static: threshold and likelihood, " +
-                                                    part.records.front().dataset + " (ours)"};
+                                                    part.records.front().dataset.str() + " (ours)"};
   section.tables.push_back(
       {"tests_" + part.name, classification_test_table(part.records), {"dataset"}});
   section.figures = std::move(figures);

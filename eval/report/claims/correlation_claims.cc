@@ -36,7 +36,7 @@ std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve
     const NoiseLevel* other = is_correlated(*level) ? independent_of(*level, curve) : nullptr;
     if (other == nullptr) continue;
     for (const auto& [row, other_row] : level->pairs(*other)) {
-      Sums& sums = by_seed[level->case_of(row).seed];
+      Sums& sums = by_seed[level->case_of(row).first];
       const double a = level->error(error, row), b = other->error(error, other_row);
       if (!std::isfinite(a) || !std::isfinite(b)) continue;
       sums.correlated += a;

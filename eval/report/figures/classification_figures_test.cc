@@ -22,14 +22,13 @@ std::vector<Record> records() {
         const bool moves = id <= 2;
         r.values = {{"dynamic_gt", moves ? 1 : 0}, {"v_gt_origin_kmh", moves ? 10 : 0}};
         if (estimator == "joint_flow") {
-          r.values.insert({{"dynamic", id != 3 ? 1 : 0}, {"moving_share", id != 3 ? 0.8 : 0.1}});
+          r.values["dynamic"] = id != 3 ? 1 : 0;
+          r.values["moving_share"] = id != 3 ? 0.8 : 0.1;
         } else {
-          r.values.insert({{"dynamic", id == 1 ? 1 : 0},
-                           {"moving_share", 0.8},
-                           {"motion_sigmas", id == 1   ? 9.0
-                                             : id == 2 ? 3.0
-                                                       : 0.5},
-                           {"detectable_kmh", frame == 1 ? 8.0 : 12.0}});
+          r.values["dynamic"] = id == 1 ? 1 : 0;
+          r.values["moving_share"] = 0.8;
+          r.values["motion_sigmas"] = id == 1 ? 9.0 : id == 2 ? 3.0 : 0.5;
+          r.values["detectable_kmh"] = frame == 1 ? 8.0 : 12.0;
         }
         records.push_back(r);
       }

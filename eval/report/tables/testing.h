@@ -25,10 +25,10 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
   r.time_ms = {{"total", 5}, {"start", 2}, {"refine", 1}};
   if (body == "ego") {
     r.values["step_gt_m"] = 1;
-    r.values.insert({{"step_floor_m", 0.05},
-                     {"lateral_floor_m", 0.01},
-                     {"rotation_floor_deg", 0.06},
-                     {"rotation_timing_floor_deg", 0.02}});
+    r.values["step_floor_m"] = 0.05;
+    r.values["lateral_floor_m"] = 0.01;
+    r.values["rotation_floor_deg"] = 0.06;
+    r.values["rotation_timing_floor_deg"] = 0.02;
     r.time_ms["extraction"] = 4;
   } else {
     r.errors["Ev_kmh"] = 2.5;
