@@ -143,10 +143,11 @@ TEST_F(KittiHeadingFiles, CourseOrHeadingTakeTheWanderAway) {
   const KittiTruth yaw = read({.velocity = KittiVelocity::velocity_vector});
   const KittiTruth course = read({.velocity = KittiVelocity::velocity_vector, .heading = KittiHeading::course});
   const KittiTruth heading = read({.velocity = KittiVelocity::velocity_heading});
-  EXPECT_NEAR(*yaw.floor.lateral_m, 0.0175 / std::sqrt(2.0), 0.003);
+  const double wander_m = 0.0175, lag_m = 0.05 * 0.32;  // amplitudes: of the heading, and of velocities that are late in bends
+  EXPECT_NEAR(*yaw.floor.lateral_m, std::hypot(wander_m, lag_m) / std::sqrt(2.0), 0.0005);
   EXPECT_LT(*course.floor.lateral_m, 0.002);
   EXPECT_LT(*heading.floor.lateral_m, 0.002);
-  EXPECT_THAT(yaw.provenance.at(3), HasSubstr("lever arm -0.4"));
+  EXPECT_THAT(yaw.provenance.at(3), testing::ContainsRegex("lever arm -0\\.(39|40|41) m"));
   const auto rms_deg = [&](const KittiTruth& truth) {
     double squares = 0;
     for (int k = 0; k < 599; ++k) {

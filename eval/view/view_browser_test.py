@@ -85,6 +85,7 @@ class Browser:
         self.settle()
 
     def click(self, css):
+        self.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", css)
         found = self.at("/element", {"using": "css selector", "value": css})[ELEMENT]
         self.at(f"/element/{found}/click", {})
         self.settle()
@@ -98,10 +99,8 @@ class Browser:
         return self.run("return [Number(document.body.dataset.frame), document.body.dataset.body]")
 
     def picture(self):
-        """A number that changes with what the image shows."""
-        return self.run("const c = document.getElementById('picture'), d = c.getContext('2d')"
-                        ".getImageData(0, 0, c.width, c.height).data; let h = 0;"
-                        "for (let i = 0; i < d.length; i += 4) h = (h * 31 + d[i] * 7 + d[i+1] * 3 + d[i+2]) | 0; return h")
+        """A text that changes with what the image shows."""
+        return self.run("return document.getElementById('picture').toDataURL()")
 
     def complaints(self):
         """Console messages, and addresses asked for."""
@@ -287,7 +286,7 @@ def sextant(program, *arguments, fails=False):
 def start_driver():
     driver = subprocess.Popen([shutil.which("chromedriver"), "--port=0"], stdout=subprocess.PIPE, text=True)
     for line in driver.stdout:
-        if "on port " in line:
+        if "started successfully on port " in line:
             port = int(line.split("on port ")[1].strip(" .\n"))
             return driver, f"http://127.0.0.1:{port}"
     raise RuntimeError("chromedriver said no port")

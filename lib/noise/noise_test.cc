@@ -366,7 +366,7 @@ TEST(Noise, RefusesUnknownModelsAndBadText) {
 TEST(Noise, DescribesEveryOption) {
   const std::vector<OptionHelp> lines = describe_noise_options();
   EXPECT_EQ(lines.front().key, "noise.depth.delta_d_px");
-  EXPECT_EQ(lines.back().key, "noise.correlation");
+  EXPECT_EQ(lines.back().key, "noise.scale");
 }
 
 }  // namespace

@@ -67,9 +67,11 @@ double acceleration(const std::vector<double>& left_out) {
 }
 
 /// z0: normal quantile of the share of replicates below the estimate, ties counted half. Kept off 0 and 1 by
-/// half a replicate.
+/// half a replicate. What differs by rounding is a tie: the order of a sum must not decide.
 double bias(const std::vector<double>& sorted, double estimate) {
-  const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), estimate);
+  const double rounding = 1e-12 * std::max(std::abs(sorted.front()), std::abs(sorted.back()));
+  const auto first = std::lower_bound(sorted.begin(), sorted.end(), estimate - rounding);
+  const auto last = std::upper_bound(first, sorted.end(), estimate + rounding);
   const auto n = static_cast<double>(sorted.size());
   const double below = static_cast<double>(first - sorted.begin()) + 0.5 * static_cast<double>(last - first);
   return normal_quantile(std::clamp(below, 0.5, n - 0.5) / n);

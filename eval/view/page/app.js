@@ -95,8 +95,13 @@ function showNumbers() {
   table.replaceChildren();
   const records = D.runs.map((_, run) => recordOf(run, state.frame, state.body));
   const add = (what, title, texts) => cellsOf(table.insertRow(), [[what, "what", title], ...texts.map(t => [t.text, "number", t.exact])]);
+  if (D.runs.length > 1) {
+    const head = table.insertRow();
+    cellsOf(head, [["", ""], ...D.runs.map(run => [run.estimator, "number", run.name])]);
+    D.runs.forEach((_, run) => { head.cells[run + 1].style.color = `var(--run-${run})`; });
+  }
   add("status", "", records.map(r => ({text: r ? r.gate ? `${r.status} (${r.gate})` : r.status : "no record"})));
-  add("points", "", records.map(r => ({text: r ? `${r.n_inliers} of ${r.n_points} inliers` : ""})));
+  add("inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
   for (const map of ["errors", "values", "bound"]) {
     const keys = [...new Set(records.flatMap(r => Object.keys(r?.[map] ?? {})))];
     for (const key of keys) {

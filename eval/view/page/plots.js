@@ -83,9 +83,10 @@ function drawTimeline(canvas, curve, body, difference) {
   const place = list => list.map(p => ({frame: p.frame, x: frameX(p.frame, width), y: y(p.value)}));
   const band = place(series[0].band);
   context.fillStyle = styleOf("--band");
-  for (let i = 0; i < band.length; ++i) {
-    const half = (width - MARGIN.left - MARGIN.right) / Math.max(1, LAST - FIRST) / 2 + 0.25;
-    context.fillRect(band[i].x - half, band[i].y, 2 * half, height - 16 - band[i].y);
+  const half = (width - MARGIN.left - MARGIN.right) / Math.max(1, LAST - FIRST) / 2 + 0.25;
+  for (const p of band) {
+    const from = Math.max(MARGIN.left, p.x - half), to = Math.min(width - MARGIN.right, p.x + half);
+    context.fillRect(from, p.y, to - from, height - 16 - p.y);
   }
   const floor = place(difference || !curve.floor ? [] : series[0].points
     .map(p => ({frame: p.frame, value: curve.floor(recordOf(0, p.frame, body))})).filter(p => p.value !== undefined));
@@ -118,12 +119,14 @@ function drawRibbon(canvas, body) {
         const record = recordOf(run, frame, name);
         if (!record) continue;
         context.fillStyle = STATUS_COLOURS[record.status] ?? "#888";
-        context.fillRect(frameX(frame, width) - half, y + 1 + run * lane, 2 * half, lane);
+        const from = Math.max(MARGIN.left, frameX(frame, width) - half);
+        const to = Math.min(width - MARGIN.right, frameX(frame, width) + half);
+        context.fillRect(from, y + 1 + run * lane, to - from, lane);
       }
     });
     if (name === body) {
       context.strokeStyle = styleOf("--ink");
-      context.strokeRect(MARGIN.left - half - 1, y + 0.5, width - MARGIN.left - MARGIN.right + 2 * half + 2, RIBBON_ROW - 2);
+      context.strokeRect(MARGIN.left - 1, y + 0.5, width - MARGIN.left - MARGIN.right + 2, RIBBON_ROW - 2);
     }
   });
 }
