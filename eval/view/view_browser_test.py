@@ -57,7 +57,7 @@ class Browser:
     def run(self, script, *arguments):
         return self.at("/execute/sync", {"script": script, "args": list(arguments)})
 
-    def wait(self, script, seconds=20):
+    def wait(self, script, seconds=60):
         end = time.monotonic() + seconds
         while not self.run(script):
             if time.monotonic() > end:
