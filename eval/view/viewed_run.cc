@@ -10,6 +10,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/body_tracks.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/metrics/epe.h"
 
@@ -112,9 +113,7 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int 
   const SequenceInfo& info = sequence.info();
   CaseSettings settings = case_settings(plan, c);
   settings.rescore = true;  // programs of others stay where they are
-  settings.folder = folder / "external" /
-                    fmt::format("{}_{}_{}-{}_seed{}", info.dataset, info.sequence, info.first_frame,
-                                info.last_frame, c.seed);
+  settings.folder = folder / "external" / fmt::format("{}_seed{}", folder_name(info), c.seed);
   PairReader reader(sequence, plan.estimators[c.estimator].extraction, settings.noise, jobs);
   std::vector<ExtractedPair> window;
   const auto next = [&]() -> std::span<const ExtractedPair> { return window = reader.next(); };

@@ -109,7 +109,7 @@ void expect_equal_rows(const Json& found, const Json& wanted, const std::string&
       const double number = value.get<double>();
       const bool is_end = key.find("_low") != std::string::npos || key.find("_high") != std::string::npos;
       // The ends of a quantile's interval are quantiles of replicates, which jump from one value of a small sample to the next.
-      const double tolerance = is_quantile(key) ? (is_end ? 0.1 : 0.005) : 1e-12;
+      const double tolerance = is_quantile(key) ? (is_end ? 0.05 : 0.005) : 1e-12;
       EXPECT_NEAR(found[row][key].get<double>(), number, tolerance * std::max(std::abs(number), is_quantile(key) ? 0.0 : 1.0))
           << where;
     }
