@@ -2,7 +2,6 @@
 // line of make_miniature().
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <set>
 

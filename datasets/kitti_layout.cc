@@ -1,6 +1,5 @@
 #include "sextant/datasets/kitti_layout.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -4,8 +4,6 @@
 // adapter. Values are patterns, not a scene: they only have to come back.
 
 #include <cmath>
-#include <filesystem>
-#include <functional>
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_layout.h"

@@ -2,7 +2,6 @@
 
 #include <cstdlib>
 
-#include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/testing.h"

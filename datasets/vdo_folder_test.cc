@@ -2,7 +2,6 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <numbers>
 
 #include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/testing.h"

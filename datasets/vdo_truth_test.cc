@@ -1,7 +1,5 @@
 #include "sextant/datasets/vdo_truth.h"
 
-#include <numbers>
-
 #include "sextant/datasets/codec/testing.h"
 
 namespace sextant {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "sextant/base/files.h"
 #include "sextant/datasets/codec/kitti_png.h"

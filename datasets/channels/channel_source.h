@@ -31,7 +31,6 @@
 
 #include "sextant/base/files.h"
 #include "sextant/geometry/camera.h"
-#include "sextant/measurement/frame.h"
 
 namespace sextant {
 

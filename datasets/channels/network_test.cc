@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "sextant/base/parallel_for.h"
-#include "sextant/datasets/channels/onnx_header.h"
 #include "sextant/datasets/channels/testing.h"
 #include "sextant/datasets/codec/testing.h"
 

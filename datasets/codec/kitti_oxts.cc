@@ -1,6 +1,5 @@
 #include "sextant/datasets/codec/kitti_oxts.h"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numbers>

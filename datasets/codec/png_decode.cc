@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstring>
 #include <memory>
-#include <vector>
 
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/png_filter.h"

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "sextant/datasets/synthetic/wide.h"
-
 namespace sextant::synthetic {
 
 class NoiseTile {

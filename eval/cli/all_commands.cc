@@ -1,4 +1,3 @@
-#include <array>
 
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/external/external_estimator.h"

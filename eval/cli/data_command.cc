@@ -1,9 +1,7 @@
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <memory>
 
-#include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/report/table.h"
 

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "sextant/base/error.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
@@ -77,14 +76,19 @@ void add_run_output_flags(CLI::App& command, RunOutput& output) {
 
 void run_and_write(const RunConfig& config, const RunOutput& output) {
   const MetricPreset& preset = find_preset(output.preset);
-  check_output_folder(output.out, resolved_configuration(config), output.force);
+  const Json configuration = resolved_configuration(config);
+  check_output_folder(output.out, configuration, output.force);
 
-  const RunResult result = run(config);
+  RunJournal journal(output.out, configuration);
+  RunConfig resumable = config;
+  if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
+  const RunResult result = run(resumable);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
   write_output_folder(output.out, files);
+  journal.remove();
 
   for (const SourceRun& source : result.sources) {
     if (!output.quiet) warn_of_problems(source.problems);

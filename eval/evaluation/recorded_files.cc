@@ -1,6 +1,5 @@
 #include "sextant/eval/evaluation/recorded_files.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <future>

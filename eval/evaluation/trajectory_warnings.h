@@ -19,12 +19,10 @@
 //   identical       all poses of both are equal: the same file twice?
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/geometry/pose_series.h"
-#include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
 

@@ -1,6 +1,5 @@
 #include "sextant/eval/experiment/case_runner.h"
 
-#include <algorithm>
 #include <iterator>
 #include <optional>
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sextant/estimator/registry.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/noise/noise.h"

@@ -49,12 +49,9 @@ std::vector<CaseSettings> cases_of(const RunConfig& config, const Plan& plan, si
   return cases;
 }
 
-SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, const Sequence& sequence,
-                     std::vector<Record>& records) {
-  SourceRun out;
-  out.source = config.sources[source].text;
-  out.info = sequence.info();
-  out.truth = sequence.truth().camera;
+SourceOutcome estimate_source(const RunConfig& config, const Plan& plan, size_t source,
+                              const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
   // The next window is decoded while the present one goes through the pipeline.
   PairReader reader(sequence, plan.extraction, config.noise, config.jobs);
   std::vector<ExtractedPair> window;
@@ -68,25 +65,40 @@ SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, c
     if (!window.empty()) read_ahead();
     return window;
   };
-  Progress progress(out.info.sequence + " pairs", out.info.last_frame - out.info.first_frame, config.quiet);
+  Progress progress(info.sequence + " pairs", info.last_frame - info.first_frame, config.quiet);
   const auto on_pair = [&](const FrameResult& result, std::span<const Record> of_pair) {
     if (config.on_pair) config.on_pair(result, of_pair);
     progress.advance();
   };
   read_ahead();
-  std::vector<CaseOutcome> outcomes =
-      run_cases(sequence, cases_of(config, plan, source, out.info), next, config.jobs, on_pair);
-
-  out.motions = std::move(outcomes.front().motions);
-  NoiseVerification achieved;
-  for (CaseOutcome& outcome : outcomes) {
-    std::ranges::move(outcome.records, std::back_inserter(records));
-    std::ranges::move(outcome.problems, std::back_inserter(out.problems));
-    achieved.merge(outcome.noise);
+  std::vector<CaseOutcome> seeds =
+      run_cases(sequence, cases_of(config, plan, source, info), next, config.jobs, on_pair);
+  SourceOutcome out{std::move(seeds.front()), sequence.inputs().entries()};
+  for (CaseOutcome& seed : std::span(seeds).subspan(1)) {
+    std::ranges::move(seed.records, std::back_inserter(out.records));
+    std::ranges::move(seed.problems, std::back_inserter(out.problems));
+    out.noise.merge(seed.noise);
   }
-  if (!config.noise.none()) out.noise = achieved.json(config.noise.options());
-  out.tracks = body_tracks(out.motions, sequence.truth(), out.info);
-  out.inputs = sequence.inputs().entries();
+  return out;
+}
+
+SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, const Sequence& sequence,
+                     std::vector<Record>& records) {
+  std::optional<SourceOutcome> done = config.journal ? config.journal->find(source) : std::nullopt;
+  if (!done) {
+    done = estimate_source(config, plan, source, sequence);
+    if (config.journal) config.journal->append(source, *done);
+  }
+  std::ranges::move(done->records, std::back_inserter(records));
+  SourceRun out;
+  out.source = config.sources[source].text;
+  out.info = sequence.info();
+  out.truth = sequence.truth().camera;
+  out.tracks = body_tracks(done->motions, sequence.truth(), out.info);
+  out.motions = std::move(done->motions);
+  if (!config.noise.none()) out.noise = done->noise.json(config.noise.options());
+  out.problems = std::move(done->problems);
+  out.inputs = std::move(done->inputs);
   return out;
 }
 

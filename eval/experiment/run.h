@@ -12,7 +12,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
-#include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/run_journal.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
 
@@ -29,6 +29,7 @@ struct RunConfig {
   bool quiet = false;                    ///< no progress line
   std::filesystem::path folder;  ///< for files that an external estimator leaves; empty: it leaves none
   bool rescore = false;          ///< of such files that are there already; no program is run
+  RunJournal* journal = nullptr;  ///< sources that are in it are not run again; those that are done go into it
   PairObserver on_pair;          ///< of the first seed; may be empty
 };
 

@@ -59,10 +59,7 @@ Json source_json(const SourceRun& source) {
   json["estimated_poses"] = source.motions.estimated.poses().size();
   json["world_origin"] = source.motions.starts_at_truth ? "true pose of the first frame" : "first frame";
   if (!source.noise.is_null()) json["noise"] = source.noise;
-  Json inputs = Json::object();
-  for (const auto& [path, entry] : source.inputs)
-    inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
-  json["inputs"] = std::move(inputs);
+  json["inputs"] = inputs_json(source.inputs);
   return json;
 }
 

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <numeric>
 
 #include "sextant/base/testing.h"
+#include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/check/check_source.h"
 #include "sextant/eval/experiment/run_output.h"
@@ -98,6 +98,59 @@ TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
   }
   EXPECT_EQ(result.sources.at(0).motions.estimated.poses().size(), 20U);
   EXPECT_TRUE(result.sources.at(0).motions.starts_at_truth);
+}
+
+/// Every file of the run, times apart.
+OutputFiles untimed_files(RunResult result) {
+  result.records = untimed(result.records);
+  result.wall_time_s = 0;
+  return run_files(result);
+}
+
+TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
+  const TempFolder temp;
+  RunConfig config = config_of(fixture_->source() + "@0-6", 2);
+  for (const char* range : {"@6-9", "@9-14"}) config.sources.push_back(SourceSpec::parse(fixture_->source() + range));
+  config.noise = Noise::parse(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}})");
+  config.n_seeds = 2;
+  const OutputFiles whole = untimed_files(run(config));
+  const Json configuration = resolved_configuration(config);
+
+  std::vector<int> frames;
+  config.on_pair = [&](const FrameResult& pair, std::span<const Record>) {
+    frames.push_back(pair.curr);
+    if (pair.curr == 11) throw std::runtime_error("killed");
+  };
+  const auto run_on = [&](const Json& of) {
+    RunJournal journal(temp.path() / "out", of);
+    config.journal = &journal;
+    frames.clear();
+    return run(config);
+  };
+  EXPECT_THROW(run_on(configuration), std::runtime_error);
+  EXPECT_EQ(frames.front(), 1);
+  const std::string journal = read_file(temp.path() / "out" / "unfinished.jsonl");
+  config.on_pair = [&](const FrameResult& pair, std::span<const Record>) { frames.push_back(pair.curr); };
+  EXPECT_EQ(untimed_files(run_on(configuration)), whole);
+  EXPECT_EQ(frames, (std::vector<int>{10, 11, 12, 13, 14}));
+  run_on(configuration);
+  EXPECT_EQ(frames, std::vector<int>());
+  // A block that was cut off, another configuration, a file that is another one now: done again.
+  const auto expect_first = [&](int frame, const Json& of) {
+    EXPECT_EQ(untimed_files(run_on(of)), whole);
+    EXPECT_EQ(frames.front(), frame);
+  };
+  write_file(temp.path() / "out" / "unfinished.jsonl", journal.substr(0, journal.size() - 9));
+  expect_first(7, configuration);
+  expect_first(1, {{"another", 1}});
+  const fs::path depth = fixture_->dir / "depth" / "000008.png";
+  const std::string good = read_file(depth);
+  Image<uint16_t> other = decode_png16(good, "depth");
+  other(0, 0) += 1;
+  write_file(depth, encode_png(other));
+  run_on({{"another", 1}});
+  EXPECT_EQ(frames, (std::vector<int>{7, 8, 9}));
+  write_file(depth, good);
 }
 
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {

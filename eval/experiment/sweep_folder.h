@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "sextant/base/json.h"
-#include "sextant/eval/experiment/sweep.h"
 
 namespace sextant {
 

@@ -1,7 +1,6 @@
 #include "sextant/eval/external/external_estimator.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <set>

@@ -12,7 +12,6 @@
 // and stand in the case's log.txt.
 
 #include "sextant/eval/experiment/case_estimator.h"
-#include "sextant/eval/external/external_config.h"
 
 namespace sextant {
 

@@ -1,7 +1,6 @@
 // What real systems do: several stages in one folder, frames from 0, settings files, stray and damaged files.
 
 #include <algorithm>
-#include <fstream>
 #include <regex>
 #include <set>
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "sextant/eval/gate/comparison.h"
 

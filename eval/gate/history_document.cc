@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <map>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/history.h"

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "sextant/base/files.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fstream>
 #include <thread>
 
@@ -25,6 +26,20 @@ std::string version() { return build_info::version; }
 std::string git_commit() { return build_info::git_commit; }
 
 Json program_identity() { return {{"version", version()}, {"git_commit", git_commit()}}; }
+
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
+  Json json = Json::object();
+  for (const auto& [path, entry] : inputs) json[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+  return json;
+}
+
+bool same_inputs(const Json& inputs) {
+  const auto items = inputs.items();
+  return std::all_of(items.begin(), items.end(), [](const auto& input) {
+    return std::filesystem::exists(input.key()) &&
+           sha256(read_file(input.key())) == input.value().at("sha256");
+  });
+}
 
 Json build_provenance() {
   Json json;

@@ -1,6 +1,5 @@
 #include "sextant/eval/report/errors_by_level.h"
 
-#include <algorithm>
 #include <array>
 #include <map>
 #include <tuple>

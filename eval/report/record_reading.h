@@ -10,7 +10,6 @@
 
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
-#include "sextant/stats/clustered_sample.h"
 
 namespace sextant {
 

@@ -1,6 +1,5 @@
 #include "sextant/eval/report/run_summary.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/report/evidence.h"
 
 namespace sextant {

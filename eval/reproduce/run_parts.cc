@@ -62,15 +62,11 @@ void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::p
 }
 
 /// The files that a run has read are as its run.json says.
-bool same_inputs(const fs::path& folder) {
+bool read_the_same(const fs::path& folder) {
   try {
-    for (const Json& source : json_list(read_run_json(folder), "sources", "run.json")) {
-      const Json inputs = json_object(source, "inputs", "run.json");
-      for (const auto& [path, input] : inputs.items()) {
-        if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
-      }
-    }
-    return true;
+    return std::ranges::all_of(json_list(read_run_json(folder), "sources", "run.json"), [](const Json& source) {
+      return same_inputs(json_object(source, "inputs", "run.json"));
+    });
   } catch (const Error&) {
     return false;  // damaged: made anew
   }
@@ -78,7 +74,7 @@ bool same_inputs(const fs::path& folder) {
 
 /// Files that are written together, at once.
 void run_whole_part(const fs::path& folder, const std::function<OutputFiles()>& make) {
-  if (!fs::exists(folder / "records.jsonl") || !same_inputs(folder)) write_output_folder(folder, make());
+  if (!fs::exists(folder / "records.jsonl") || !read_the_same(folder)) write_output_folder(folder, make());
 }
 
 OutputFiles make_showcase_part(const Part& part, const ReproduceConfig& config) {

@@ -12,12 +12,9 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 struct InnerOptions {
-  int max_iterations = 500;
-  double threshold_px = 0.4;
-  void visit(auto& v) {
-    v("max_iterations", max_iterations, "count", "upper limit");
-    v("threshold_px", threshold_px, "px", "largest error of an inlier");
-  }
+  SEXTANT_OPTIONS(
+      (int, max_iterations, 500, "count", "upper limit"),
+      (double, threshold_px, 0.4, "px", "largest error of an inlier"))
   void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
 };
 
@@ -25,16 +22,11 @@ enum class Kernel { huber, tukey, none };
 constexpr Names<3> names_of(Kernel) { return {"huber", "tukey", "none"}; }
 
 struct OuterOptions {
-  bool robust = true;
-  uint64_t seed = 7;
-  Kernel kernel = Kernel::huber;
-  InnerOptions ransac;
-  void visit(auto& v) {
-    v("robust", robust, "", "use a kernel");
-    v("seed", seed, "", "base seed");
-    v("kernel", kernel, "", "of residuals");
-    v("ransac", ransac, "", "robust start");
-  }
+  SEXTANT_OPTIONS(
+      (bool, robust, true, "", "use a kernel"),
+      (uint64_t, seed, 7, "", "base seed"),
+      (Kernel, kernel, Kernel::huber, "", "of residuals"),
+      (InnerOptions, ransac, {}, "", "robust start"))
 };
 
 std::string error_of(const Json& json, const std::string& where = "") {

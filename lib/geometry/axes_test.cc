@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "sextant/base/error.h"
-#include "sextant/geometry/testing.h"
 
 namespace sextant {
 namespace {

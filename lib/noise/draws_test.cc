@@ -9,7 +9,6 @@
 #include <random>
 #include <set>
 
-#include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/noise/box_muller.h"
 

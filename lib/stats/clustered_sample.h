@@ -5,7 +5,6 @@
 // the values of the chosen clusters, repetitions counted.
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"

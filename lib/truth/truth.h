@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "sextant/geometry/trajectory.h"
-#include "sextant/measurement/image.h"
 
 namespace sextant {
 

@@ -14,12 +14,8 @@ namespace {
 using sextant::Matrix6d, sextant::Vector6d;
 
 struct LeastSquaresOptions {
-  int iterations = 10;
-
-  template <typename V>
-  void visit(V& v) {
-    v("iterations", iterations, "count", "Gauss-Newton steps");
-  }
+  SEXTANT_OPTIONS(
+      (int, iterations, 10, "count", "Gauss-Newton steps"))
   void check() const { sextant::check_option(iterations > 0, "iterations", iterations, "> 0"); }
 };
 

@@ -1,7 +1,6 @@
 #include "sextant/eval/report/figures/error_figures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

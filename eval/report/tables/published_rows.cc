@@ -1,6 +1,5 @@
 #include "sextant/eval/report/tables/published_rows.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 

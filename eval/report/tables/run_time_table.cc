@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"

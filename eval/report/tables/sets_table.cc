@@ -1,7 +1,6 @@
 // Table III: motion_only, joint_flow and joint_flow_depth on the paper's three sets.
 
 #include <array>
-#include <set>
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_sets.h"

@@ -1,6 +1,5 @@
 // Table IX (ours): the published systems beside ours, accuracy, coverage and time per frame of one run.
 
-#include <algorithm>
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"

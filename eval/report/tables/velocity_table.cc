@@ -1,7 +1,5 @@
 // Table V: velocity errors per sequence and object.
 
-#include <array>
-#include <map>
 #include <set>
 
 #include "sextant/eval/report/record_reading.h"

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "sextant/base/names.h"
-#include "sextant/geometry/lanes.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {

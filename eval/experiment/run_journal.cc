@@ -1,0 +1,85 @@
+#include "sextant/eval/experiment/run_journal.h"
+
+#include "sextant/eval/records/output.h"
+
+namespace sextant {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json pose_json(const SE3& T) {
+  const Eigen::Quaterniond& q = T.rotation();
+  const Eigen::Vector3d& t = T.translation();
+  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+SE3 pose_from(const Json& json) {
+  const auto v = json.get<std::array<double, 7>>();
+  return SE3::from_parts({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]});
+}
+
+Json poses_json(const std::map<int, SE3>& poses) {
+  Json json = Json::array();
+  for (const auto& [frame, pose] : poses) json.push_back({frame, pose_json(pose)});
+  return json;
+}
+
+Json note_of(const SourceOutcome& outcome) {
+  Json objects = Json::array();
+  for (const auto& [id, motions] : outcome.motions.objects) objects.push_back({id, poses_json(motions)});
+  return {{"starts_at_truth", outcome.motions.starts_at_truth},
+          {"camera", poses_json(outcome.motions.estimated.poses())},
+          {"objects", objects},
+          {"sums", outcome.noise.sums()},
+          {"problems", outcome.problems},
+          {"inputs", inputs_json(outcome.inputs)}};
+}
+
+SourceOutcome outcome_of(const Json& note, std::string_view records) {
+  SourceOutcome outcome;
+  outcome.records = parse_records(records, "journal");
+  outcome.motions.starts_at_truth = note.at("starts_at_truth");
+  for (const Json& entry : note.at("camera")) outcome.motions.estimated.set(entry.at(0), pose_from(entry.at(1)));
+  for (const Json& object : note.at("objects")) {
+    for (const Json& entry : object.at(1)) outcome.motions.objects[object.at(0)][entry.at(0)] = pose_from(entry.at(1));
+  }
+  outcome.noise = NoiseVerification::from_sums(note.at("sums"), "journal");
+  outcome.problems = note.at("problems");
+  for (const auto& [path, entry] : note.at("inputs").items())
+    outcome.inputs[path] = {entry.at("bytes"), entry.at("sha256")};
+  return outcome;
+}
+
+}  // namespace
+
+RunJournal::RunJournal(fs::path folder, const Json& configuration)
+    : path_(std::move(folder) / "unfinished.jsonl"),
+      owner_(sha256(json_line({{"run", configuration}, {"program", program_identity()}}))) {
+  if (fs::exists(path_)) open();
+}
+
+void RunJournal::open() {
+  journal_.emplace(path_, owner_, [](uint64_t, std::string_view) { return true; });
+}
+
+std::optional<SourceOutcome> RunJournal::find(size_t source) const {
+  if (!journal_) return std::nullopt;
+  const auto block = journal_->blocks().find(source);
+  if (block == journal_->blocks().end() || !same_inputs(block->second.noise.at("inputs"))) return std::nullopt;
+  return outcome_of(block->second.noise, journal_->lines(block->second));
+}
+
+void RunJournal::append(size_t source, const SourceOutcome& outcome) {
+  if (!journal_) {
+    fs::create_directories(path_.parent_path());
+    open();
+  }
+  journal_->append(source, outcome.records.size(), write_records(outcome.records), note_of(outcome));
+}
+
+void RunJournal::remove() {
+  journal_.reset();
+  fs::remove(path_);
+}
+
+}  // namespace sextant
