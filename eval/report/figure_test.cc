@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 Figure figure_of(const std::string& text, const std::string& name) {
   Figure figure;
   figure.name = name;
-  figure.data.columns = {{"text", "text", Align::left}, {"x", "x"}, {"y", "y"}};
+  figure.data.columns = {Column::text("text"), {"x", "x"}, {"y", "y"}};
   figure.data.add_row({text, 1.0, 2.0});
   figure.data.add_row({"other", 2.0, 3.0});
   figure.script = fmt::format(

@@ -134,7 +134,7 @@ void add_box_row(const std::string& kind, const BodyRecords& body, const std::st
   const std::vector<double> values = error_sample(records, kind, Clusters(records)).values;
   // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
   if (values.empty() || quantile(values, 0.05) < 1e-9) return;
-  std::vector<Cell> cells = {kind, body.title, estimator, x, static_cast<double>(values.size())};
+  std::vector<Cell> cells = {kind, body.title, estimator, x, values.size()};
   std::ranges::move(box_cells(values), std::back_inserter(cells));
   data.add_row(std::move(cells));
 }

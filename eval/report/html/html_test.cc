@@ -36,10 +36,7 @@ ReportDocument document_of(Table table) {
 }
 
 Table small_table() {
-  Table table{
-      "Errors",
-      "",
-      {{"set", "set", Align::left, 0, true}, {"Et_m", "E_t [m]"}, {"verdict", "verdict", Align::left}}};
+  Table table{"Errors", "", {Column::text("set").folded(), {"Et_m", "E_t [m]"}, Column::text("verdict")}};
   table.rows = {{"s18", 0.12345, "within"}, {"s18", Cell(), "outside"}};
   return table;
 }
@@ -97,7 +94,7 @@ TEST(Html, SplitTablesSayOnceInWhatTheirPartsAgree) {
 
 TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
   Table table;
-  table.columns = {{"records", "records", Align::left}};
+  table.columns = {Column::text("records")};
   table.add_row({"parts/sets_replay/records.jsonl"});
   EXPECT_THAT(
       report_folder(document_of(table), {}).at("report.html"),
