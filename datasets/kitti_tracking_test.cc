@@ -31,13 +31,7 @@ class KittiTracking : public FolderTest {
 TEST_F(KittiTracking, InfoSaysWhatIsThere) {
   const auto sequence = open("#0007@1-3");
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "kitti");
-  EXPECT_EQ(info.sequence, "0007");
-  EXPECT_EQ(info.first_frame, 1);
-  EXPECT_EQ(info.last_frame, 3);
-  EXPECT_EQ(info.width, 160);
-  EXPECT_EQ(info.height, 48);
-  EXPECT_EQ(info.rate_hz, 10);
+  EXPECT_EQ(text_of(info), "kitti 0007@1-3, 160x48 px, 10 Hz");
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
   EXPECT_THAT(info.provenance, Contains("depth: depth256:" + file("depth_02/0007")));
   EXPECT_THAT(info.provenance, Contains("flow: kitti_png:" + file("flow_02/0007")));

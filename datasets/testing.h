@@ -21,6 +21,12 @@ inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json
   return open_source(spec);
 }
 
+/// "vdo tiny@0-4, 320x96 px, 10 Hz".
+inline std::string text_of(const SequenceInfo& info) {
+  return fmt::format("{} {}@{}-{}, {}x{} px, {} Hz", info.dataset, info.sequence, info.first_frame,
+                     info.last_frame, info.width, info.height, info.rate_hz);
+}
+
 class FolderTest : public testing::Test {
  protected:
   explicit FolderTest(const std::string& name = "D") : root_(temp_.path() / name) {}

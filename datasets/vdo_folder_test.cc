@@ -25,13 +25,7 @@ class VdoFolder : public FolderTest {
 TEST_F(VdoFolder, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source());
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "vdo");
-  EXPECT_EQ(info.sequence, "tiny");
-  EXPECT_EQ(info.first_frame, 0);
-  EXPECT_EQ(info.last_frame, 4);
-  EXPECT_EQ(info.width, 320);
-  EXPECT_EQ(info.height, 96);
-  EXPECT_EQ(info.rate_hz, 10);
+  EXPECT_EQ(text_of(info), "vdo tiny@0-4, 320x96 px, 10 Hz");
   EXPECT_EQ(info.camera.left.fx, 200);
   EXPECT_EQ(info.camera.bf, 200);
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();

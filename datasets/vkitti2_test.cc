@@ -19,8 +19,7 @@ class Vkitti2Files : public VkittiFiles {
 TEST_F(Vkitti2Files, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source_);
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "vkitti2");
-  EXPECT_EQ(info.sequence, "Scene01/clone");
+  EXPECT_EQ(text_of(info), "vkitti2 Scene01/clone@3-6, 1242x375 px, 10 Hz");
   EXPECT_EQ(info.camera.left.fx, 725);
   EXPECT_NEAR(info.camera.bf, 725 * 0.532725, 1e-9);
   EXPECT_TRUE(info.warnings.empty());
