@@ -127,9 +127,7 @@ SequenceTruth made_truth() {
   SequenceTruth truth;
   for (int frame = 5; frame < 9; ++frame) {
     truth.camera.set(frame, SE3(Eigen::Quaterniond::Identity(), {1000, 50, 1.0 * frame}));
-    ObjectTruth object;
-    object.id = 3;
-    object.type = "Van";
+    ObjectTruth object{.id = 3, .type = "Van"};
     object.T_camera_object = SE3(Eigen::Quaterniond::Identity(), {2, 1.65, 12});
     if (frame != 6) truth.objects[frame] = {object};
   }

@@ -121,9 +121,7 @@ TEST_F(Vkitti2Files, CamerasThatChange) {
 TEST_F(Vkitti2Files, AnotherBaselineIsThatOfTheFile) {
   FormulaSequence source({.first_frame = 3, .last_frame = 4});
   source.change_info().camera = {{500, 510, 600, 180}, 500 * 0.25};
-  LayoutRequest request;
-  request.out = temp_.path() / "E";
-  request.quiet = true;
+  LayoutRequest request{.out = temp_.path() / "E", .quiet = true};
   const auto sequence = open_with(find_layout("vkitti2").write(source, request));
   EXPECT_EQ(sequence->info().camera.left.fy, 510);
   EXPECT_NEAR(sequence->info().camera.bf, 125, 1e-9);

@@ -19,11 +19,7 @@ constexpr Channels measured_channels{.depth = true, .flow = true, .mask = true};
 class VkittiLayouts : public testing::TestWithParam<const char*> {
  protected:
   std::string write(const Sequence& sequence, const std::string& name = "", int jobs = 2) const {
-    LayoutRequest request;
-    request.out = temp_.path() / "D";
-    request.sequence = name;
-    request.jobs = jobs;
-    request.quiet = true;
+    LayoutRequest request{.out = temp_.path() / "D", .sequence = name, .jobs = jobs, .quiet = true};
     return find_layout(GetParam()).write(sequence, request);
   }
   bool first() const { return std::string(GetParam()) == "vkitti1"; }
@@ -232,10 +228,7 @@ TEST(Vkitti1Layout, OnlyItsOwnCamera) {
 
 TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
   TempFolder temp;
-  LayoutRequest request;
-  request.out = temp.path();
-  request.sequence = "0001/clone";
-  request.quiet = true;
+  LayoutRequest request{.out = temp.path(), .sequence = "0001/clone", .quiet = true};
   write_vkitti1_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 1}), request);
   const auto files = all_files(temp.path());
   std::vector<std::string> names;
@@ -258,10 +251,7 @@ TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
 
 TEST(Vkitti2Layout, FilesHaveTheirOfficialNames) {
   TempFolder temp;
-  LayoutRequest request;
-  request.out = temp.path();
-  request.sequence = "Scene01/clone";
-  request.quiet = true;
+  LayoutRequest request{.out = temp.path(), .sequence = "Scene01/clone", .quiet = true};
   write_vkitti2_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 300}), request);
   std::vector<std::string> names;
   for (const auto& [name, bytes] : all_files(temp.path() / "Scene01/clone")) names.push_back(name);

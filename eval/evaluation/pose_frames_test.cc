@@ -46,9 +46,7 @@ TEST(PoseFrame, AxesChangeWorldAndBody) {
 }
 
 TEST(PoseFrame, ALeverArmAloneIsAlongTheBodysAxes) {
-  PoseFrame frame;
-  frame.axes = "flu";
-  frame.body_from_camera = parse_body_from_camera("1.5, 0, 0.3");
+  PoseFrame frame{.axes = "flu", .body_from_camera = parse_body_from_camera("1.5, 0, 0.3")};
   const SE3 T = some_motion(3);
   PoseSeries s = one(T);
   to_camera(s, frame);

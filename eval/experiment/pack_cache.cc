@@ -191,9 +191,8 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   // Of many processes that start on one cache one makes the pack, and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
-  Packed packed;
-  packed.pairs = read_all(sequence, options, masks, jobs, quiet);
-  packed.inputs = sequence.inputs().entries();
+  Packed packed{.pairs = read_all(sequence, options, masks, jobs, quiet),
+                .inputs = sequence.inputs().entries()};
   const std::string content = content_id(request, packed.inputs);
   packed.file = folder_ / (content + ".pack");
   Json manifest = request;

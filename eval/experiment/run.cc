@@ -181,9 +181,7 @@ RunResult run(const RunConfig& config) {
   }
   check_distinct(sequences, plan.sources);
 
-  RunResult result;
-  result.jobs = config.jobs;
-  result.configuration = resolved_configuration(config);
+  RunResult result{.configuration = resolved_configuration(config), .jobs = config.jobs};
   for (size_t i = 0; i < sequences.size(); ++i) {
     result.sources.push_back(run_source(config, plan, i, *sequences[i], result.records));
     sequences[i].reset();

@@ -21,9 +21,7 @@ Subject subject(const std::string& body) { return {"synthetic", "s18", "joint_fl
 
 /// A row of every verdict, and names that have to be escaped.
 Comparison every_verdict() {
-  Comparison c;
-  c.base = "results/<base> & \"more\"";
-  c.fresh = "new";
+  Comparison c{.base = "results/<base> & \"more\"", .fresh = "new"};
   c.findings = {{"data", "a.png\x01", "'aa'", "<bb>", true}, {"build", "git_commit", "1", "2", false}};
   c.accuracy = {
       {{0, Interval{0, 0}, 0, 0, {}, {}, {}}, subject("ego"), "Et_m", 60, 0, 0, 0.01, GateVerdict::ok},

@@ -49,11 +49,8 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
 std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
   std::vector<AchievedNoiseRow> rows;
   for (const AchievedNoise& entry : sweep.achieved) {
-    AchievedNoiseRow row;
-    row.parameter = sweep.parameter;
-    row.source = entry.source;
-    row.level = entry.level;
-    row.body = "all";
+    AchievedNoiseRow row{
+        .parameter = sweep.parameter, .source = entry.source, .body = "all", .level = entry.level};
     add_depth(entry, row, rows);
     if (!entry.noise.contains("flow") || !entry.noise["flow"].is_object()) continue;
     for (const auto& [body, flow] : entry.noise["flow"].items()) add_flow(entry, body, flow, row, rows);

@@ -56,10 +56,9 @@ ErrorTrend trend_of(const RecordRefs& records, const Clusters& clusters, const s
     by_level[record->level].add(value);
     by_cluster[cluster.back()][record->level].add(value);
   }
-  ErrorTrend trend;
-  trend.mean_lowest = by_level.begin()->second.value();
-  trend.mean_highest = by_level.rbegin()->second.value();
-  trend.n_steps = static_cast<int>(by_level.size()) - 1;
+  ErrorTrend trend{.mean_lowest = by_level.begin()->second.value(),
+                   .mean_highest = by_level.rbegin()->second.value(),
+                   .n_steps = static_cast<int>(by_level.size()) - 1};
   for (auto it = std::next(by_level.begin()); it != by_level.end(); ++it) {
     trend.n_rises += it->second.value() > std::prev(it)->second.value() ? 1 : 0;
   }

@@ -94,9 +94,7 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
   OutputFiles files;
   std::string records;
   for (const PlanEstimator& estimator : plan.estimators) {
-    RunConfig run_config;
-    run_config.sources = plan.sources;
-    run_config.estimator = estimator.name;
+    RunConfig run_config{.sources = plan.sources, .estimator = estimator.name};
     run_config.options = {{"estimator", estimator.options}};
     run_config.jobs = 1;
     run_config.quiet = config.quiet;

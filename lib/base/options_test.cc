@@ -120,9 +120,7 @@ TEST(ReadOptions, RunsTheStructsOwnCheck) {
 }
 
 TEST(WriteOptions, RoundTripsThroughText) {
-  OuterOptions options;
-  options.kernel = Kernel::none;
-  options.seed = std::numeric_limits<uint64_t>::max();
+  OuterOptions options{.seed = std::numeric_limits<uint64_t>::max(), .kernel = Kernel::none};
   options.ransac.threshold_px = 0.1 + 0.2;
   OuterOptions read;
   read_options(Json::parse(write_options(options).dump()), read);

@@ -25,9 +25,7 @@ class LeastSquares final : public sextant::Estimator {
 
   sextant::MotionEstimate estimate(const sextant::Problem& problem,
                                    const sextant::StartingPoint& start) const override {
-    sextant::MotionEstimate result;
-    result.T_curr_prev = start.T_curr_prev;
-    result.inliers = start.inliers;
+    sextant::MotionEstimate result{.T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
     Matrix6d hessian;
     for (; result.iterations < options_.iterations; ++result.iterations) {
       Vector6d gradient;

@@ -205,11 +205,7 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
       legend.push_back({estimator_title(estimator),
                         fmt::format("with boxes fc rgb \"{}\" fs transparent solid 0.35 border",
                                     estimator_colour(estimator))});
-    PanelLayout layout;
-    layout.left_cm = 1.9;
-    layout.panel_height_cm = 4.4;
-    layout.bottom_cm = 0.6;
-    layout.top_cm = 0.25;
+    PanelLayout layout{.panel_height_cm = 4.4, .left_cm = 1.9, .bottom_cm = 0.6, .top_cm = 0.25};
     set_panels(layout, legend, panels, figure);
     figure.caption = fmt::format(
         "Distribution of the errors, {}: median, quartiles, whiskers at 5 and 95 %, over all pairs and "

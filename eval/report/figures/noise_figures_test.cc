@@ -62,12 +62,11 @@ TEST(NoiseFigures, GnuplotsWordsReachTheUser) {
 }
 
 TEST(NoiseFigures, AchievedNoiseIsDrawnByChannel) {
-  AchievedNoiseRow row;
-  row.parameter = "depth.delta_d_px";
-  row.source = "synthetic:s18";
-  row.channel = "depth";
-  row.requested_px = 0.2;
-  row.achieved_px = 0.201;
+  AchievedNoiseRow row{.parameter = "depth.delta_d_px",
+                       .source = "synthetic:s18",
+                       .channel = "depth",
+                       .requested_px = 0.2,
+                       .achieved_px = 0.201};
   const std::vector<Figure> figures = achieved_noise_figures({row});
   ASSERT_EQ(figures.size(), 1U);
   EXPECT_EQ(figures[0].name, "achieved_depth.delta_d_px_synthetic-s18");

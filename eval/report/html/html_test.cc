@@ -13,14 +13,10 @@ using testing::HasSubstr;
 using testing::Not;
 
 ReportDocument document_of(Table table) {
-  ReportDocument document;
-  document.title = "Errors <of> \"everything\" & more";
-  document.abstract = "One paragraph.";
+  ReportDocument document{.title = "Errors <of> \"everything\" & more", .abstract = "One paragraph."};
   document.verdicts = {{"Table III", "not reproduced", "0.005 against 0.012 m", "#mot_all"},
                        {"5 < 6", "reproduced", "5", ""}};
-  Figure figure;
-  figure.name = "line";
-  figure.caption = "A 'line'";
+  Figure figure{.name = "line", .caption = "A 'line'"};
   figure.data.columns = {{"x", "x"}};
   figure.data.rows = {{1.0}, {2.0}};
   figure.script = "plot data using (column(\"x\")):(column(\"x\")) with lines notitle\n";
