@@ -17,8 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Miniature {
   std::string source;
   std::vector<Json> options = {Json::object()};  ///< each is tried

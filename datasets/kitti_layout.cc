@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double layout_rate_hz = 10;
 constexpr int largest_id = 1000;  // MOTS: class * 1000 + id - 1
 constexpr int occlusion_unknown = 3;

@@ -19,8 +19,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
 

@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 // A car with every sensor turned and shifted against the next.
 class KittiMadeTruth : public testing::Test {
  protected:

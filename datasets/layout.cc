@@ -22,8 +22,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
 
 constexpr const char* stage_prefix = ".sextant_incomplete_";

@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// The source below SEXTANT_DATA, or none.
 std::optional<SourceSpec> real(const std::string& adapter, const std::string& folder,
                                const std::string& rest) {

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels all_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
 
 class VdoFolder : public FolderTest {
@@ -53,10 +51,10 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
     EXPECT_TRUE(a.flow.empty() ||
                 std::memcmp(a.flow.data(), b.flow.data(), a.flow.size() * sizeof(Flow)) == 0);
   }
-  std::filesystem::remove(file("flow/000002.flo"));
+  fs::remove(file("flow/000002.flo"));
   expect_error([&] { open_with(source())->check_files(); }, file("flow/000002.flo") + ": missing file");
   open_with(source(), {{"flow", "dis"}})->check_files();
-  std::filesystem::remove_all(file("flow"));
+  fs::remove_all(file("flow"));
   expect_error([&] { open_with(source()); }, file("flow") + ": no such folder");
   open_with(source(), {{"flow", "dis"}})->check_files();
 }

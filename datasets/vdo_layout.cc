@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int largest_frame = 999'999;  // six digits
 
 std::string times_text(const SequenceInfo& info) {

@@ -6,8 +6,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 VdoFixtureOptions small() {
   VdoFixtureOptions options{.n_frames = 3, .first_frame = 7, .width = 64, .height = 32};
   return options;

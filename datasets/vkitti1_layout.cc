@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 // All that is no track: the source does not tell roads from trees.
 constexpr const char* static_category = "Misc";
 constexpr Rgb static_color{80, 80, 80};

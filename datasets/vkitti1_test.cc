@@ -7,8 +7,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels all_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
 const std::string extrinsics = "vkitti_1.3.1_extrinsicsgt/0001_clone.txt";
 const std::string objects_file = "vkitti_1.3.1_motgt/0001_clone.txt";

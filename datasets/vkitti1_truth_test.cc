@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 double median(std::vector<double> values) {
   SEXTANT_CHECK(!values.empty());
   const auto middle = values.begin() + static_cast<long>(values.size()) / 2;

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int left_camera = 0;
 constexpr int right_camera = 1;
 

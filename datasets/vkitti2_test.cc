@@ -6,8 +6,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels all_channels = Channels::all();
 const std::string scene = "Scene01/clone/";
 

@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels measured_channels{.depth = true, .flow = true, .mask = true};
 
 class VkittiLayouts : public testing::TestWithParam<const char*> {

@@ -12,7 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 std::string csv(const SE3& T) {

@@ -18,8 +18,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 pid_t start_program(const std::vector<std::string>& arguments) {
   const pid_t child = ::fork();
   if (child != 0) return child;

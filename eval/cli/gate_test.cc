@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 class GateProgram : public ::testing::Test {
  protected:
   GateProgram() {

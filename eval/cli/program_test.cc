@@ -14,7 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 class ProgramOnFixture : public testing::Test {

@@ -17,8 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Image<Flow> read_flow(const std::string& path, const std::string& format) {
   const std::string bytes = read_file(path);
   if (format == "flo" || (format.empty() && path.ends_with(".flo"))) return decode_flo(bytes, path);

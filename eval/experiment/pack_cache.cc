@@ -9,13 +9,12 @@
 #include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
+#include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 int64_t change_time(const fs::path& path, std::error_code& error) {
   return static_cast<int64_t>(fs::last_write_time(path, error).time_since_epoch().count());

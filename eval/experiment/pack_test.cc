@@ -16,7 +16,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 /// A small VDO folder and a cache for its packs.

@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Reads one plan; knows where in the text things stand.
 class PlanReader {
  public:

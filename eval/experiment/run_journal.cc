@@ -5,8 +5,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Json pose_json(const SE3& T) {
   const Eigen::Quaterniond& q = T.rotation();
   const Eigen::Vector3d& t = T.translation();

@@ -16,7 +16,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 RunConfig config_of(const std::string& source, int jobs = 1) {

@@ -18,8 +18,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 class SweepTest : public SmallPlan, public testing::Test {
  protected:
   SweepConfig config(const std::string& out, int jobs = 1) const {

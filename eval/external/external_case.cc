@@ -9,8 +9,6 @@
 
 namespace sextant {
 
-namespace fs = std::filesystem;
-
 CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
     : keep_(folder.empty() ? std::nullopt : std::optional(keep)) {
   if (folder.empty()) {

@@ -20,8 +20,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Writes the input; returns the layout's name of the sequence.

@@ -14,7 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;

@@ -9,7 +9,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre;
 
 class SystemConfigurations : public ExternalEstimatorTest {

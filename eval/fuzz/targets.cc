@@ -63,7 +63,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using Bytes = std::string_view;
 
 // ---- JSON and results of ours

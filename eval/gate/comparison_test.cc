@@ -9,7 +9,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::benchmark_json;
 using ::testing::HasSubstr;
 using testing::sweep_provenance;

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 int whole(const NumberFile& file, size_t i, const char* what) {
   const double value = file.values()[i];
   if (value != std::trunc(value) || value < 0 || value > 1e9)

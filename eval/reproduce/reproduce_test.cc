@@ -16,7 +16,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 /// Two small parts that can run, and one that lacks its data.

@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Json read_data_json(const fs::path& folder) {
   const fs::path path = folder / "data.json";
   if (!fs::exists(path)) {

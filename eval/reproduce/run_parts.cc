@@ -16,8 +16,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// What made a part besides its plan and data: this very program.
 std::string program_id() {
   static const std::string id = sha256(read_file("/proc/self/exe"));
