@@ -276,7 +276,7 @@ TEST_P(Adapters, AMissingFileIsNamedWithWhatToDo) {
       ADD_FAILURE() << "nothing is missed";
     } catch (const Error& error) {
       const std::string folder = fs::path(file).parent_path().string();
-      EXPECT_THAT(std::string(error.what()), testing::HasSubstr(folder));
+      EXPECT_THAT(std::string(error.what()), HasSubstr(folder));
       EXPECT_THAT(std::string(error.what()),
                   testing::ContainsRegex("(frame [0-9]+ (needs its|is missing)|files "
                                          "named by frame number).*add (it|them)"));

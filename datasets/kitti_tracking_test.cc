@@ -9,9 +9,6 @@
 namespace sextant {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
-
 constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
 
@@ -62,8 +59,8 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
   const auto sequence = open();
   EXPECT_FALSE(sequence->info().channels.depth);
   EXPECT_TRUE(sequence->read(0, all_channels).depth_m.empty());
-  EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(HasSubstr("no " + file("depth_02/0007") +
-                                                                        " and no " + file("image_03/0007"))));
+  EXPECT_THAT(sequence->info().warnings,
+              ElementsAre(HasSubstr("no " + file("depth_02/0007") + " and no " + file("image_03/0007"))));
   expect_error(
       [&] {
         open("#0007", {{"depth", "sgbm"}});
@@ -83,7 +80,7 @@ TEST_F(KittiTracking, MasksFromTheBestThatIsThere) {
   remove("instances_txt");
   const auto without = open();
   EXPECT_FALSE(without->info().channels.mask);
-  EXPECT_THAT(without->info().warnings, testing::ElementsAre(HasSubstr("no masks (option masks = boxes")));
+  EXPECT_THAT(without->info().warnings, ElementsAre(HasSubstr("no masks (option masks = boxes")));
   EXPECT_FALSE(open("#0007", {{"flow", "none"}})->info().channels.flow);
 }
 
@@ -114,8 +111,8 @@ TEST_F(KittiTracking, MissingTruthIsAWarning) {
   remove("label_02");
   const auto sequence = open();
   EXPECT_THAT(sequence->info().warnings,
-              testing::ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
-                                   "no " + file("label_02/0007.txt") + ": no true object motion"));
+              ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
+                          "no " + file("label_02/0007.txt") + ": no true object motion"));
   EXPECT_TRUE(sequence->truth().camera.empty());
   EXPECT_FALSE(sequence->truth().camera_step_floor_m.has_value());
 }

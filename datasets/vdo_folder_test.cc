@@ -39,8 +39,8 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
                                          {"depth", "disparity256:" + file("depth")},
                                          {"masks", "vdo_text:" + file("semantic")}});
   EXPECT_THAT(same->info().provenance,
-              testing::ElementsAre("depth: disparity256:" + file("depth"), "flow: flo:" + file("flow"),
-                                   "masks: vdo_text:" + file("semantic")));
+              ElementsAre("depth: disparity256:" + file("depth"), "flow: flo:" + file("flow"),
+                          "masks: vdo_text:" + file("semantic")));
   same->check_files();
   for (const int k : {1, 4}) {
     const Frame a = own->read(k, all_channels), b = same->read(k, all_channels);
@@ -129,7 +129,7 @@ TEST_F(VdoFolder, OptionsOverrideTheFolder) {
   EXPECT_EQ(sequence->info().camera.left.fy, 200);
   EXPECT_EQ(sequence->info().camera.bf, 190);
   ASSERT_EQ(sequence->info().warnings.size(), 1u);
-  EXPECT_THAT(sequence->info().warnings[0], testing::HasSubstr("steps of 0.1 s, but the rate is 5 Hz"));
+  EXPECT_THAT(sequence->info().warnings[0], HasSubstr("steps of 0.1 s, but the rate is 5 Hz"));
   expect_error([&] { open_with(source(), {{"bf", -1.0}}); }, "option bf = -1");
   expect_error(
       [&] {
@@ -159,18 +159,16 @@ TEST_F(VdoFolder, MissingTruthIsAWarning) {
 
 TEST_F(VdoFolder, FramesWithoutAPoseAreAWarning) {
   put("pose_gt.txt", encode_pose_text({{0, SE3()}, {1, SE3()}}));
-  EXPECT_THAT(open_with(source())->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("no pose for 3 of 5 frames")));
+  EXPECT_THAT(open_with(source())->info().warnings, ElementsAre(HasSubstr("no pose for 3 of 5 frames")));
 }
 
 TEST_F(VdoFolder, AnAssumedRateIsTold) {
   fs::remove(file("camera.yaml"));
   fs::remove(file("times.txt"));
   Json camera = {{"fx", 200.0}, {"fy", 200.0}, {"cx", 159.5}, {"cy", 47.5}, {"bf", 200.0}};
-  EXPECT_THAT(open_with(source(), camera)->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("10 Hz are assumed")));
+  EXPECT_THAT(open_with(source(), camera)->info().warnings, ElementsAre(HasSubstr("10 Hz are assumed")));
   camera["rate_hz"] = 10.0;
-  EXPECT_THAT(open_with(source(), camera)->info().warnings, testing::IsEmpty());
+  EXPECT_THAT(open_with(source(), camera)->info().warnings, IsEmpty());
 }
 
 TEST_F(VdoFolder, WithoutYamlOnlyTheDemosSizeHasACamera) {
@@ -184,8 +182,7 @@ TEST_F(VdoFolder, WithoutYamlOnlyTheDemosSizeHasACamera) {
   const auto sequence = open_with(source());
   EXPECT_EQ(sequence->info().camera.left.fx, 721.5377);
   EXPECT_EQ(sequence->info().rate_hz, 10);
-  EXPECT_THAT(sequence->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("using the KITTI 0003 demo's f = 721.5377")));
+  EXPECT_THAT(sequence->info().warnings, ElementsAre(HasSubstr("using the KITTI 0003 demo's f = 721.5377")));
   EXPECT_EQ(open_with(source(), {{"bf_preset", "colour"}})->info().camera.bf, 384.3814);
 }
 
@@ -239,9 +236,8 @@ TEST_F(VdoDemo, OpensWithItsTwoWarnings) {
   EXPECT_EQ(info.first_frame, 0);
   EXPECT_EQ(info.last_frame, 19);
   EXPECT_EQ(info.rate_hz, 10);
-  EXPECT_THAT(info.warnings,
-              testing::ElementsAre(testing::HasSubstr("no *.yaml camera in"),
-                                   testing::HasSubstr("steps of 0.05 s, but the rate is 10 Hz")));
+  EXPECT_THAT(info.warnings, ElementsAre(HasSubstr("no *.yaml camera in"),
+                                         HasSubstr("steps of 0.05 s, but the rate is 10 Hz")));
   sequence->check_files();
   EXPECT_EQ(sequence->truth().camera.poses().size(), 144u);
   expect_error([&] { open_with(source_ + "@0-143"); }, "it has frames 0-19");

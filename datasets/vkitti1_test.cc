@@ -29,9 +29,8 @@ TEST_F(Vkitti1Files, InfoSaysWhatIsThere) {
   EXPECT_EQ(info.camera.left.cx, 620.5);
   EXPECT_EQ(info.camera.left.cy, 187);
   EXPECT_DOUBLE_EQ(info.camera.bf, 386.225625);
-  EXPECT_THAT(info.provenance, testing::ElementsAre(testing::StartsWith("depth: cm:"),
-                                                    testing::StartsWith("flow: vkitti_png:"),
-                                                    testing::StartsWith("masks: scene colours:")));
+  EXPECT_THAT(info.provenance, ElementsAre(StartsWith("depth: cm:"), StartsWith("flow: vkitti_png:"),
+                                           StartsWith("masks: scene colours:")));
   sequence->check_files();
   EXPECT_EQ(open_with(source_ + "@4-5")->info().last_frame, 5);
   EXPECT_EQ(open_with("vkitti1:" + root_.string() + "#0001")->info().sequence, "0001/clone");
@@ -60,7 +59,7 @@ TEST_F(Vkitti1Files, AnySubsetOpens) {
   text_only->check_files();
   remove(extrinsics);
   EXPECT_THAT(open_with(source_)->info().warnings,
-              testing::ElementsAre("no extrinsicsgt of world 0001: no true camera motion"));
+              ElementsAre("no extrinsicsgt of world 0001: no true camera motion"));
 }
 
 TEST_F(Vkitti1Files, OtherChannelsLeaveTheTruthTrue) {

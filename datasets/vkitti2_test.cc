@@ -21,10 +21,9 @@ TEST_F(Vkitti2Files, InfoSaysWhatIsThere) {
   EXPECT_EQ(info.camera.left.fx, 725);
   EXPECT_NEAR(info.camera.bf, 725 * 0.532725, 1e-9);
   EXPECT_TRUE(info.warnings.empty());
-  EXPECT_THAT(info.provenance, testing::ElementsAre(testing::StartsWith("depth: cm:"),
-                                                    testing::StartsWith("flow: vkitti_png:"),
-                                                    testing::StartsWith("masks: instance_png:"),
-                                                    testing::StartsWith("backward flow: vkitti_png:")));
+  EXPECT_THAT(info.provenance,
+              ElementsAre(StartsWith("depth: cm:"), StartsWith("flow: vkitti_png:"),
+                          StartsWith("masks: instance_png:"), StartsWith("backward flow: vkitti_png:")));
   sequence->check_files();
   const std::string root = "vkitti2:" + root_.string();
   for (const char* name : {"#0001/clone", "#Scene01", "#0001", "#1"}) {
@@ -46,8 +45,8 @@ TEST_F(Vkitti2Files, AnySubsetOpens) {
   remove(scene + "frames/forwardFlow");
   remove(scene + "frames/depth");
   const auto images = open_with(source_);
-  EXPECT_THAT(images->info().provenance, testing::Contains("flow: dis"));
-  EXPECT_THAT(images->info().provenance, testing::Contains(testing::HasSubstr("depth: sgbm")));
+  EXPECT_THAT(images->info().provenance, Contains("flow: dis"));
+  EXPECT_THAT(images->info().provenance, Contains(HasSubstr("depth: sgbm")));
   remove(scene + "frames");
   const auto text_only = open_with(source_);
   const Channels& channels = text_only->info().channels;
@@ -123,7 +122,7 @@ TEST_F(Vkitti2Files, AnotherBaselineIsThatOfTheFile) {
   const auto sequence = open_with(find_layout("vkitti2").write(source, request));
   EXPECT_EQ(sequence->info().camera.left.fy, 510);
   EXPECT_NEAR(sequence->info().camera.bf, 125, 1e-9);
-  EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(testing::StartsWith("baseline of 0.250000 m")));
+  EXPECT_THAT(sequence->info().warnings, ElementsAre(StartsWith("baseline of 0.250000 m")));
 }
 
 TEST_F(Vkitti2Files, BadText) {

@@ -232,7 +232,7 @@ TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
   std::vector<std::string> names;
   for (const auto& [name, bytes] : files) names.push_back(name);
   EXPECT_THAT(names,
-              testing::UnorderedElementsAre(
+              UnorderedElementsAre(
                   "vkitti_1.3.1_rgb/0001/clone/00003.png", "vkitti_1.3.1_rgb/0001/clone/00004.png",
                   "vkitti_1.3.1_depthgt/0001/clone/00003.png", "vkitti_1.3.1_depthgt/0001/clone/00004.png",
                   "vkitti_1.3.1_flowgt/0001/clone/00003.png", "vkitti_1.3.1_scenegt/0001/clone/00003.png",
@@ -240,7 +240,7 @@ TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
                   "vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt",
                   "vkitti_1.3.1_extrinsicsgt/0001_clone.txt", "vkitti_1.3.1_motgt/0001_clone.txt"));
   EXPECT_THAT(files.at("vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt"),
-              testing::StartsWith("Category(:id) r g b\nMisc 80 80 80\nVan:0 "));
+              StartsWith("Category(:id) r g b\nMisc 80 80 80\nVan:0 "));
   const auto objects = decode_vkitti1_objects(files.at("vkitti_1.3.1_motgt/0001_clone.txt"), "motgt");
   EXPECT_EQ(objects[0].occupr, 1);  // the mask is a full rectangle
   EXPECT_EQ(objects[0].occluded, 0);
@@ -253,7 +253,7 @@ TEST(Vkitti2Layout, FilesHaveTheirOfficialNames) {
   write_vkitti2_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 300}), request);
   std::vector<std::string> names;
   for (const auto& [name, bytes] : all_files(temp.path() / "Scene01/clone")) names.push_back(name);
-  EXPECT_THAT(names, testing::UnorderedElementsAre(
+  EXPECT_THAT(names, UnorderedElementsAre(
                          "extrinsic.txt", "intrinsic.txt", "pose.txt", "bbox.txt", "info.txt", "colors.txt",
                          "frames/rgb/Camera_0/rgb_00003.jpg", "frames/rgb/Camera_0/rgb_00004.jpg",
                          "frames/rgb/Camera_1/rgb_00003.jpg", "frames/rgb/Camera_1/rgb_00004.jpg",

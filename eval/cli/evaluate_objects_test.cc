@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 std::string csv(const SE3& T) {
   const Eigen::Vector3d& t = T.translation();
   const Eigen::Quaterniond& q = T.rotation();

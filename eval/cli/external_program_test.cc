@@ -136,7 +136,7 @@ TEST(ExternalProgram, NoMoreProcessesAllowed) {
     const auto [code, said] = limited(fmt::format("{} --out {}/out", what, here));
     EXPECT_EQ(code, 2) << said;
     EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
-    EXPECT_THAT(said, testing::HasSubstr("ulimit -u"));
+    EXPECT_THAT(said, HasSubstr("ulimit -u"));
   }
 }
 

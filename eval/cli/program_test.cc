@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 class ProgramOnFixture : public testing::Test {
  protected:
   ProgramOnFixture() { fixture_ = make_vdo_fixture(temp_.path() / "vdo", {.width = 160, .height = 48}); }

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 Json row(const Table& table, const std::string& subset) {
   for (const Json& r : rows_to_json(table)) {
     if (r["subset"] == subset) return r;
@@ -89,7 +87,7 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
   o.estimate_format = "kitti";
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
-  EXPECT_THAT(evaluate_flow(o).notes, testing::ElementsAre(HasSubstr("1 of 2 images of the truth")));
+  EXPECT_THAT(evaluate_flow(o).notes, ElementsAre(HasSubstr("1 of 2 images of the truth")));
   folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
   EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("give --gt-format"));
 }

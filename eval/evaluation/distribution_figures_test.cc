@@ -43,7 +43,7 @@ TEST(ErrorFigures, BothAreDrawnByGnuplot) {
       draw({cumulative_figure("cdf", "E [m]", samples()), box_figure("boxes", "E [m]", samples())}, 1);
   for (const char* name : {"cdf.svg", "boxes.svg"}) {
     ASSERT_TRUE(files.contains(name));
-    EXPECT_THAT(files.at(name), testing::HasSubstr("many"));
+    EXPECT_THAT(files.at(name), HasSubstr("many"));
   }
 }
 

@@ -11,11 +11,7 @@
 
 namespace sextant {
 namespace {
-
-using testing::Contains;
 using testing::Field;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
 auto text(const std::string& part) { return Field("text", &TrajectoryWarning::text, HasSubstr(part)); }
@@ -67,7 +63,7 @@ TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
 }
 
 TEST(EgoEvaluation, DifferentRatesAreTold) {
-  EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, testing::ElementsAre(code("rates")));
+  EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, ElementsAre(code("rates")));
 }
 
 TEST(EgoEvaluation, ADenserAndLongerEstimateMayBeTheTruth) {
@@ -134,7 +130,7 @@ TEST(EgoEvaluation, AShiftBelowAStepIsToldWhenItExplainsTheError) {
       const PoseSeries estimate = noisy(drive(300, 10, shift_s));
       EgoOptions options{.alignment = how};
       const EgoResult r = evaluate(drive(300, 10), estimate, options);
-      ASSERT_THAT(r.warnings, testing::ElementsAre(code("lag")));
+      ASSERT_THAT(r.warnings, ElementsAre(code("lag")));
       EXPECT_THAT(r.warnings, Contains(text(shift_s < 0 ? "is late by 0.03 s" : "is early by 0.0")));
       EXPECT_THAT(r.warnings, Contains(text("--estimate-offset")));
       options.association.offset_s = shift_s;
@@ -151,7 +147,7 @@ TEST(EgoEvaluation, WhatAShiftOfTheClockWouldExplainAsWellIsNotToldAsOne) {
   for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3}) {
     EXPECT_THAT(evaluate(drive(300, 10), longer, {.alignment = how}).warnings, Not(Contains(code("lag"))));
     EXPECT_THAT(evaluate(drive(300, 10), beside, {.alignment = how}).warnings,
-                testing::ElementsAre(code("lever_arm")));
+                ElementsAre(code("lever_arm")));
   }
 }
 
@@ -279,7 +275,7 @@ TEST(EgoEvaluation, AnOffsetAroundAnEpochIsEstimatedAsWell) {
   EgoOptions options{.interpolate_max_gap_s = 0.2};
   options.association.offset_s = -epoch_s;
   const EgoResult told = evaluate(drive(600, 10), estimate, options);
-  ASSERT_THAT(told.warnings, testing::ElementsAre(code("lag")));
+  ASSERT_THAT(told.warnings, ElementsAre(code("lag")));
   EXPECT_THAT(told.warnings, Contains(text("--offset -1399999999.97")));
   options.estimate_offset = true;
   const EgoResult r = evaluate(drive(600, 10), estimate, options);

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 PoseSeries one(const SE3& T) {
   PoseSeries s;
   s.add(T.rotation().toRotationMatrix(), T.translation());

@@ -14,12 +14,7 @@
 
 namespace sextant {
 namespace {
-
-using testing::Contains;
-using testing::ElementsAre;
 using testing::Field;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
 
@@ -125,7 +120,7 @@ TEST(Explanation, ATurnOfTheWorldIsToldButNoDrift) {
   const PoseSeries truth = flight(400);
   const auto told = warnings(truth, turned(noisy(truth), 0.5, Eigen::Vector3d::UnitZ(), {3, 1, 2}));
   ASSERT_THAT(told, ElementsAre(code("yaw")));
-  EXPECT_THAT(told[0].text, testing::AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
+  EXPECT_THAT(told[0].text, AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
   PoseSeries drifting;
   for (int i = 0; i < 400; ++i) {
     const Eigen::Matrix3d R = Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();

@@ -16,8 +16,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 /// A small VDO folder and a cache for its packs.
 class PackTest : public testing::Test {
  protected:

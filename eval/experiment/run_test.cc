@@ -16,8 +16,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 RunConfig config_of(const std::string& source, int jobs = 1) {
   RunConfig config;
   config.sources = {SourceSpec::parse(source)};

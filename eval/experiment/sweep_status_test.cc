@@ -12,8 +12,6 @@
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 using State = ShardStatus::State;
 
 constexpr const char* plan_text =

@@ -109,7 +109,7 @@ TEST_F(SweepTest, NoiseOnMasksHasItsOwnPacksAndEqualsARun) {
   masks.plan = parse_plan(plan_text(grid, "1"), "plan.json", "");
   sweep(masks);
   EXPECT_EQ(masks.cache.list().size(), 3U);
-  EXPECT_THAT(untimed_bytes("masks"), testing::HasSubstr("mask"));
+  EXPECT_THAT(untimed_bytes("masks"), HasSubstr("mask"));
   expect_run_of_last_level("masks", masks.plan);
   masks.out = file("masks_without");
   masks.use_packs = false;

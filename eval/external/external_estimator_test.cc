@@ -15,8 +15,6 @@ namespace sextant {
 namespace {
 
 using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 // ---- what comes back well
 
@@ -348,10 +346,10 @@ TEST_F(ExternalEstimatorTest, EveryLayout) {
     return read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
   };
   EXPECT_THAT(files("vdo", false), HasSubstr("semantic/000007.txt"));
-  EXPECT_THAT(files("vdo", false), testing::Not(HasSubstr("pose_gt.txt")));
+  EXPECT_THAT(files("vdo", false), Not(HasSubstr("pose_gt.txt")));
   EXPECT_THAT(files("vdo", true), HasSubstr("pose_gt.txt"));
   EXPECT_THAT(files("kitti", false), HasSubstr("training/image_02/0000/000004.png"));
-  EXPECT_THAT(files("kitti", false), testing::Not(HasSubstr("oxts")));
+  EXPECT_THAT(files("kitti", false), Not(HasSubstr("oxts")));
   EXPECT_THAT(files("vkitti2", false), HasSubstr("Scene00/clone/frames/depth/Camera_0/depth_00003.png"));
 }
 

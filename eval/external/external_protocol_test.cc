@@ -17,11 +17,6 @@
 namespace sextant {
 namespace {
 
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
-
 class ExternalProtocolTest : public ExternalEstimatorTest {
  protected:
   fs::path case_folder() const { return file("logs") / "vdo_data_3-7_seed0"; }

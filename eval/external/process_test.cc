@@ -17,8 +17,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 class Process : public testing::Test {
  protected:
   ProcessRequest request(const std::string& script, double time_limit_s = 30) const {

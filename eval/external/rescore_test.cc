@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
   const TempFolder folder;
   const auto error = [&](const char* level, const char* seeds) {

@@ -9,8 +9,6 @@
 namespace sextant {
 namespace {
 
-using testing::ElementsAre;
-
 class SystemConfigurations : public ExternalEstimatorTest {
  protected:
   static std::string configuration(const std::string& name) {

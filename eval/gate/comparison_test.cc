@@ -10,7 +10,6 @@ namespace sextant {
 namespace {
 
 using testing::benchmark_json;
-using ::testing::HasSubstr;
 using testing::sweep_provenance;
 using testing::sweep_records;
 using testing::write_run;

@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr const char* noon = "2026-01-31T12:00:00";
 
 Subject subject(const std::string& body) { return {"synthetic", "s18", "joint_flow", "depth", body, 0.1}; }
@@ -122,7 +120,7 @@ TEST(Outputs, MarkdownHoldsNoHtmlAndNoLinesOfStrangers) {
   c.accuracy[1].subject.estimator = "a\n| b | <b>";
   const std::string text = comparison_markdown(c);
   for (const char* html : {"<img", "<script", "</script", "<b>", "\n# Heading", "&lt; |", "\nalert"})
-    EXPECT_THAT(text, ::testing::Not(HasSubstr(html)));
+    EXPECT_THAT(text, Not(HasSubstr(html)));
   EXPECT_THAT(text, HasSubstr("BASE &lt;img src=x>`  # Heading, NEW new"));
 }
 

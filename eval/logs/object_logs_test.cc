@@ -11,9 +11,6 @@
 namespace sextant {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
-
 constexpr double dt = 0.1;
 
 /// A car that drives and turns, seen from a moving camera; the estimate is off by `error` in its own frame.

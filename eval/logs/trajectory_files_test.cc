@@ -7,10 +7,6 @@
 
 namespace sextant {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr const char* tum = "# time x y z\n1.0 1 2 3 0 0 0 1\n1.1 2 2 3 0 0 0.6 0.8\n";
@@ -155,7 +151,7 @@ TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
   for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
                            "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
     EXPECT_THAT(error(text, "auto"),
-                testing::AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+                AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
         << text;
   }
   EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
@@ -181,7 +177,7 @@ TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
 
 TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
   EXPECT_THAT(error("time,x,y,z,qx,qy,qz,qw\n1500,1,2,3,0,0,0,1\n", "auto"),
-              testing::AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
+              AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
   EXPECT_THAT(error("time,x,y,z,qw,qx,qy,qz\n1500,1,2,3,1,0,0,0\n", "auto"), HasSubstr("--format euroc"));
   const std::string orb_slam3 =
       "1403636579763555584.000000 1 2 3 0 0 0 1\n1403636579863555584.000000 1 2 3 0 0 0 1\n";

@@ -14,10 +14,6 @@
 namespace sextant {
 namespace {
 
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-
 // ---- writers, after the formats' specifications
 
 template <typename T>

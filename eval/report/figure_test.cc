@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
 /// The text as title, label, tic, series, axis and cell; its one point is drawn where strcol() is the text.
 Figure figure_of(const std::string& text, const std::string& name) {
   Figure figure;

@@ -17,10 +17,6 @@
 namespace sextant {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-
 TEST(Fail, ThrowsAFormattedError) {
   try {
     fail("{}:{}: expected {}", "poses.txt", 3, "16 numbers");

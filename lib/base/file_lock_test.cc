@@ -51,7 +51,7 @@ TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
     EXPECT_FALSE(other_process_takes());
     std::string holder;
     EXPECT_FALSE(FileLock::take(file_, &holder, GetParam()));
-    EXPECT_THAT(holder, ::testing::HasSubstr("process"));
+    EXPECT_THAT(holder, HasSubstr("process"));
   }
   EXPECT_TRUE(other_process_takes());
 }
@@ -74,7 +74,7 @@ TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
   std::ofstream(file.string() + ".lock") << "node17 4711\n";
   std::string holder;
   EXPECT_FALSE(FileLock::take(file, &holder, &no_flock));
-  EXPECT_THAT(holder, ::testing::HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
+  EXPECT_THAT(holder, HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
 }
 
 TEST(FileLock, TheSystemsReasonIsSaid) {
@@ -83,7 +83,7 @@ TEST(FileLock, TheSystemsReasonIsSaid) {
     FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("journal.jsonl: cannot lock: Input/output error"));
+    EXPECT_THAT(error.what(), HasSubstr("journal.jsonl: cannot lock: Input/output error"));
   }
 }
 
@@ -117,7 +117,7 @@ TEST(Machine, Quotas) {
 }
 
 TEST(Machine, HostNameIsFitForFiles) {
-  EXPECT_THAT(host_name(), ::testing::Not(::testing::IsEmpty()));
+  EXPECT_THAT(host_name(), Not(IsEmpty()));
   EXPECT_EQ(host_name().find_first_of("/. \n"), std::string::npos);
 }
 

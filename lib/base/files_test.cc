@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
 class Files : public ::testing::Test {
  protected:
   std::ptrdiff_t entries() const {
@@ -52,8 +50,7 @@ TEST_F(Files, TooLargeIsRefusedBeforeReading) {
 
 TEST_F(Files, ReadNamesThePathAndTheReason) {
   const std::string path = (folder_ / "missing.png").string();
-  EXPECT_THAT(error_of([&] { read_file(path); }),
-              ::testing::AllOf(HasSubstr(path), HasSubstr("No such file")));
+  EXPECT_THAT(error_of([&] { read_file(path); }), AllOf(HasSubstr(path), HasSubstr("No such file")));
   EXPECT_THAT(error_of([&] { read_file(folder_); }), HasSubstr("is a folder"));
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
-// Test helpers: the message of what throws Error, and a folder of a test's own.
+// Test helpers: the matchers of every day, the message of what throws Error, and a folder of a test's own.
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -13,6 +15,15 @@
 #include "sextant/base/files.h"
 
 namespace sextant {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+using ::testing::UnorderedElementsAre;
 
 /// Its message; "no error" when there is none.
 template <typename Action>

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 std::vector<NoiseLevelRow> rows() {
   std::vector<NoiseLevelRow> rows;
   for (const std::string body : {"ego", "object:2"}) {

@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 std::vector<Record> records() {
   std::vector<Record> records;
   for (const std::string estimator : {"motion_only", "joint_flow"}) {
