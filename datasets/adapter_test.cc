@@ -5,10 +5,10 @@
 #include <functional>
 #include <set>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/mask_text.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/sceneflow_testing.h"

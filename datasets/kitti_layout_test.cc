@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_labels.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_oxts_track.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/kitti_truth.h"

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/testing.h"
 

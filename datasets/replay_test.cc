@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/replay_scenario.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/sceneflow_testing.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/metrics/dense_errors.h"

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 

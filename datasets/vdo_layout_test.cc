@@ -1,7 +1,7 @@
 #include "sextant/datasets/vdo_layout.h"
 
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

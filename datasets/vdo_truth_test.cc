@@ -1,6 +1,6 @@
 #include "sextant/datasets/vdo_truth.h"
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

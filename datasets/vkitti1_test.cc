@@ -1,7 +1,7 @@
 #include "sextant/datasets/vkitti1.h"
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vkitti_testing.h"
 
 namespace sextant {

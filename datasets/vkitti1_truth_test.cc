@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/geometry/camera.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
 #include "sextant/datasets/vkitti_rows.h"

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/channels/testing.h"
-#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

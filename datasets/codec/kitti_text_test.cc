@@ -1,10 +1,10 @@
 #include <numbers>
 #include <random>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/kitti_oxts.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {

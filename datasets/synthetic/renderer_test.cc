@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/street.h"
 
 namespace sextant::synthetic {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
 namespace sextant::synthetic {

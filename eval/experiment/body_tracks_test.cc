@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"

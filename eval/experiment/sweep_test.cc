@@ -9,7 +9,7 @@
 #include <csignal>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/journal.h"

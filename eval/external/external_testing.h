@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/external/external_estimator.h"

@@ -145,7 +145,7 @@ TEST_F(Process, PeakMemoryIsThatOfTheLargestProcess) {
 TEST_F(Process, AProgramThatCannotBeStarted) {
   ProcessRequest none = request("");
   none.words = {"./no_such_program"};
-  EXPECT_THAT(error_of([&] { run_process(none); }), HasSubstr("cannot start './no_such_program'"));
+  expect_error([&] { run_process(none); }, "cannot start './no_such_program'");
 }
 
 TEST_F(Process, NoMoreProcessesAllowed) {

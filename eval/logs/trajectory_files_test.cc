@@ -93,9 +93,8 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
                     "1\0",
                     "tum"),
               HasSubstr("UTF-16"));
-  EXPECT_THAT(error_of([] { read_trajectory("/nowhere/at/all.txt", "tum"); }), HasSubstr("cannot open"));
-  EXPECT_THAT(error_of([&] { read_trajectory(folder.path().string(), "tum"); }),
-              HasSubstr("is a folder, expected a file"));
+  expect_error([] { read_trajectory("/nowhere/at/all.txt", "tum"); }, "cannot open");
+  expect_error([&] { read_trajectory(folder.path().string(), "tum"); }, "is a folder, expected a file");
 }
 
 TEST_F(TrajectoryFiles, QuaternionsOffUnitNorm) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sextant/base/philox.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/achieved_noise.h"

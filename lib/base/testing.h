@@ -36,6 +36,13 @@ std::string error_of(const Action& action) {
   return "no error";
 }
 
+/// The action throws Error, and its message is one line that holds `part`.
+template <typename Action>
+void expect_error(const Action& action, const std::string& part) {
+  const std::string message = error_of(action);
+  EXPECT_THAT(message, AllOf(HasSubstr(part), Not(HasSubstr("\n"))));
+}
+
 /// A folder of its own below the system's temporary one; removed with everything in it at the end.
 class TempFolder {
  public:
