@@ -1,8 +1,5 @@
 #include "sextant/datasets/replay.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

@@ -2,8 +2,6 @@
 
 // Test helper: a test on the files of a data set's folder.
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <memory>
 #include <string>

@@ -3,8 +3,6 @@
 // Test helper: a sequence with every channel that a Virtual KITTI layout has, made from formulas (it shows no
 // scene), to be written and read back.
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <map>

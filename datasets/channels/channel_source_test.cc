@@ -1,7 +1,5 @@
 #include "sextant/datasets/channels/channel_source.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 

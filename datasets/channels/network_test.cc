@@ -1,7 +1,5 @@
 #include "sextant/datasets/channels/network.h"
 
-#include <gtest/gtest.h>
-
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/channels/testing.h"

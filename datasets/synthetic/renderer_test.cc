@@ -1,8 +1,5 @@
 #include "sextant/datasets/synthetic/renderer.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <set>
 
 #include "sextant/base/testing.h"

@@ -1,7 +1,5 @@
 #include "sextant/datasets/synthetic/street_along.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "sextant/base/testing.h"

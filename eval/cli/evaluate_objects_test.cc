@@ -1,8 +1,5 @@
 // `sextant evaluate objects` as a user starts it.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <functional>
 
 #include "sextant/base/files.h"

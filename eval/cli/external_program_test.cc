@@ -1,7 +1,5 @@
 // Ctrl-C while a program of somebody else runs: it ends, and the sweep can be resumed.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

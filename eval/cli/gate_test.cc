@@ -1,7 +1,5 @@
 // compare, baseline and trend as a user starts them: exit codes, and what is left on disk.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>

@@ -2,8 +2,6 @@
 
 // The program, for tests: started as users do.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <algorithm>

@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/dense_files.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"

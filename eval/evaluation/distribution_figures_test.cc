@@ -1,8 +1,5 @@
 #include "sextant/eval/evaluation/distribution_figures.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"
 

@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/ego_evaluation.h"
 
-#include <gmock/gmock.h>
-
 #include <cmath>
 #include <random>
 

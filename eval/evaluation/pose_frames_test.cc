@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/pose_frames.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/geometry/axes.h"

@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 
-#include <gmock/gmock.h>
-
 #include <cmath>
 #include <cstdlib>
 

@@ -1,7 +1,5 @@
 #include "sextant/eval/experiment/body_tracks.h"
 
-#include <gtest/gtest.h>
-
 #include "sextant/base/testing.h"
 
 namespace sextant {

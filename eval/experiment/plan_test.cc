@@ -1,8 +1,5 @@
 #include "sextant/eval/experiment/plan.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <map>
 #include <set>

@@ -1,8 +1,5 @@
 #include "sextant/eval/experiment/run.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 
 #include "sextant/base/testing.h"

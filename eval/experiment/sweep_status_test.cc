@@ -2,9 +2,6 @@
 
 #include "sextant/eval/experiment/sweep_status.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/experiment/sweep.h"

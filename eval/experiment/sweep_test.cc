@@ -1,7 +1,5 @@
 #include "sextant/eval/experiment/sweep.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>

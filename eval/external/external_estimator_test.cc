@@ -1,8 +1,5 @@
 #include "sextant/eval/external/external_testing.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <fstream>
 #include <set>

@@ -2,9 +2,6 @@
 
 // Programs of others, for tests: a small sequence, and shell scripts that write what a program would.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,7 +1,5 @@
 #include "sextant/eval/gate/outputs.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>

@@ -1,7 +1,5 @@
 #include "sextant/eval/logs/object_logs.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/base/testing.h"

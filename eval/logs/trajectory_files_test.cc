@@ -1,7 +1,5 @@
 #include "sextant/eval/logs/trajectory_files.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 

@@ -1,5 +1,4 @@
 #include <bzlib.h>
-#include <gmock/gmock.h>
 #include <libdeflate.h>
 #include <lz4frame.h>
 #include <zstd.h>

@@ -2,9 +2,6 @@
 
 #include "sextant/eval/report/figure.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 
 #include "sextant/base/testing.h"

@@ -1,7 +1,5 @@
 // Comparisons, trends and the reading of sweeps, on records made by hand.
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "sextant/base/philox.h"

@@ -1,8 +1,5 @@
 #include "sextant/eval/reproduce/reproduce.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"

@@ -1,8 +1,5 @@
 // The small headers of this folder: error, registry, status, text.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <array>
 #include <limits>
 #include <string>

@@ -2,8 +2,6 @@
 
 #include "sextant/base/file_lock.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,8 +1,5 @@
 #include "sextant/base/json.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <string>
 
 #include "sextant/base/testing.h"

@@ -1,8 +1,5 @@
 #include "sextant/eval/report/figures/noise_figures.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"

@@ -1,8 +1,5 @@
 // Figures of errors, efficiency, speed and tracks: drawn by gnuplot, and functions of their rows.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
