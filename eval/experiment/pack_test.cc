@@ -7,6 +7,7 @@
 #include <new>
 
 #include "sextant/base/error.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/pack_cache.h"
 
@@ -166,12 +167,7 @@ TEST_F(PackTest, PruneKeepsWhatIsValid) {
 TEST_F(PackTest, AFolderThatCannotBeMadeIsAnError) {
   write_file(folder_.path() / "file", "x");
   cache_ = PackCache(folder_.path() / "file" / "cache");
-  try {
-    load();
-    ADD_FAILURE() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--cache"));
-  }
+  expect_error([&] { load(); }, "--cache");
 }
 
 }  // namespace

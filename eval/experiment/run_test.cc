@@ -24,23 +24,17 @@ RunConfig config_of(const std::string& source, int jobs = 1) {
 /// The records' bytes without times.
 std::string untimed_bytes(const RunResult& result) { return write_records(untimed(result.records)); }
 
-/// 20 frames: more than one window of the runner.
+/// 20 frames: more than one window of the runner. Written once.
+const VdoFixture& twenty_frames() {
+  static const TempFolder folder;
+  static const VdoFixture fixture =
+      make_vdo_fixture(folder.path() / "vdo", {.n_frames = 20, .width = 160, .height = 48});
+  return fixture;
+}
 class RunFixture : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<TempFolder>();
-    fixture_ = std::make_unique<VdoFixture>(
-        make_vdo_fixture(folder_->path() / "vdo", {.n_frames = 20, .width = 160, .height = 48}));
-  }
-  static void TearDownTestSuite() {
-    fixture_.reset();
-    folder_.reset();
-  }
-  static std::unique_ptr<TempFolder> folder_;
-  static std::unique_ptr<VdoFixture> fixture_;
+  const VdoFixture* fixture_ = &twenty_frames();
 };
-std::unique_ptr<TempFolder> RunFixture::folder_;
-std::unique_ptr<VdoFixture> RunFixture::fixture_;
 
 TEST_F(RunFixture, GivesTheSameBytesForAnyJobs) {
   const RunResult one = run(config_of(fixture_->source(), 1));

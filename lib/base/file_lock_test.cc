@@ -77,12 +77,8 @@ TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
 
 TEST(FileLock, TheSystemsReasonIsSaid) {
   const TempFolder folder;
-  try {
-    FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("journal.jsonl: cannot lock: Input/output error"));
-  }
+  expect_error([&] { FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock); },
+               "journal.jsonl: cannot lock: Input/output error");
 }
 
 TEST(Machine, CoresAreThoseOfTheAffinity) {
