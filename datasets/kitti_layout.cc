@@ -203,7 +203,7 @@ void KittiLayoutOptions::check() const {
 
 std::string write_kitti_layout(const Sequence& sequence, const LayoutRequest& request) {
   KittiLayoutOptions options;
-  read_options(request.options, options, "kitti");
+  read_options(request.options, options, "layout");
   return Writer(sequence, request, options).write(request);
 }
 

@@ -83,8 +83,6 @@ class Writer {
  public:
   Writer(const Sequence& sequence, const LayoutRequest& request)
       : sequence_(sequence), info_(sequence.info()), request_(request) {
-    VkittiLayoutOptions options;
-    read_options(request.options, options, "layout");
     const std::string name =
         request.sequence.empty() ? fmt::format("{:04}", default_number(info_.sequence)) : request.sequence;
     name_ = parse_vkitti1_name(name);
