@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "sextant/base/testing.h"
+#include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/testing.h"
 

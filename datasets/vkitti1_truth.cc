@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "sextant/base/text.h"
 #include "sextant/datasets/codec/vkitti_box.h"
 
 namespace sextant {

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "sextant/base/files.h"
+#include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/truth/truth.h"
 
 namespace sextant {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sextant/datasets/folder_sequence.h"
+#include "sextant/datasets/vkitti_names.h"
 
 namespace sextant {
 

@@ -31,6 +31,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/geometry/camera.h"
+#include "sextant/measurement/frame.h"
 
 namespace sextant {
 

@@ -1,6 +1,7 @@
 #include "sextant/datasets/channels/network.h"
 
 #include "sextant/base/parallel_for.h"
+#include "sextant/datasets/channels/onnx_header.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/channels/testing.h"
 

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sextant/datasets/synthetic/wide.h"
+
 namespace sextant::synthetic {
 
 class NoiseTile {

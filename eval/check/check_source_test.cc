@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/eval/check/check_source.h"
 
 namespace sextant {

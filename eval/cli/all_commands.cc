@@ -1,5 +1,8 @@
 
 #include "sextant/eval/cli/gate.h"
+
+#include <array>
+
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {

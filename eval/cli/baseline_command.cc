@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "sextant/base/error.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/baseline.h"
 #include "sextant/eval/gate/comparison.h"

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/history.h"

@@ -1,6 +1,7 @@
 #include "sextant/eval/evaluation/object_report.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "sextant/eval/evaluation/distribution_figures.h"

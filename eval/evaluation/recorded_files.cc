@@ -1,5 +1,6 @@
 #include "sextant/eval/evaluation/recorded_files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <future>

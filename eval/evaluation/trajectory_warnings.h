@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sextant/geometry/pose_series.h"
+#include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
 

@@ -1,5 +1,6 @@
 #include "sextant/eval/experiment/case_runner.h"
 
+#include <algorithm>
 #include <iterator>
 #include <optional>
 

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/experiment/pack.h"
+
 namespace sextant {
 
 /// cache_root()/packs; below the system's temporary folder where there is no root.

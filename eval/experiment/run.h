@@ -12,6 +12,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run_journal.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"

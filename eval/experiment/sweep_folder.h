@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "sextant/base/json.h"
+#include "sextant/eval/experiment/sweep.h"
 
 namespace sextant {
 

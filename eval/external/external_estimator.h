@@ -12,6 +12,7 @@
 // and stand in the case's log.txt.
 
 #include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/external/external_config.h"
 
 namespace sextant {
 

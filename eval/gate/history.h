@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "sextant/eval/gate/policy.h"
+#include "sextant/eval/gate/side.h"
 #include "sextant/eval/report/document.h"
 
 namespace sextant {

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "sextant/base/files.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {

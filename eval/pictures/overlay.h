@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/experiment/run.h"
+
 namespace sextant {
 
 /// PNG bytes. `frame` is the previous frame of the pair with rgb and mask; `records` are those of the pair.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
 
 namespace sextant {

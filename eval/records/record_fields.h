@@ -11,6 +11,8 @@
 
 #include <string_view>
 
+#include "sextant/eval/records/record.h"
+
 namespace sextant::internal {
 
 constexpr int record_schema = 1;

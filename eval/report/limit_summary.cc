@@ -1,5 +1,7 @@
 #include "sextant/eval/report/limit_summary.h"
 
+#include <algorithm>
+
 #include "sextant/metrics/nees.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"

@@ -10,6 +10,7 @@
 
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
+#include "sextant/stats/clustered_sample.h"
 
 namespace sextant {
 

@@ -1,5 +1,6 @@
 #include "sextant/eval/report/run_summary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/report/evidence.h"
 
 namespace sextant {

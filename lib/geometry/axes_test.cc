@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sextant/base/error.h"
+#include "sextant/geometry/testing.h"
 
 namespace sextant {
 namespace {

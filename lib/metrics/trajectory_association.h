@@ -14,6 +14,8 @@
 #include <optional>
 #include <vector>
 
+#include "sextant/geometry/pose_series.h"
+
 namespace sextant {
 
 struct AssociationOptions {

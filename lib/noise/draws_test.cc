@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 
+#include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/noise/box_muller.h"
 

@@ -13,6 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "sextant/base/quantile.h"
+
 namespace sextant {
 
 double mean(std::span<const double> values);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sextant/geometry/trajectory.h"
+#include "sextant/measurement/image.h"
 
 namespace sextant {
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/report/tables/published_rows.h"
+
 namespace sextant {
 
 /// One set on one kind of data.

@@ -15,6 +15,7 @@
 #include "sextant/estimator/estimators/correlated_covariance.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
+#include "sextant/estimator/solvers/flow_depth_solver.h"
 
 namespace sextant {
 

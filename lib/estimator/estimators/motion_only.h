@@ -7,6 +7,7 @@
 #include "sextant/estimator/estimators/correlated_covariance.h"
 #include "sextant/estimator/estimators/estimator.h"
 #include "sextant/estimator/estimators/robust_choice.h"
+#include "sextant/estimator/solvers/reprojection_solver.h"
 
 namespace sextant {
 

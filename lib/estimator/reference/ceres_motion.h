@@ -6,6 +6,8 @@
 
 #include <array>
 
+#include "sextant/estimator/solvers/degeneracy.h"
+
 namespace sextant {
 
 // Ambient parameters of a motion: quaternion x y z w, translation x y z.

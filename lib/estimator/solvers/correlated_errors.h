@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "sextant/geometry/lanes.h"
+#include "sextant/geometry/se3.h"
 #include "sextant/measurement/spatial_correlation.h"
 
 namespace sextant {

@@ -23,6 +23,7 @@
 
 #include <optional>
 
+#include "sextant/estimator/solvers/flow_depth_solver.h"
 #include "sextant/estimator/solvers/motion_prior.h"
 
 namespace sextant {

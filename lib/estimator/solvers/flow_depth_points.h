@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sextant/base/names.h"
+#include "sextant/geometry/lanes.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {

@@ -5,6 +5,8 @@
 // beginning can be drawn to where most points are wrong together, so a descent straight from the start
 // competes: the lower cost under the last kernel wins. A sample of the points is enough to find the way.
 
+#include "sextant/estimator/solvers/flow_depth_solver.h"
+
 namespace sextant {
 
 inline constexpr double last_graduated_scale = 1.5;  // sigmas

@@ -14,6 +14,7 @@
 // most flows are wrong, the scale of all would be theirs. At the starting motion itself nothing is known of
 // the other points; there levels are those of the inliers alone.
 
+#include "sextant/estimator/solvers/flow_depth_solver.h"
 #include "sextant/estimator/solvers/motion_estimate.h"
 
 namespace sextant {
