@@ -1,8 +1,6 @@
-
-#include "sextant/eval/cli/gate.h"
-
 #include <array>
 
+#include "sextant/eval/cli/gate.h"
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
