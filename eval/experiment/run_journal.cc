@@ -1,5 +1,7 @@
 #include "sextant/eval/experiment/run_journal.h"
 
+#include <array>
+
 #include "sextant/eval/records/output.h"
 
 namespace sextant {
@@ -36,15 +38,17 @@ Json note_of(const SourceOutcome& outcome) {
 SourceOutcome outcome_of(const Json& note, std::string_view records) {
   SourceOutcome outcome;
   outcome.records = parse_records(records, "journal");
-  outcome.motions.starts_at_truth = note.at("starts_at_truth");
-  for (const Json& entry : note.at("camera")) outcome.motions.estimated.set(entry.at(0), pose_from(entry.at(1)));
+  outcome.motions.starts_at_truth = note.at("starts_at_truth").get<bool>();
+  for (const Json& entry : note.at("camera"))
+    outcome.motions.estimated.set(entry.at(0).get<int>(), pose_from(entry.at(1)));
   for (const Json& object : note.at("objects")) {
-    for (const Json& entry : object.at(1)) outcome.motions.objects[object.at(0)][entry.at(0)] = pose_from(entry.at(1));
+    std::map<int, SE3>& motions = outcome.motions.objects[object.at(0).get<int>()];
+    for (const Json& entry : object.at(1)) motions[entry.at(0).get<int>()] = pose_from(entry.at(1));
   }
   outcome.noise = NoiseVerification::from_sums(note.at("sums"), "journal");
-  outcome.problems = note.at("problems");
+  outcome.problems = note.at("problems").get<std::vector<std::string>>();
   for (const auto& [path, entry] : note.at("inputs").items())
-    outcome.inputs[path] = {entry.at("bytes"), entry.at("sha256")};
+    outcome.inputs[path] = {entry.at("bytes").get<uint64_t>(), entry.at("sha256").get<std::string>()};
   return outcome;
 }
 

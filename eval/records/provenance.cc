@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <fstream>
 #include <thread>
 
@@ -34,11 +33,10 @@ Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
 }
 
 bool same_inputs(const Json& inputs) {
-  const auto items = inputs.items();
-  return std::all_of(items.begin(), items.end(), [](const auto& input) {
-    return std::filesystem::exists(input.key()) &&
-           sha256(read_file(input.key())) == input.value().at("sha256");
-  });
+  for (const auto& [path, input] : inputs.items()) {
+    if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
+  }
+  return true;
 }
 
 Json build_provenance() {
