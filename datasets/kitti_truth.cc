@@ -17,6 +17,8 @@
 namespace sextant {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double slow_mps = 1.0;  // below, speed says nothing about a step's length
 
 Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {

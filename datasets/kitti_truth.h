@@ -44,14 +44,24 @@ enum class KittiPair { colour, grey };
 constexpr Names<2> names_of(KittiPair) { return {"colour", "grey"}; }
 
 struct KittiTruthOptions {
-  SEXTANT_OPTIONS(
-      (KittiPoses, ground_truth, KittiPoses::rectified, "",
-       "camera poses: rectified = of the camera of image_02; authors = without rectification and offset, as in the pose_gt.txt of the paper's authors"),
-      (KittiVelocity, velocity, KittiVelocity::raw, "",
-       "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; velocity_vector = lengths and directions from the measured velocity"),
-      (KittiPair, bf_preset, KittiPair::colour, "",
-       "focal length times baseline: colour = that of image_02 and image_03; grey = of the grey pair (the authors' choice)"),
-      (double, bf, 0, "px m", "focal length times baseline; 0 = by bf_preset"))
+  KittiPoses ground_truth = KittiPoses::rectified;
+  KittiVelocity velocity = KittiVelocity::raw;
+  KittiPair bf_preset = KittiPair::colour;
+  double bf = 0;
+
+  template <typename V>
+  void visit(V& v) {
+    v("ground_truth", ground_truth, "",
+      "camera poses: rectified = of the camera of image_02; authors = without "
+      "rectification and offset, as in the pose_gt.txt of the paper's authors");
+    v("velocity", velocity, "",
+      "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
+      "velocity_vector = lengths and directions from the measured velocity");
+    v("bf_preset", bf_preset, "",
+      "focal length times baseline: colour = that of image_02 and "
+      "image_03; grey = of the grey pair (the authors' choice)");
+    v("bf", bf, "px m", "focal length times baseline; 0 = by bf_preset");
+  }
   void check() const;
 };
 

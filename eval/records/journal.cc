@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -124,10 +125,6 @@ void Journal::append(uint64_t number, uint64_t n_records, std::string_view lines
   if (::fdatasync(file_) != 0) give_up();
   blocks_[number] = {n_records, noise, end_ + header.size(), lines.size()};
   end_ += block.size();
-}
-
-std::string Journal::lines(const Block& block) const {
-  return read_file(path_, records_file).substr(block.offset, block.bytes);
 }
 
 std::string Journal::ordered_lines() const {

@@ -49,7 +49,6 @@ class Journal {
   void append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise = {});
 
   const std::map<uint64_t, Block>& blocks() const { return blocks_; }
-  std::string lines(const Block& block) const;
   /// The lines of all blocks in order of case.
   std::string ordered_lines() const;
 

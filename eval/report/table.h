@@ -70,6 +70,8 @@ struct Cell : std::variant<std::monostate, std::string, double> {
   template <typename T>
   Cell(const std::optional<T>& value) : Cell(value ? Cell(*value) : Cell()) {}
 };
+/// A Cell takes them by itself; where a call says so all the same.
+inline Cell cell(const std::optional<double>& value) { return value; }
 
 struct Table {
   std::string title;

@@ -56,9 +56,10 @@ ErrorTrend trend_of(const RecordRefs& records, const Clusters& clusters, const s
     by_level[record->level].add(value);
     by_cluster[cluster.back()][record->level].add(value);
   }
-  ErrorTrend trend{.mean_lowest = by_level.begin()->second.value(),
-                   .mean_highest = by_level.rbegin()->second.value(),
-                   .n_steps = static_cast<int>(by_level.size()) - 1};
+  ErrorTrend trend;
+  trend.mean_lowest = by_level.begin()->second.value();
+  trend.mean_highest = by_level.rbegin()->second.value();
+  trend.n_steps = static_cast<int>(by_level.size()) - 1;
   for (auto it = std::next(by_level.begin()); it != by_level.end(); ++it) {
     trend.n_rises += it->second.value() > std::prev(it)->second.value() ? 1 : 0;
   }
@@ -111,12 +112,12 @@ std::vector<Column> columns_of(const MetricDefinition& error) {
       {error.key("slope"), fmt::format("{} slope [{}]", error.symbol, error.unit), Align::right, decimals}};
   std::ranges::move(range_columns(error.key("slope_low"), error.key("slope_high"), decimals),
                     std::back_inserter(columns));
-  const std::vector<Column> more = {Column::number(stem + "_relative_slope", "relative", 2),
-                                    Column::number(stem + "_relative_slope_low", "low", 2).only_in_files(),
-                                    Column::number(stem + "_relative_slope_high", "high", 2).only_in_files(),
+  const std::vector<Column> more = {{stem + "_relative_slope", "relative", Align::right, 2},
+                                    {stem + "_relative_slope_low", "low", Align::right, 2, false, true},
+                                    {stem + "_relative_slope_high", "high", Align::right, 2, false, true},
                                     {stem + "_rises", "rises", Align::right},
-                                    Column::p_value(stem + "_p").only_in_files(),
-                                    Column::p_value(stem + "_p_corrected")};
+                                    {stem + "_p", "p", Align::right, 4, false, true, true},
+                                    {stem + "_p_corrected", "p", Align::right, 4, false, false, true}};
   columns.insert(columns.end(), more.begin(), more.end());
   return columns;
 }
@@ -130,11 +131,11 @@ void add_cells(const MetricDefinition& error, const TrendRow& row, std::vector<C
   cells.emplace_back(trend->mean_lowest);
   cells.emplace_back(trend->mean_highest);
   add_estimate(IntervalEstimate{trend->slope.slope, trend->slope.interval}, cells);
-  cells.push_back(trend->slope.relative_slope);
+  cells.push_back(cell(trend->slope.relative_slope));
   add_interval(trend->slope.relative_interval, cells);
   cells.emplace_back(fmt::format("{}/{}", trend->n_rises, trend->n_steps));
-  cells.push_back(trend->p);
-  cells.push_back(trend->p_corrected);
+  cells.push_back(cell(trend->p));
+  cells.push_back(cell(trend->p_corrected));
 }
 
 }  // namespace
@@ -174,16 +175,16 @@ Table trend_table(const std::vector<TrendRow>& rows) {
       "which the mean rises. p: Page's test of growth over the clusters' means, corrected by Holm over the "
       "table.",
       folded_columns({"parameter", "dataset", "sequence"})};
-  table.columns.push_back(Column::text("body"));
+  table.columns.push_back({"body", "body", Align::left});
   table.add_columns(folded_columns({"estimator"}));
-  table.add_columns({Column::number("lowest", "from", 2).folded(),
-                     Column::number("highest", "to", 2).folded(),
-                     Column::count("n_clusters", "clusters").folded()});
+  table.add_columns({{"lowest", "from", Align::right, 2, true},
+                     {"highest", "to", Align::right, 2, true},
+                     {"n_clusters", "clusters", Align::right, 0, true}});
   const std::vector<const MetricDefinition*> errors = metrics_for(compared);
   for (const MetricDefinition* error : errors) table.add_columns(columns_of(*error));
   for (const TrendRow& row : rows) {
     std::vector<Cell> cells = {row.parameter, row.dataset, row.sequence, row.body,
-                               row.estimator, row.lowest,  row.highest,  row.n_clusters};
+                               row.estimator, row.lowest,  row.highest,  static_cast<double>(row.n_clusters)};
     for (const MetricDefinition* error : errors) add_cells(*error, row, cells);
     table.add_row(std::move(cells));
   }

@@ -11,6 +11,8 @@
 namespace sextant {
 namespace {
 
+namespace fs = std::filesystem;
+
 Json read_data_json(const fs::path& folder) {
   const fs::path path = folder / "data.json";
   if (!fs::exists(path)) {
@@ -42,8 +44,12 @@ Table data_table(const Json& data, const Evidence& evidence) {
       "What was measured",
       "ROOT is the folder given by --data or SEXTANT_DATA. Virtual KITTI and KITTI have their own licences "
       "(CC BY-NC-SA 3.0).",
-      {Column::text("part"), Column::text("title", "what"), Column::text("state"), Column::count("records"),
-       Column::text("missing"), Column::text("fetch", "how to get it")}};
+      {{"part", "part", Align::left},
+       {"title", "what", Align::left},
+       {"state", "state", Align::left},
+       {"records", "records", Align::right, 0},
+       {"missing", "missing", Align::left},
+       {"fetch", "how to get it", Align::left}}};
   for (const Json& entry : data) {
     const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
     const std::string name = text("part");
@@ -52,7 +58,8 @@ Table data_table(const Json& data, const Evidence& evidence) {
     const bool measured = part != evidence.parts.end();
     const std::string missing = text("missing");
     const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
-    table.add_row({name, text("title"), state, measured ? Cell(part->sweep.records.size()) : Cell(), missing,
+    table.add_row({name, text("title"), state,
+                   measured ? Cell(static_cast<double>(part->sweep.records.size())) : Cell(), missing,
                    missing.empty() ? std::string() : text("fetch")});
   }
   return table;

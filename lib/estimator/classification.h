@@ -14,10 +14,15 @@
 namespace sextant {
 
 struct ClassificationOptions {
-  SEXTANT_OPTIONS(
-      (double, min_speed_mps, 1.2, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)"),
-      (double, min_moving_share, 0.7, "fraction", "a dynamic object has more moving points than this"),
-      (bool, use_vertical, false, "", "use the vertical scene flow too"))
+  double min_speed_mps = 1.2;
+  double min_moving_share = 0.7;
+  bool use_vertical = false;
+
+  void visit(auto& v) {
+    v("min_speed_mps", min_speed_mps, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)");
+    v("min_moving_share", min_moving_share, "fraction", "a dynamic object has more moving points than this");
+    v("use_vertical", use_vertical, "", "use the vertical scene flow too");
+  }
   void check() const;
 };
 

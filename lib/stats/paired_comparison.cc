@@ -23,8 +23,9 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
     }
     return sum / n;
   };
-  PairedComparison out{.difference = mean(differences),
-                       .interval = cluster_bootstrap(members.size(), mean_of, bootstrap)};
+  PairedComparison out;
+  out.difference = mean(differences);
+  out.interval = cluster_bootstrap(members.size(), mean_of, bootstrap);
   const std::vector<double> means = cluster_means(differences, labels);
   out.n_clusters = static_cast<int>(means.size());
   out.n_used = out.n_clusters - static_cast<int>(std::ranges::count(means, 0.0));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"

@@ -107,7 +107,7 @@ Table classification_table(const Evidence& evidence) {
       "the data set's flag of moving objects (0018: speed above 1 m/s). The paper counts detections of Mask "
       "R-CNN, so its totals differ; its true positives are its dynamic less its false negatives. Noise: flow "
       "of Table II on exact depth, and with depth noise too; estimator joint_flow.",
-      {Column::text("sequence").folded(), Column::text("noise").folded()}, 1);
+      {{"sequence", "sequence", Align::left, 0, true}, {"noise", "noise", Align::left, 0, true}}, 1);
   const Json& published = evidence.published.at("tab:dyn_obj");
   const auto runs = runs_of(evidence);
   const Json& sequences = published.at("sequences");

@@ -86,9 +86,9 @@ class Builder {
       row.records = part;
       std::vector<Cell> cells = published_cells(row);
       const bool is_Et = q.error == std::string("Et_m");
-      cells.push_back(is_Et ? floor.rmse_m : std::nullopt);
-      cells.push_back(is_Et ? floor.floor_m : std::nullopt);
-      cells.push_back(is_Et ? floor.beyond_m : std::nullopt);
+      cells.push_back(cell(is_Et ? floor.rmse_m : std::nullopt));
+      cells.push_back(cell(is_Et ? floor.floor_m : std::nullopt));
+      cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
       table_.add_row(std::move(cells));
     }
   }
@@ -106,10 +106,10 @@ Table ego_motion_table(const Evidence& evidence) {
       "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published values "
       "are means over 12 sequences; ORB-SLAM2's is a reference, no trajectory of it is recorded here. "
       "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2).",
-      {Column::text("sequence"), Column::text("system")}, 4);
-  table.columns.push_back(Column::number("Et_rmse_m", "E_t RMSE [m]", 4));
-  table.columns.push_back(Column::number("floor_m", "floor [m]", 4));
-  table.columns.push_back(Column::number("beyond_floor_m", "beyond the floor [m]", 4));
+      {{"sequence", "sequence", Align::left}, {"system", "system", Align::left}}, 4);
+  table.columns.push_back({"Et_rmse_m", "E_t RMSE [m]", Align::right, 4});
+  table.columns.push_back({"floor_m", "floor [m]", Align::right, 4});
+  table.columns.push_back({"beyond_floor_m", "beyond the floor [m]", Align::right, 4});
   Builder builder(table);
   for (const char* role : {"proposed", "orb_slam2"}) {
     builder.add("12 sequences", role == std::string("proposed") ? "paper, proposed" : "ORB-SLAM2 (reference)",

@@ -1,0 +1,5 @@
+#pragma once
+
+// expect_error() of base/testing.h.
+
+#include "sextant/base/testing.h"
