@@ -3,6 +3,8 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <map>
+#include <regex>
 
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
@@ -59,6 +61,37 @@ TEST_F(ProgramOnFixture, RunWritesACompleteFolder) {
   EXPECT_EQ(run().code, 0);  // the same run again
   expect_bad_input(run("--estimator motion_only"), "--force");
   EXPECT_EQ(run("--estimator motion_only --force").code, 0);
+}
+
+/// Path -> bytes of a run's folder, times apart.
+std::map<std::string, std::string> untimed_files(const fs::path& folder) {
+  static const std::regex times(R"("time_ms":\{[^}]*\}|"wall_time_s": [^,]*)");
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    files[entry.path().lexically_relative(folder).string()] =
+        std::regex_replace(read_file(entry.path()), times, "");
+  }
+  return files;
+}
+
+TEST_F(ProgramOnFixture, ARunThatWasKilledGoesOnToTheSameBytes) {
+  const std::string source = fixture_.source(), out_of_kill = (temp_.path() / "killed").string();
+  const std::string command = fmt::format(
+      "run {0}@0-1 {0}@1-2 {0}@2-3 {0}@3-4 --seeds 20 --noise '{{\"depth\":{{\"delta_d_px\":0.2}}}}' --jobs 1 "
+      "--quiet --out ",
+      source);
+  ASSERT_EQ(sextant_program(command + out().string()).code, 0);
+  const std::string unfinished = out_of_kill + "/unfinished.jsonl";
+  // kill -9 when the first source is done
+  std::system(fmt::format("{} {}{} & while kill -0 $! && [ ! -e {} ]; do :; done; kill -9 $!; wait", SEXTANT_PROGRAM,
+                          command, out_of_kill, unfinished)
+                  .c_str());
+  EXPECT_TRUE(fs::exists(unfinished));
+  EXPECT_FALSE(fs::exists(out_of_kill + "/records.jsonl"));
+  const Outcome again = sextant_program(command + out_of_kill);
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(untimed_files(out_of_kill), untimed_files(out()));
 }
 
 TEST_F(ProgramOnFixture, RunPrintsJson) {

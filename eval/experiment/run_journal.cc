@@ -54,6 +54,19 @@ SourceOutcome outcome_of(const Json& note, std::string_view records) {
 
 }  // namespace
 
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
+  Json json = Json::object();
+  for (const auto& [path, entry] : inputs) json[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+  return json;
+}
+
+bool same_inputs(const Json& inputs) {
+  for (const auto& [path, input] : inputs.items()) {
+    if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
+  }
+  return true;
+}
+
 RunJournal::RunJournal(fs::path folder, const Json& configuration)
     : path_(std::move(folder) / "unfinished.jsonl"),
       owner_(sha256(json_line({{"run", configuration}, {"program", program_identity()}}))) {
@@ -68,7 +81,9 @@ std::optional<SourceOutcome> RunJournal::find(size_t source) const {
   if (!journal_) return std::nullopt;
   const auto block = journal_->blocks().find(source);
   if (block == journal_->blocks().end() || !same_inputs(block->second.noise.at("inputs"))) return std::nullopt;
-  return outcome_of(block->second.noise, journal_->lines(block->second));
+  const std::string text = read_file(path_, records_file);
+  return outcome_of(block->second.noise,
+                    std::string_view(text).substr(block->second.offset, block->second.bytes));
 }
 
 void RunJournal::append(size_t source, const SourceOutcome& outcome) {

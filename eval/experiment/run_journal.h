@@ -20,6 +20,11 @@ struct SourceOutcome : CaseOutcome {
   std::map<std::string, InputLog::Entry> inputs;
 };
 
+/// Files that were read: path -> {"bytes", "sha256"}.
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs);
+/// Whether all of them still are as inputs_json() says.
+bool same_inputs(const Json& inputs);
+
 class RunJournal {
  public:
   /// Of the run of `configuration` (resolved_configuration()) into `folder`, which is made with the first block.

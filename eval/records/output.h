@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "sextant/base/files.h"
 #include "sextant/base/json.h"
 
 namespace sextant {
@@ -19,10 +18,6 @@ using OutputFiles = std::map<std::string, std::string>;
 Json build_provenance();
 /// Version and commit of this program: results of one sweep come from one.
 Json program_identity();
-/// Files that were read: path -> {"bytes", "sha256"}.
-Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs);
-/// Whether all of them still are as inputs_json() says.
-bool same_inputs(const Json& inputs);
 /// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
 /// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);

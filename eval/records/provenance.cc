@@ -26,19 +26,6 @@ std::string git_commit() { return build_info::git_commit; }
 
 Json program_identity() { return {{"version", version()}, {"git_commit", git_commit()}}; }
 
-Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
-  Json json = Json::object();
-  for (const auto& [path, entry] : inputs) json[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
-  return json;
-}
-
-bool same_inputs(const Json& inputs) {
-  for (const auto& [path, input] : inputs.items()) {
-    if (!fs::exists(path) || sha256(read_file(path)) != input.at("sha256")) return false;
-  }
-  return true;
-}
-
 Json build_provenance() {
   Json json;
   json["schema"] = 1;
