@@ -154,7 +154,9 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
   constexpr double near_m = 0.05;
   const auto [nearest_m, farthest_m] = std::minmax({corners[0].z(), corners[1].z(), corners[2].z()});
   if (farthest_m < near_m) return;
-  Scan scan{.top = -1, .bottom = height_};
+  Scan scan;
+  scan.top = -1;
+  scan.bottom = height_;
   if (nearest_m > near_m) {
     double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
     for (const Vector3d& corner : corners) {
