@@ -2,7 +2,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <ctime>
 
 #include "sextant/base/quantile.h"

@@ -8,8 +8,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* image_extensions = ".png|.jpg";
 
 Image<Rgb> decode_rgb(const std::string& bytes, const fs::path& path) {

@@ -24,21 +24,13 @@ namespace sextant {
 
 /// Options of an adapter whose channels are its own files or any other choice.
 struct ChannelOptions {
-  std::string flow = "auto";
-  std::string depth = "auto";
-  std::string masks = "auto";
-
-  template <typename V>
-  void visit(V& v) {
-    v("flow", flow, "",
-      "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, "
-      "onnx:FILE");
-    v("depth", depth, "",
-      "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR");
-    v("masks", masks, "",
-      "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, "
-      "detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE");
-  }
+  SEXTANT_OPTIONS(
+      (std::string, flow, "auto", "",
+       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE"),
+      (std::string, depth, "auto", "",
+       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR"),
+      (std::string, masks, "auto", "",
+       "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
 };
 
 /// A channel of a data set.

@@ -1,6 +1,5 @@
 #include "sextant/datasets/kitti_layout.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -15,8 +14,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double layout_rate_hz = 10;
 constexpr int largest_id = 1000;  // MOTS: class * 1000 + id - 1
@@ -206,7 +203,7 @@ void KittiLayoutOptions::check() const {
 
 std::string write_kitti_layout(const Sequence& sequence, const LayoutRequest& request) {
   KittiLayoutOptions options;
-  read_options(request.options, options, "kitti");
+  read_options(request.options, options, "layout");
   return Writer(sequence, request, options).write(request);
 }
 

@@ -20,15 +20,10 @@
 namespace sextant {
 
 struct KittiLayoutOptions {
-  double oxts_jitter_ms = 0;
-  uint64_t seed = 1;
-
-  template <typename V>
-  void visit(V& v) {
-    v("oxts_jitter_ms", oxts_jitter_ms, "ms",
-      "standard deviation of the GPS/IMU sample's time against the image (KITTI: about 5)");
-    v("seed", seed, "", "of the jitter");
-  }
+  SEXTANT_OPTIONS(
+      (double, oxts_jitter_ms, 0, "ms",
+       "standard deviation of the GPS/IMU sample's time against the image (KITTI: about 5)"),
+      (uint64_t, seed, 1, "", "of the jitter"))
   void check() const;
 };
 

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_labels.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_oxts_track.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/kitti_truth.h"
@@ -18,8 +18,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
@@ -132,8 +130,8 @@ TEST(KittiLayout, ClassesAreInTheMasks) {
   TempFolder temp;
   write(PatternSequence(2), temp.path());
   const std::string mots = read_file(temp.path() / "training/instances_txt/0007.txt");
-  EXPECT_THAT(mots, testing::StartsWith("0 1000 1 48 160 "));
-  EXPECT_THAT(mots, testing::HasSubstr("\n0 2003 2 48 160 "));
+  EXPECT_THAT(mots, StartsWith("0 1000 1 48 160 "));
+  EXPECT_THAT(mots, HasSubstr("\n0 2003 2 48 160 "));
 }
 
 // Labels have no roll and pitch: object_pose has them; without it the tilt is lost, and nothing else.
@@ -149,10 +147,10 @@ TEST(KittiLayout, TiltOfObjectsIsInTheCompanionOfTheLabels) {
   }
   const std::string source = write(written, temp.path());
   const auto with = open(source);
-  EXPECT_THAT(with->info().provenance, testing::Contains(testing::HasSubstr("6 poses of object_pose")));
+  EXPECT_THAT(with->info().provenance, Contains(HasSubstr("6 poses of object_pose")));
   fs::remove(temp.path() / "training/object_pose/0007.txt");
   const auto without = open(source);
-  EXPECT_THAT(without->info().provenance, testing::Not(testing::Contains(testing::HasSubstr("object_pose"))));
+  EXPECT_THAT(without->info().provenance, Not(Contains(HasSubstr("object_pose"))));
   for (const auto& [frame, objects] : written.truth().objects) {
     for (const ObjectTruth& object : objects) {
       EXPECT_THAT(with->truth().find(frame, object.id)->T_camera_object,

@@ -113,10 +113,9 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
   }
 
   const double scale = mercator_scale(origin_latitude_deg);
-  KittiOxts origin;
-  origin.latitude_deg = origin_latitude_deg;
-  origin.longitude_deg = origin_longitude_deg;
-  origin.altitude_m = origin_altitude_m;
+  KittiOxts origin{.latitude_deg = origin_latitude_deg,
+                   .longitude_deg = origin_longitude_deg,
+                   .altitude_m = origin_altitude_m};
   const Eigen::Vector3d move =
       pose_from_oxts(origin, scale).translation() - samples.front().pose.translation();
   std::vector<KittiOxts> track;

@@ -4,8 +4,6 @@
 // adapter. Values are patterns, not a scene: they only have to come back.
 
 #include <cmath>
-#include <filesystem>
-#include <functional>
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_layout.h"
@@ -75,10 +73,7 @@ class PatternSequence final : public Sequence {
  private:
   static ObjectTruth object(int id, const char* type, int frame, const Eigen::Vector3d& at,
                             const Eigen::Vector3d& size_m) {
-    ObjectTruth o;
-    o.id = id;
-    o.type = type;
-    o.size_m = size_m;
+    ObjectTruth o{.id = id, .size_m = size_m, .type = type};
     const double yaw = 0.4 * id + 0.37 * frame;  // goes round: rotation_y has to wrap
     const Eigen::Vector3d move(0.01 * frame * frame, 0.001 * frame, 0.11 * frame);
     o.T_camera_object = SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), at + move);

@@ -5,8 +5,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Frames of the images beyond those of oxts cannot be measured.
 void check_poses(const KittiTruth& truth, const fs::path& oxts, const SequenceInfo& info) {
   if (truth.n_poses == 0 || info.last_frame < truth.n_poses) return;

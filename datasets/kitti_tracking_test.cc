@@ -2,17 +2,13 @@
 
 #include <cstdlib>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/testing.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::Contains;
-using testing::HasSubstr;
 
 constexpr Channels all_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
@@ -32,13 +28,7 @@ class KittiTracking : public FolderTest {
 TEST_F(KittiTracking, InfoSaysWhatIsThere) {
   const auto sequence = open("#0007@1-3");
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "kitti");
-  EXPECT_EQ(info.sequence, "0007");
-  EXPECT_EQ(info.first_frame, 1);
-  EXPECT_EQ(info.last_frame, 3);
-  EXPECT_EQ(info.width, 160);
-  EXPECT_EQ(info.height, 48);
-  EXPECT_EQ(info.rate_hz, 10);
+  EXPECT_EQ(text_of(info), "kitti 0007@1-3, 160x48 px, 10 Hz");
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
   EXPECT_THAT(info.provenance, Contains("depth: depth256:" + file("depth_02/0007")));
   EXPECT_THAT(info.provenance, Contains("flow: kitti_png:" + file("flow_02/0007")));
@@ -70,8 +60,8 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
   const auto sequence = open();
   EXPECT_FALSE(sequence->info().channels.depth);
   EXPECT_TRUE(sequence->read(0, all_channels).depth_m.empty());
-  EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(HasSubstr("no " + file("depth_02/0007") +
-                                                                        " and no " + file("image_03/0007"))));
+  EXPECT_THAT(sequence->info().warnings,
+              ElementsAre(HasSubstr("no " + file("depth_02/0007") + " and no " + file("image_03/0007"))));
   expect_error(
       [&] {
         open("#0007", {{"depth", "sgbm"}});
@@ -91,7 +81,7 @@ TEST_F(KittiTracking, MasksFromTheBestThatIsThere) {
   remove("instances_txt");
   const auto without = open();
   EXPECT_FALSE(without->info().channels.mask);
-  EXPECT_THAT(without->info().warnings, testing::ElementsAre(HasSubstr("no masks (option masks = boxes")));
+  EXPECT_THAT(without->info().warnings, ElementsAre(HasSubstr("no masks (option masks = boxes")));
   EXPECT_FALSE(open("#0007", {{"flow", "none"}})->info().channels.flow);
 }
 
@@ -122,8 +112,8 @@ TEST_F(KittiTracking, MissingTruthIsAWarning) {
   remove("label_02");
   const auto sequence = open();
   EXPECT_THAT(sequence->info().warnings,
-              testing::ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
-                                   "no " + file("label_02/0007.txt") + ": no true object motion"));
+              ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
+                          "no " + file("label_02/0007.txt") + ": no true object motion"));
   EXPECT_TRUE(sequence->truth().camera.empty());
   EXPECT_FALSE(sequence->truth().camera_step_floor_m.has_value());
 }

@@ -3,17 +3,15 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/pose_text.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/datasets/vdo_truth.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 // A car with every sensor turned and shifted against the next.
 class KittiMadeTruth : public testing::Test {

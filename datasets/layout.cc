@@ -22,8 +22,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
 
 constexpr const char* stage_prefix = ".sextant_incomplete_";
@@ -139,11 +137,18 @@ class Stage {
   std::vector<fs::path> made_;  // innermost first
 };
 
-Write staged(const std::string& layout, const Write& write) {
-  return [layout, write](const Sequence& sequence, const LayoutRequest& request) {
+struct NoOptions {
+  void visit(auto&) {}
+};
+
+template <typename Options = NoOptions>
+Layout layout(const std::string& name, const std::string& description, const Write& write) {
+  const auto staged = [name, write](const Sequence& sequence, const LayoutRequest& request) {
     if (request.out.empty()) fail("--out: expected a folder, got ''");
+    Options options;
+    read_options(request.options, options, "layout");
     const SequenceInfo& info = sequence.info();
-    Stage stage(request.out, {{"layout", layout},
+    Stage stage(request.out, {{"layout", name},
                               {"sequence", request.sequence},
                               {"options", request.options},
                               {"of", {info.dataset, info.sequence, info.first_frame, info.last_frame}},
@@ -155,6 +160,7 @@ Write staged(const std::string& layout, const Write& write) {
     stage.publish(source);
     return source;
   };
+  return {name, description, staged, [] { return describe_options(Options{}); }};
 }
 
 }  // namespace
@@ -185,16 +191,16 @@ void write_layout_frames(const Sequence& sequence, const LayoutRequest& request,
 
 std::span<const Layout> layouts() {
   static const std::vector<Layout> table = {
-      {"kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
-       staged("kitti", write_kitti_layout), [] { return describe_options(KittiLayoutOptions{}); }},
-      {"vdo",
-       "VDO-SLAM folder: image_0, depth as disparity, flow, semantic, camera.yaml; any camera and rate",
-       staged("vdo", write_vdo_layout), [] { return describe_options(VdoLayoutOptions{}); }},
-      {"vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only",
-       staged("vkitti1", write_vkitti1_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
-      {"vkitti2",
-       "Virtual KITTI 2.0.3: any camera, right image, backward flow; images as JPEG, which is lossy",
-       staged("vkitti2", write_vkitti2_layout), [] { return describe_options(VkittiLayoutOptions{}); }},
+      layout<KittiLayoutOptions>(
+          "kitti", "KITTI tracking: image_02, image_03, calib, oxts, label_02, MOTS; and depth_02, flow_02",
+          write_kitti_layout),
+      layout("vdo",
+             "VDO-SLAM folder: image_0, depth as disparity, flow, semantic, camera.yaml; any camera and rate",
+             write_vdo_layout),
+      layout("vkitti1", "Virtual KITTI 1.3.1: camera f = 725, 1242x375 only", write_vkitti1_layout),
+      layout("vkitti2",
+             "Virtual KITTI 2.0.3: any camera, right image, backward flow; images as JPEG, which is lossy",
+             write_vkitti2_layout),
   };
   return table;
 }

@@ -14,16 +14,10 @@
 namespace sextant {
 
 struct RenderCacheOptions {
-  std::string cache = "auto";
-  int cache_max_mb = 4096;
-
-  template <typename V>
-  void visit(V& v) {
-    v("cache", cache, "folder",
-      "where rendered images are kept for the next run (14 MB a frame with all channels); 'auto' is "
-      "$SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty keeps nothing; delete it to make room");
-    v("cache_max_mb", cache_max_mb, "MB", "nothing more is kept once the folder holds this much");
-  }
+  SEXTANT_OPTIONS(
+      (std::string, cache, "auto", "folder",
+       "where rendered images are kept for the next run (14 MB a frame with all channels); 'auto' is $SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty keeps nothing; delete it to make room"),
+      (int, cache_max_mb, 4096, "MB", "nothing more is kept once the folder holds this much"))
   void check() const { check_option(cache_max_mb >= 0, "cache_max_mb", cache_max_mb, ">= 0"); }
 };
 

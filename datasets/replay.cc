@@ -16,9 +16,9 @@ RenderedSource replay_of(SequenceInfo info, SequenceTruth truth, synthetic::Scen
   shape.name = info.dataset + ":" + info.sequence;
   shape.camera = info.camera;
   shape.rate_hz = info.rate_hz;
-  RenderedSource rendered;
-  rendered.scenario = synthetic::replay_scenario(truth, info.first_frame, info.last_frame, std::move(shape));
-  rendered.first_scenario_frame = info.first_frame;
+  RenderedSource rendered{
+      .scenario = synthetic::replay_scenario(truth, info.first_frame, info.last_frame, std::move(shape)),
+      .first_scenario_frame = info.first_frame};
   info.provenance.emplace_back("scene: true motions of the text files, shapes and street are ours");
   rendered.info = std::move(info);
   rendered.truth = std::move(truth);
@@ -52,10 +52,9 @@ std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
   return open_rendered(
       [&](InputLog& inputs) {
         Vkitti1Truth text = read_vkitti1_truth(source.path, world, variation, inputs);
-        SequenceInfo info;
-        info.dataset = source.adapter;
-        info.sequence = world + "/" + variation;
-        info.camera = synthetic::Scenario::virtual_kitti_camera();
+        SequenceInfo info{.dataset = source.adapter,
+                          .sequence = world + "/" + variation,
+                          .camera = synthetic::Scenario::virtual_kitti_camera()};
         info.camera.bf = options.bf;
         info.rate_hz = options.rate_hz;
         info.warnings = std::move(text.warnings);
@@ -75,18 +74,15 @@ std::unique_ptr<Sequence> open_replay_kitti(const SourceSpec& source) {
           fail("{}: no training/oxts/{}.txt: a replay needs the camera's motion", source.path,
                source.sequence);
         }
-        SequenceInfo info;
-        info.dataset = source.adapter;
-        info.sequence = source.sequence;
-        info.camera = text.camera;
-        info.rate_hz = options.rate_hz;
+        SequenceInfo info{.dataset = source.adapter,
+                          .sequence = source.sequence,
+                          .camera = text.camera,
+                          .rate_hz = options.rate_hz};
         const KittiImageSize size = kitti_image_size(source.path, source.sequence, inputs);
         info.warnings = std::move(text.warnings);
         info.provenance = std::move(text.provenance);
         choose_frames(source, frames_of(text.truth), source.path + "#" + source.sequence, info);
-        synthetic::Scenario shape;
-        shape.width = size.width;
-        shape.height = size.height;
+        synthetic::Scenario shape{.width = size.width, .height = size.height};
         return replay_of(std::move(info), std::move(text.truth), std::move(shape));
       },
       options.render);

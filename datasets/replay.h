@@ -22,29 +22,18 @@
 namespace sextant {
 
 struct ReplayVkitti1Options {
-  double rate_hz = 10;
-  double bf = 725.0 * 0.532725;
-  RenderCacheOptions render;
-
-  template <typename V>
-  void visit(V& v) {
-    v("rate_hz", rate_hz, "Hz", "frame rate");
-    v("bf", bf, "px m", "focal length times baseline, for models of depth noise and the right image");
-    v("render", render, "", "images kept for the next run");
-  }
+  SEXTANT_OPTIONS(
+      (double, rate_hz, 10, "Hz", "frame rate"),
+      (double, bf, 725.0 * 0.532725, "px m",
+       "focal length times baseline, for models of depth noise and the right image"),
+      (RenderCacheOptions, render, {}, "", "images kept for the next run"))
   void check() const;
 };
 
 struct ReplayKittiOptions : KittiTruthOptions {
-  double rate_hz = 10;
-  RenderCacheOptions render;
-
-  template <typename V>
-  void visit(V& v) {
-    KittiTruthOptions::visit(v);
-    v("rate_hz", rate_hz, "Hz", "frame rate");
-    v("render", render, "", "images kept for the next run");
-  }
+  SEXTANT_OPTIONS_OF(KittiTruthOptions,
+      (double, rate_hz, 10, "Hz", "frame rate"),
+      (RenderCacheOptions, render, {}, "", "images kept for the next run"))
   void check() const;
 };
 

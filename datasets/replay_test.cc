@@ -1,21 +1,16 @@
 #include "sextant/datasets/replay.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/replay_scenario.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// The source below SEXTANT_DATA, or none.
 std::optional<SourceSpec> real(const std::string& adapter, const std::string& folder,
@@ -127,9 +122,7 @@ SequenceTruth made_truth() {
   SequenceTruth truth;
   for (int frame = 5; frame < 9; ++frame) {
     truth.camera.set(frame, SE3(Eigen::Quaterniond::Identity(), {1000, 50, 1.0 * frame}));
-    ObjectTruth object;
-    object.id = 3;
-    object.type = "Van";
+    ObjectTruth object{.id = 3, .type = "Van"};
     object.T_camera_object = SE3(Eigen::Quaterniond::Identity(), {2, 1.65, 12});
     if (frame != 6) truth.objects[frame] = {object};
   }

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int first_frame = 10;
 constexpr double rate_hz = 10;
 

@@ -22,17 +22,13 @@
 namespace sextant {
 
 struct SceneFlow2015Options {
-  std::string depth = "auto";
-  std::string flow = "auto";
-  std::string masks = "none";
-
-  template <typename V>
-  void visit(V& v) {
-    v("depth", depth, "", "auto = sgbm; truth = the data set's; or disparity256:DIR, depth256:DIR, cm:DIR");
-    v("flow", flow, "",
-      "auto = dis; truth = the data set's; or flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE");
-    v("masks", masks, "", "none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, vdo_text:DIR, onnx:FILE");
-  }
+  SEXTANT_OPTIONS(
+      (std::string, depth, "auto", "",
+       "auto = sgbm; truth = the data set's; or disparity256:DIR, depth256:DIR, cm:DIR"),
+      (std::string, flow, "auto", "",
+       "auto = dis; truth = the data set's; or flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE"),
+      (std::string, masks, "none", "",
+       "none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, vdo_text:DIR, onnx:FILE"))
 };
 
 /// Throws Error on a folder, pair or file that is not there, or a file that is not as described above.

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/sceneflow_testing.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/metrics/dense_errors.h"
@@ -25,10 +25,7 @@ class SceneFlow : public FolderTest {
 TEST_F(SceneFlow, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source());
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "sceneflow");
-  EXPECT_EQ(info.sequence, "000007");
-  EXPECT_EQ(info.first_frame, 10);
-  EXPECT_EQ(info.last_frame, 11);
+  EXPECT_EQ(text_of(info), fmt::format("sceneflow 000007@10-11, {}x{} px, 10 Hz", sceneflow_width, sceneflow_height));
   EXPECT_EQ(info.camera.left.fx, 700);
   EXPECT_EQ(info.camera.left.fy, 701);
   EXPECT_EQ(info.camera.left.cx, 24);

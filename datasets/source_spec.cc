@@ -72,8 +72,7 @@ void SourceSpec::add_options(const Json& tree) {
 
 SourceSpec find_source(const std::string& text, const std::string& data_root) {
   SourceSpec spec = SourceSpec::parse(text);
-  namespace fs = std::filesystem;
-  std::error_code ignored;
+    std::error_code ignored;
   const fs::path path = spec.path;
   if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
   if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))

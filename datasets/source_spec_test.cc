@@ -1,5 +1,6 @@
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/dataset.h"
+
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

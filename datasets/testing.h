@@ -2,8 +2,6 @@
 
 // Test helper: a test on the files of a data set's folder.
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -19,6 +17,12 @@ inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json
   SourceSpec spec = SourceSpec::parse(source);
   spec.options = options;
   return open_source(spec);
+}
+
+/// "vdo tiny@0-4, 320x96 px, 10 Hz".
+inline std::string text_of(const SequenceInfo& info) {
+  return fmt::format("{} {}@{}-{}, {}x{} px, {} Hz", info.dataset, info.sequence, info.first_frame,
+                     info.last_frame, info.width, info.height, info.rate_hz);
 }
 
 class FolderTest : public testing::Test {

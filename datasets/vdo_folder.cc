@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 // KITTI tracking 0003, left colour camera. The authors' demo gives the bf of the grey pair although its
 // images and depth are of the colour pair: depth is 0.8 % too large. bf_preset = colour mends that.
 constexpr int demo_width = 1242;

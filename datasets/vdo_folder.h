@@ -26,27 +26,15 @@ enum class VdoPair { authors, colour };
 constexpr Names<2> names_of(VdoPair) { return {"authors", "colour"}; }
 
 struct VdoFolderOptions : ChannelOptions {
-  double rate_hz = 0;
-  double fx = 0;
-  double fy = 0;
-  double cx = 0;
-  double cy = 0;
-  double bf = 0;
-  VdoPair bf_preset = VdoPair::authors;
-
-  template <typename V>
-  void visit(V& v) {
-    ChannelOptions::visit(v);
-    v("rate_hz", rate_hz, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10");
-    v("fx", fx, "px", "focal length; 0 = from the folder");
-    v("fy", fy, "px", "focal length; 0 = from the folder");
-    v("cx", cx, "px", "principal point; 0 = from the folder");
-    v("cy", cy, "px", "principal point; 0 = from the folder");
-    v("bf", bf, "px m", "focal length times baseline; 0 = from the folder");
-    v("bf_preset", bf_preset, "",
-      "authors = as in the folder (KITTI 0003: the grey pair's "
-      "387.57); colour = KITTI 0003's colour pair, 384.38");
-  }
+  SEXTANT_OPTIONS_OF(ChannelOptions,
+      (double, rate_hz, 0, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10"),
+      (double, fx, 0, "px", "focal length; 0 = from the folder"),
+      (double, fy, 0, "px", "focal length; 0 = from the folder"),
+      (double, cx, 0, "px", "principal point; 0 = from the folder"),
+      (double, cy, 0, "px", "principal point; 0 = from the folder"),
+      (double, bf, 0, "px m", "focal length times baseline; 0 = from the folder"),
+      (VdoPair, bf_preset, VdoPair::authors, "",
+       "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, 384.38"))
   void check() const;
 };
 

@@ -2,16 +2,13 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <numbers>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr Channels all_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
 
@@ -26,13 +23,7 @@ class VdoFolder : public FolderTest {
 TEST_F(VdoFolder, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source());
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "vdo");
-  EXPECT_EQ(info.sequence, "tiny");
-  EXPECT_EQ(info.first_frame, 0);
-  EXPECT_EQ(info.last_frame, 4);
-  EXPECT_EQ(info.width, 320);
-  EXPECT_EQ(info.height, 96);
-  EXPECT_EQ(info.rate_hz, 10);
+  EXPECT_EQ(text_of(info), "vdo tiny@0-4, 320x96 px, 10 Hz");
   EXPECT_EQ(info.camera.left.fx, 200);
   EXPECT_EQ(info.camera.bf, 200);
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
@@ -48,8 +39,8 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
                                          {"depth", "disparity256:" + file("depth")},
                                          {"masks", "vdo_text:" + file("semantic")}});
   EXPECT_THAT(same->info().provenance,
-              testing::ElementsAre("depth: disparity256:" + file("depth"), "flow: flo:" + file("flow"),
-                                   "masks: vdo_text:" + file("semantic")));
+              ElementsAre("depth: disparity256:" + file("depth"), "flow: flo:" + file("flow"),
+                          "masks: vdo_text:" + file("semantic")));
   same->check_files();
   for (const int k : {1, 4}) {
     const Frame a = own->read(k, all_channels), b = same->read(k, all_channels);
@@ -60,10 +51,10 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
     EXPECT_TRUE(a.flow.empty() ||
                 std::memcmp(a.flow.data(), b.flow.data(), a.flow.size() * sizeof(Flow)) == 0);
   }
-  std::filesystem::remove(file("flow/000002.flo"));
+  fs::remove(file("flow/000002.flo"));
   expect_error([&] { open_with(source())->check_files(); }, file("flow/000002.flo") + ": missing file");
   open_with(source(), {{"flow", "dis"}})->check_files();
-  std::filesystem::remove_all(file("flow"));
+  fs::remove_all(file("flow"));
   expect_error([&] { open_with(source()); }, file("flow") + ": no such folder");
   open_with(source(), {{"flow", "dis"}})->check_files();
 }
@@ -138,7 +129,7 @@ TEST_F(VdoFolder, OptionsOverrideTheFolder) {
   EXPECT_EQ(sequence->info().camera.left.fy, 200);
   EXPECT_EQ(sequence->info().camera.bf, 190);
   ASSERT_EQ(sequence->info().warnings.size(), 1u);
-  EXPECT_THAT(sequence->info().warnings[0], testing::HasSubstr("steps of 0.1 s, but the rate is 5 Hz"));
+  EXPECT_THAT(sequence->info().warnings[0], HasSubstr("steps of 0.1 s, but the rate is 5 Hz"));
   expect_error([&] { open_with(source(), {{"bf", -1.0}}); }, "option bf = -1");
   expect_error(
       [&] {
@@ -168,18 +159,16 @@ TEST_F(VdoFolder, MissingTruthIsAWarning) {
 
 TEST_F(VdoFolder, FramesWithoutAPoseAreAWarning) {
   put("pose_gt.txt", encode_pose_text({{0, SE3()}, {1, SE3()}}));
-  EXPECT_THAT(open_with(source())->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("no pose for 3 of 5 frames")));
+  EXPECT_THAT(open_with(source())->info().warnings, ElementsAre(HasSubstr("no pose for 3 of 5 frames")));
 }
 
 TEST_F(VdoFolder, AnAssumedRateIsTold) {
   fs::remove(file("camera.yaml"));
   fs::remove(file("times.txt"));
   Json camera = {{"fx", 200.0}, {"fy", 200.0}, {"cx", 159.5}, {"cy", 47.5}, {"bf", 200.0}};
-  EXPECT_THAT(open_with(source(), camera)->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("10 Hz are assumed")));
+  EXPECT_THAT(open_with(source(), camera)->info().warnings, ElementsAre(HasSubstr("10 Hz are assumed")));
   camera["rate_hz"] = 10.0;
-  EXPECT_THAT(open_with(source(), camera)->info().warnings, testing::IsEmpty());
+  EXPECT_THAT(open_with(source(), camera)->info().warnings, IsEmpty());
 }
 
 TEST_F(VdoFolder, WithoutYamlOnlyTheDemosSizeHasACamera) {
@@ -193,8 +182,7 @@ TEST_F(VdoFolder, WithoutYamlOnlyTheDemosSizeHasACamera) {
   const auto sequence = open_with(source());
   EXPECT_EQ(sequence->info().camera.left.fx, 721.5377);
   EXPECT_EQ(sequence->info().rate_hz, 10);
-  EXPECT_THAT(sequence->info().warnings,
-              testing::ElementsAre(testing::HasSubstr("using the KITTI 0003 demo's f = 721.5377")));
+  EXPECT_THAT(sequence->info().warnings, ElementsAre(HasSubstr("using the KITTI 0003 demo's f = 721.5377")));
   EXPECT_EQ(open_with(source(), {{"bf_preset", "colour"}})->info().camera.bf, 384.3814);
 }
 
@@ -248,9 +236,8 @@ TEST_F(VdoDemo, OpensWithItsTwoWarnings) {
   EXPECT_EQ(info.first_frame, 0);
   EXPECT_EQ(info.last_frame, 19);
   EXPECT_EQ(info.rate_hz, 10);
-  EXPECT_THAT(info.warnings,
-              testing::ElementsAre(testing::HasSubstr("no *.yaml camera in"),
-                                   testing::HasSubstr("steps of 0.05 s, but the rate is 10 Hz")));
+  EXPECT_THAT(info.warnings, ElementsAre(HasSubstr("no *.yaml camera in"),
+                                         HasSubstr("steps of 0.05 s, but the rate is 10 Hz")));
   sequence->check_files();
   EXPECT_EQ(sequence->truth().camera.poses().size(), 144u);
   expect_error([&] { open_with(source_ + "@0-143"); }, "it has frames 0-19");

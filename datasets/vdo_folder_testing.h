@@ -17,7 +17,6 @@
 #include <map>
 #include <numbers>
 #include <string>
-#include <vector>
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/flo.h"

@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int largest_frame = 999'999;  // six digits
 
 std::string times_text(const SequenceInfo& info) {
@@ -63,8 +61,6 @@ std::vector<LayoutFolder> folders(const fs::path& root, double bf) {
 }  // namespace
 
 std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request) {
-  VdoLayoutOptions options;
-  read_options(request.options, options, "vdo");
   const SequenceInfo& info = sequence.info();
   if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
     fail("sequence name '{}': expected one such as 0005, without / # @", request.sequence);

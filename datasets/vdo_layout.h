@@ -18,12 +18,6 @@
 
 namespace sextant {
 
-/// None so far.
-struct VdoLayoutOptions {
-  template <typename V>
-  void visit(V&) {}
-};
-
 /// As layout.h says.
 std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request);
 

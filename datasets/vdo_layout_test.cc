@@ -1,19 +1,13 @@
 #include "sextant/datasets/vdo_layout.h"
 
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 VdoFixtureOptions small() {
-  VdoFixtureOptions options;
-  options.n_frames = 3;
-  options.first_frame = 7;
-  options.width = 64;
-  options.height = 32;
+  VdoFixtureOptions options{.n_frames = 3, .first_frame = 7, .width = 64, .height = 32};
   return options;
 }
 
@@ -25,10 +19,7 @@ class VdoLayoutTest : public testing::Test {
     return open_source(SourceSpec::parse("vdo:" + (folder_.path() / name).string()));
   }
   std::string write(const Sequence& sequence, const std::string& name, int jobs = 1) const {
-    LayoutRequest request;
-    request.out = folder_.path() / name;
-    request.jobs = jobs;
-    request.quiet = true;
+    LayoutRequest request{.out = folder_.path() / name, .jobs = jobs, .quiet = true};
     return find_layout("vdo").write(sequence, request);
   }
 

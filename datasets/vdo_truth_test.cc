@@ -1,8 +1,6 @@
 #include "sextant/datasets/vdo_truth.h"
 
-#include <numbers>
-
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

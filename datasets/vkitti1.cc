@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 uint32_t key_of(Rgb c) { return uint32_t{c.r} << 16 | uint32_t{c.g} << 8 | c.b; }
 
 /// Ids by the colours of scenegt.

@@ -24,16 +24,10 @@ inline constexpr double vkitti1_focal_px = 725.0;
 inline constexpr double vkitti_baseline_m = 0.532725;
 
 struct Vkitti1Options : ChannelOptions {
-  double rate_hz = 10;
-  double bf = vkitti1_focal_px * vkitti_baseline_m;
-
-  template <typename V>
-  void visit(V& v) {
-    ChannelOptions::visit(v);
-    v("rate_hz", rate_hz, "Hz", "frame rate");
-    v("bf", bf, "px m",
-      "focal length times baseline, for models of stereo depth noise only: there is no second camera");
-  }
+  SEXTANT_OPTIONS_OF(ChannelOptions,
+      (double, rate_hz, 10, "Hz", "frame rate"),
+      (double, bf, vkitti1_focal_px * vkitti_baseline_m, "px m",
+       "focal length times baseline, for models of stereo depth noise only: there is no second camera"))
   void check() const;
 };
 

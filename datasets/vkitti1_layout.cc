@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "sextant/base/files.h"
 #include "sextant/datasets/codec/kitti_png.h"
@@ -12,8 +11,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 // All that is no track: the source does not tell roads from trees.
 constexpr const char* static_category = "Misc";
@@ -86,8 +83,6 @@ class Writer {
  public:
   Writer(const Sequence& sequence, const LayoutRequest& request)
       : sequence_(sequence), info_(sequence.info()), request_(request) {
-    VkittiLayoutOptions options;
-    read_options(request.options, options, "layout");
     const std::string name =
         request.sequence.empty() ? fmt::format("{:04}", default_number(info_.sequence)) : request.sequence;
     name_ = parse_vkitti1_name(name);

@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* prefix = "vkitti_1.3.1_";
 constexpr const char* flat_variation = "clone";
 

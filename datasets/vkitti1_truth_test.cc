@@ -4,15 +4,13 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/geometry/camera.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 double median(std::vector<double> values) {
   SEXTANT_CHECK(!values.empty());
@@ -87,7 +85,7 @@ TEST_F(Vkitti1Truths, MovingIsLeftOutWhereItIsWrong) {
   put("0018_objects.txt", objects_file);
   const Vkitti1Truth out = read("0018");
   EXPECT_FALSE(out.truth.find(0, 3)->moving.has_value());
-  EXPECT_THAT(out.warnings, testing::ElementsAre(testing::HasSubstr("the column 'moving' is not used")));
+  EXPECT_THAT(out.warnings, ElementsAre(HasSubstr("the column 'moving' is not used")));
 }
 
 TEST_F(Vkitti1Truths, WhatIsNotThere) {
@@ -102,7 +100,7 @@ TEST_F(Vkitti1Truths, WhatIsNotThere) {
   const Vkitti1TextFiles files = find_vkitti1_text(temp_.path(), "0018", "clone");
   InputLog inputs;
   EXPECT_THAT(read_vkitti1_truth(files, "0018", inputs).warnings,
-              testing::ElementsAre("no motgt of world 0018: no true object motion"));
+              ElementsAre("no motgt of world 0018: no true object motion"));
 }
 
 TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {

@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Those of the release, where a text file does not say.
 const PinholeCamera release_camera{725.0087, 725.0087, 620.5, 187.0};
 constexpr double baseline_digits_m = 2e-3;  // of the release's extrinsics

@@ -23,15 +23,9 @@
 namespace sextant {
 
 struct Vkitti2Options : ChannelOptions {
-  double rate_hz = 10;
-  int camera = 0;
-
-  template <typename V>
-  void visit(V& v) {
-    ChannelOptions::visit(v);
-    v("rate_hz", rate_hz, "Hz", "frame rate");
-    v("camera", camera, "", "0 = left, with camera 1 as its right one; 1 = right, alone");
-  }
+  SEXTANT_OPTIONS_OF(ChannelOptions,
+      (double, rate_hz, 10, "Hz", "frame rate"),
+      (int, camera, 0, "", "0 = left, with camera 1 as its right one; 1 = right, alone"))
   void check() const;
 };
 

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int left_camera = 0;
 constexpr int right_camera = 1;
 
@@ -63,8 +61,6 @@ class Writer {
  public:
   Writer(const Sequence& sequence, const LayoutRequest& request)
       : sequence_(sequence), info_(sequence.info()), request_(request) {
-    VkittiLayoutOptions options;
-    read_options(request.options, options, "layout");
     const std::string name =
         request.sequence.empty() ? std::to_string(default_number(info_.sequence)) : request.sequence;
     name_ = parse_vkitti2_name(name);

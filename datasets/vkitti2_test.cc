@@ -1,12 +1,10 @@
 #include "sextant/datasets/vkitti2.h"
 
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vkitti_testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr Channels all_channels = Channels::all();
 const std::string scene = "Scene01/clone/";
@@ -19,15 +17,13 @@ class Vkitti2Files : public VkittiFiles {
 TEST_F(Vkitti2Files, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source_);
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(info.dataset, "vkitti2");
-  EXPECT_EQ(info.sequence, "Scene01/clone");
+  EXPECT_EQ(text_of(info), "vkitti2 Scene01/clone@3-6, 1242x375 px, 10 Hz");
   EXPECT_EQ(info.camera.left.fx, 725);
   EXPECT_NEAR(info.camera.bf, 725 * 0.532725, 1e-9);
   EXPECT_TRUE(info.warnings.empty());
-  EXPECT_THAT(info.provenance, testing::ElementsAre(testing::StartsWith("depth: cm:"),
-                                                    testing::StartsWith("flow: vkitti_png:"),
-                                                    testing::StartsWith("masks: instance_png:"),
-                                                    testing::StartsWith("backward flow: vkitti_png:")));
+  EXPECT_THAT(info.provenance,
+              ElementsAre(StartsWith("depth: cm:"), StartsWith("flow: vkitti_png:"),
+                          StartsWith("masks: instance_png:"), StartsWith("backward flow: vkitti_png:")));
   sequence->check_files();
   const std::string root = "vkitti2:" + root_.string();
   for (const char* name : {"#0001/clone", "#Scene01", "#0001", "#1"}) {
@@ -49,8 +45,8 @@ TEST_F(Vkitti2Files, AnySubsetOpens) {
   remove(scene + "frames/forwardFlow");
   remove(scene + "frames/depth");
   const auto images = open_with(source_);
-  EXPECT_THAT(images->info().provenance, testing::Contains("flow: dis"));
-  EXPECT_THAT(images->info().provenance, testing::Contains(testing::HasSubstr("depth: sgbm")));
+  EXPECT_THAT(images->info().provenance, Contains("flow: dis"));
+  EXPECT_THAT(images->info().provenance, Contains(HasSubstr("depth: sgbm")));
   remove(scene + "frames");
   const auto text_only = open_with(source_);
   const Channels& channels = text_only->info().channels;
@@ -122,13 +118,11 @@ TEST_F(Vkitti2Files, CamerasThatChange) {
 TEST_F(Vkitti2Files, AnotherBaselineIsThatOfTheFile) {
   FormulaSequence source({.first_frame = 3, .last_frame = 4});
   source.change_info().camera = {{500, 510, 600, 180}, 500 * 0.25};
-  LayoutRequest request;
-  request.out = temp_.path() / "E";
-  request.quiet = true;
+  LayoutRequest request{.out = temp_.path() / "E", .quiet = true};
   const auto sequence = open_with(find_layout("vkitti2").write(source, request));
   EXPECT_EQ(sequence->info().camera.left.fy, 510);
   EXPECT_NEAR(sequence->info().camera.bf, 125, 1e-9);
-  EXPECT_THAT(sequence->info().warnings, testing::ElementsAre(testing::StartsWith("baseline of 0.250000 m")));
+  EXPECT_THAT(sequence->info().warnings, ElementsAre(StartsWith("baseline of 0.250000 m")));
 }
 
 TEST_F(Vkitti2Files, BadText) {

@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 // The data set's extrinsics have seven digits, of numbers up to some hundred metres.
 constexpr double rectified = 0.02;  // m, rad
 

@@ -3,9 +3,7 @@
 namespace sextant {
 
 FolderFiles vkitti_files(const SequenceTruth& truth) {
-  FolderFiles files;
-  files.width = vkitti_width;
-  files.height = vkitti_height;
+  FolderFiles files{.width = vkitti_width, .height = vkitti_height};
   for (const auto& [frame, pose] : truth.camera.poses()) files.frames.insert(frame);
   if (!files.frames.empty()) return files;
   for (const auto& [frame, objects] : truth.objects) files.frames.insert(frame);

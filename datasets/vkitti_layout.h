@@ -26,12 +26,6 @@
 
 namespace sextant {
 
-/// None so far.
-struct VkittiLayoutOptions {
-  template <typename V>
-  void visit(V&) {}
-};
-
 /// Sequence "0018/clone"; empty: the number in the sequence's name, clone.
 std::string write_vkitti1_layout(const Sequence& sequence, const LayoutRequest& request);
 /// Sequence "Scene18/clone"; empty as above.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
 #include "sextant/datasets/vkitti_rows.h"
@@ -12,18 +12,12 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr Channels measured_channels{.depth = true, .flow = true, .mask = true};
 
 class VkittiLayouts : public testing::TestWithParam<const char*> {
  protected:
   std::string write(const Sequence& sequence, const std::string& name = "", int jobs = 2) const {
-    LayoutRequest request;
-    request.out = temp_.path() / "D";
-    request.sequence = name;
-    request.jobs = jobs;
-    request.quiet = true;
+    LayoutRequest request{.out = temp_.path() / "D", .sequence = name, .jobs = jobs, .quiet = true};
     return find_layout(GetParam()).write(sequence, request);
   }
   bool first() const { return std::string(GetParam()) == "vkitti1"; }
@@ -232,16 +226,13 @@ TEST(Vkitti1Layout, OnlyItsOwnCamera) {
 
 TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
   TempFolder temp;
-  LayoutRequest request;
-  request.out = temp.path();
-  request.sequence = "0001/clone";
-  request.quiet = true;
+  LayoutRequest request{.out = temp.path(), .sequence = "0001/clone", .quiet = true};
   write_vkitti1_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 1}), request);
   const auto files = all_files(temp.path());
   std::vector<std::string> names;
   for (const auto& [name, bytes] : files) names.push_back(name);
   EXPECT_THAT(names,
-              testing::UnorderedElementsAre(
+              UnorderedElementsAre(
                   "vkitti_1.3.1_rgb/0001/clone/00003.png", "vkitti_1.3.1_rgb/0001/clone/00004.png",
                   "vkitti_1.3.1_depthgt/0001/clone/00003.png", "vkitti_1.3.1_depthgt/0001/clone/00004.png",
                   "vkitti_1.3.1_flowgt/0001/clone/00003.png", "vkitti_1.3.1_scenegt/0001/clone/00003.png",
@@ -249,7 +240,7 @@ TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
                   "vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt",
                   "vkitti_1.3.1_extrinsicsgt/0001_clone.txt", "vkitti_1.3.1_motgt/0001_clone.txt"));
   EXPECT_THAT(files.at("vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt"),
-              testing::StartsWith("Category(:id) r g b\nMisc 80 80 80\nVan:0 "));
+              StartsWith("Category(:id) r g b\nMisc 80 80 80\nVan:0 "));
   const auto objects = decode_vkitti1_objects(files.at("vkitti_1.3.1_motgt/0001_clone.txt"), "motgt");
   EXPECT_EQ(objects[0].occupr, 1);  // the mask is a full rectangle
   EXPECT_EQ(objects[0].occluded, 0);
@@ -258,14 +249,11 @@ TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
 
 TEST(Vkitti2Layout, FilesHaveTheirOfficialNames) {
   TempFolder temp;
-  LayoutRequest request;
-  request.out = temp.path();
-  request.sequence = "Scene01/clone";
-  request.quiet = true;
+  LayoutRequest request{.out = temp.path(), .sequence = "Scene01/clone", .quiet = true};
   write_vkitti2_layout(FormulaSequence({.first_frame = 3, .last_frame = 4, .id = 300}), request);
   std::vector<std::string> names;
   for (const auto& [name, bytes] : all_files(temp.path() / "Scene01/clone")) names.push_back(name);
-  EXPECT_THAT(names, testing::UnorderedElementsAre(
+  EXPECT_THAT(names, UnorderedElementsAre(
                          "extrinsic.txt", "intrinsic.txt", "pose.txt", "bbox.txt", "info.txt", "colors.txt",
                          "frames/rgb/Camera_0/rgb_00003.jpg", "frames/rgb/Camera_0/rgb_00004.jpg",
                          "frames/rgb/Camera_1/rgb_00003.jpg", "frames/rgb/Camera_1/rgb_00004.jpg",

@@ -59,11 +59,10 @@ void check_object(const std::string& where, const ObjectTruth& object) {
 
 VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& object, const MaskExtent& extent) {
   check_object(where(sequence, frame), object);
-  VkittiRow row;
-  row.frame = frame;
-  row.track = object.id - 1;
-  row.object = &object;
-  row.angles = vkitti_angles(object.T_camera_object.rotation());
+  VkittiRow row{.frame = frame,
+                .track = object.id - 1,
+                .object = &object,
+                .angles = vkitti_angles(object.T_camera_object.rotation())};
   const Eigen::Vector3d& p = object.T_camera_object.translation();
   row.alpha_rad = std::remainder(row.angles.ry - std::atan2(p.x(), p.z()), 2 * std::numbers::pi);
   const bool known = has_box(object);

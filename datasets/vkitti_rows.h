@@ -3,8 +3,6 @@
 // What the writers of Virtual KITTI layouts share (vkitti_layout.h): the frames' pixels, and the numbers that
 // both releases have of an object.
 
-#include <filesystem>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>

@@ -3,8 +3,6 @@
 // Test helper: a sequence with every channel that a Virtual KITTI layout has, made from formulas (it shows no
 // scene), to be written and read back.
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -175,10 +173,7 @@ class VkittiFiles : public FolderTest {
     std::unique_ptr<TempFolder>& master = masters[layout];
     if (!master) {
       master = std::make_unique<TempFolder>();
-      LayoutRequest request;
-      request.out = master->path();
-      request.sequence = sequence;
-      request.quiet = true;
+      LayoutRequest request{.out = master->path(), .sequence = sequence, .quiet = true};
       find_layout(layout).write(FormulaSequence(), request);
     }
     std::filesystem::copy(master->path(), root_, std::filesystem::copy_options::recursive);

@@ -1,11 +1,10 @@
 #include "sextant/datasets/channels/channel_source.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/testing.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/channels/computed_channels.h"
 #include "sextant/datasets/channels/opencv_view.h"
@@ -14,7 +13,6 @@
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/codec/mots.h"
-#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

@@ -6,12 +6,11 @@
 #include <charconv>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Pattern {
   fs::path folder;

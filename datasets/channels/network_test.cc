@@ -1,11 +1,9 @@
 #include "sextant/datasets/channels/network.h"
 
-#include <gtest/gtest.h>
-
 #include "sextant/base/parallel_for.h"
 #include "sextant/datasets/channels/onnx_header.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/channels/testing.h"
-#include "sextant/datasets/codec/testing.h"
 
 namespace sextant {
 namespace {

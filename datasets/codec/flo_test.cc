@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

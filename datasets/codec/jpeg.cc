@@ -3,7 +3,6 @@
 #include <array>
 #include <csetjmp>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 
 #include <jpeglib.h>

@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <vector>
 
 #include "sextant/datasets/codec/text_rows.h"

@@ -1,6 +1,5 @@
 #include "sextant/datasets/codec/kitti_oxts.h"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -20,9 +19,8 @@ KittiOxts read_sample(const TextRows& rows) {
     rows.fail_here("expected 30 values (lat lon alt roll pitch yaw vn ve vf vl vu ...), got {}",
                    rows.fields().size());
   }
-  KittiOxts s;
-  s.latitude_deg = rows.finite(0, "the latitude");
-  s.longitude_deg = rows.finite(1, "the longitude");
+  KittiOxts s{.latitude_deg = rows.finite(0, "the latitude"),
+              .longitude_deg = rows.finite(1, "the longitude")};
   if (!(std::abs(s.latitude_deg) < 90)) {
     rows.fail_here("expected a latitude between -90 and 90 degrees, got {}", s.latitude_deg);
   }
@@ -80,13 +78,12 @@ KittiOxts oxts_from_pose(const SE3& T_world_imu, double scale) {
   const double r = scale * earth_radius_m;
   const Eigen::Vector3d& t = T_world_imu.translation();
   const Eigen::Matrix3d m = T_world_imu.rotation().toRotationMatrix();
-  KittiOxts s;
-  s.longitude_deg = t.x() / r * 180 / pi;
-  s.latitude_deg = std::atan(std::exp(t.y() / r)) * 360 / pi - 90;
-  s.altitude_m = t.z();
-  s.roll_rad = std::atan2(m(2, 1), m(2, 2));
-  s.pitch_rad = std::atan2(-m(2, 0), std::hypot(m(2, 1), m(2, 2)));
-  s.yaw_rad = std::atan2(m(1, 0), m(0, 0));
+  KittiOxts s{.latitude_deg = std::atan(std::exp(t.y() / r)) * 360 / pi - 90,
+              .longitude_deg = t.x() / r * 180 / pi,
+              .altitude_m = t.z(),
+              .roll_rad = std::atan2(m(2, 1), m(2, 2)),
+              .pitch_rad = std::atan2(-m(2, 0), std::hypot(m(2, 1), m(2, 2))),
+              .yaw_rad = std::atan2(m(1, 0), m(0, 0))};
   return s;
 }
 

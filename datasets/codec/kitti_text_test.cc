@@ -1,10 +1,10 @@
 #include <numbers>
 #include <random>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/kitti_oxts.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {
@@ -79,15 +79,14 @@ TEST(KittiCalibrationErrors, NameFileLineKeyAndSpellings) {
 // ---- oxts
 
 KittiOxts example_oxts() {
-  KittiOxts s;
-  s.latitude_deg = 49.011;
-  s.longitude_deg = 8.4229;
-  s.altitude_m = 112.8;
-  s.roll_rad = 0.02;
-  s.pitch_rad = -0.01;
-  s.yaw_rad = -2.1;
-  s.north_mps = -9;
-  s.east_mps = -5;
+  KittiOxts s{.latitude_deg = 49.011,
+              .longitude_deg = 8.4229,
+              .altitude_m = 112.8,
+              .roll_rad = 0.02,
+              .pitch_rad = -0.01,
+              .yaw_rad = -2.1,
+              .north_mps = -9,
+              .east_mps = -5};
   s.velocity_mps = {10.25, 0.5, -0.125};
   s.rest.back() = 6;
   return s;
@@ -122,10 +121,7 @@ TEST(KittiOxts, MercatorIsTrueToScaleAtTheFirstLatitude) {
 }
 
 TEST(KittiOxts, YawPitchRollTurnAboutUpLeftAhead) {
-  KittiOxts s;
-  s.yaw_rad = 0.3;
-  s.pitch_rad = 0.2;
-  s.roll_rad = 0.1;
+  KittiOxts s{.roll_rad = 0.1, .pitch_rad = 0.2, .yaw_rad = 0.3};
   const Eigen::Vector3d ahead = pose_from_oxts(s, 1).rotation() * Eigen::Vector3d::UnitX();
   EXPECT_NEAR(std::atan2(ahead.y(), ahead.x()), 0.3, 1e-12);  // counter-clockwise from east
   EXPECT_NEAR(std::asin(-ahead.z()), 0.2, 1e-12);             // nose down
@@ -136,9 +132,7 @@ TEST(KittiOxts, YawPitchRollTurnAboutUpLeftAhead) {
 TEST(KittiOxts, InverseGivesThePoseBack) {
   std::mt19937_64 generator(3);
   const double scale = mercator_scale(49);
-  KittiOxts origin;
-  origin.latitude_deg = 49;
-  origin.longitude_deg = 8.4;
+  KittiOxts origin{.latitude_deg = 49, .longitude_deg = 8.4};
   const SE3 base(Eigen::Quaterniond::Identity(), pose_from_oxts(origin, scale).translation());
   for (int i = 0; i < 200; ++i) {
     const SE3 pose = base * SE3::exp(random_twist(generator, 1000, 2));

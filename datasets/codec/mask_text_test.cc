@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

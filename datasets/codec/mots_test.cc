@@ -6,7 +6,7 @@
 #include <random>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstring>
 #include <memory>
-#include <vector>
 
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/png_filter.h"
@@ -209,9 +208,7 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
   if (width == 0 || height == 0 || width > 1'000'000 || height > 1'000'000) {
     fail("{}: PNG of {}x{} pixels", name, width, height);
   }
-  PngHeader header;
-  header.width = static_cast<int>(width);
-  header.height = static_cast<int>(height);
+  PngHeader header{.width = static_cast<int>(width), .height = static_cast<int>(height)};
   header.bit_depth = static_cast<uint8_t>(bytes[24]);
   header.color_type = static_cast<uint8_t>(bytes[25]);
   header.interlaced = bytes[28] != 0;

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -1,7 +1,7 @@
 #include <random>
 
+#include "sextant/base/testing.h"
 #include "sextant/datasets/codec/pose_text.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 

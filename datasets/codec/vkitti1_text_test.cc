@@ -1,7 +1,7 @@
 #include "sextant/datasets/codec/vkitti1_text.h"
 
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/codec/vkitti_box.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -82,9 +82,7 @@ std::vector<Vkitti2Extrinsic> decode_vkitti2_extrinsics(std::string_view text, c
 
 std::vector<Vkitti2Intrinsic> decode_vkitti2_intrinsics(std::string_view text, const std::string& name) {
   return decode(text, name, intrinsic_header, [seen = Seen()](TextTable& table) mutable {
-    Vkitti2Intrinsic row;
-    row.frame = table.frame();
-    row.camera = table.not_negative();
+    Vkitti2Intrinsic row{.frame = table.frame(), .camera = table.not_negative()};
     seen.add(table, row.frame, row.camera);
     for (double* value : {&row.k.fx, &row.k.fy, &row.k.cx, &row.k.cy}) *value = table.finite();
     if (row.k.fx <= 0 || row.k.fy <= 0) {

@@ -1,6 +1,6 @@
 #include "sextant/datasets/codec/vkitti2_text.h"
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -100,9 +100,8 @@ void Cast::parked(const CarShape& shape, const Stance& at) {
 }
 
 void Cast::add(CarShape shape, bool moving, const std::vector<Stance>& stances, int from, int to) {
-  Actor actor;
-  actor.id = static_cast<int>(scenario_.actors.size()) + 1;
-  actor.type = shape.height_m > 1.9 ? "Van" : "Car";
+  Actor actor{.id = static_cast<int>(scenario_.actors.size()) + 1,
+              .type = shape.height_m > 1.9 ? "Van" : "Car"};
   shape.seed = 1000 + static_cast<uint32_t>(actor.id);
   actor.shape = shape;
   actor.moving = moving;

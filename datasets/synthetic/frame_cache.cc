@@ -9,8 +9,6 @@
 namespace sextant::synthetic {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// The bytes of a scenario, one value after the other.
 class Content {
  public:

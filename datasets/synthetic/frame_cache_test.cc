@@ -12,8 +12,6 @@
 namespace sextant::synthetic {
 namespace {
 
-namespace fs = std::filesystem;
-
 class Cache : public testing::Test {
  protected:
   void SetUp() override { fs::remove_all(folder_); }

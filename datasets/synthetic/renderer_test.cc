@@ -1,11 +1,8 @@
 #include "sextant/datasets/synthetic/renderer.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <set>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/street.h"
 
 namespace sextant::synthetic {

@@ -37,9 +37,7 @@ Eigen::Vector3f paint(int id) {
 
 Actor make_actor(const ObjectTruth& object, int n_frames) {
   const Vector3d size_m = object.size_m.value_or(usual_size_m(object.type));
-  Actor actor;
-  actor.id = object.id;
-  actor.type = object.type.empty() ? "Car" : object.type;
+  Actor actor{.id = object.id, .type = object.type.empty() ? "Car" : object.type};
   actor.shape = {paint(object.id),    size_m.z(),
                  size_m.x(),          size_m.y(),
                  actor.type != "Car",

@@ -67,11 +67,7 @@ void parked(Cast& cast) {
 
 Scenario city() {
   Scenario s;
-  StreetPlan plan;
-  plan.z_to_m = 165;
-  plan.crossing_z_m = crossing_m;
-  plan.arm_m = 130;
-  plan.seed = 21;
+  StreetPlan plan{.z_to_m = 165, .crossing_z_m = crossing_m, .arm_m = 130, .seed = 21};
   s.world = make_street(plan);
   const Speeds speeds = {{0, 0.60}, {20, 0.66}, {46, 0.62},  {60, 0.0},
                          {73, 0.0}, {84, 0.50}, {108, 0.52}, {125, 0.66}};

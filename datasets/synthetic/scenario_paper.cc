@@ -9,10 +9,7 @@ namespace {
 constexpr double crossing_m = 30;
 
 StreetPlan crossroads(uint32_t seed) {
-  StreetPlan plan;
-  plan.z_to_m = 120;
-  plan.crossing_z_m = crossing_m;
-  plan.seed = seed;
+  StreetPlan plan{.z_to_m = 120, .crossing_z_m = crossing_m, .seed = seed};
   return plan;
 }
 

@@ -42,9 +42,7 @@ Scenario stereo_drive() {
   cast.parked(saloon(black), beside(17, -6.4, 180 * degree));
   cast.parked(wagon(white), beside(30, -6.4, 181 * degree));
 
-  StreetWay way;
-  way.seed = 41;
-  way.clearance_m = 2.6;
+  StreetWay way{.clearance_m = 2.6, .seed = 41};
   for (double at_m = 0; at_m <= 85; at_m += 1.0) {
     const Stance middle = beside(at_m, -lane_m);
     way.points.push_back(

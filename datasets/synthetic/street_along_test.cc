@@ -1,10 +1,8 @@
 #include "sextant/datasets/synthetic/street_along.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/renderer.h"
 
 namespace sextant::synthetic {

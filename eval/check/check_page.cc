@@ -46,24 +46,27 @@ Table content_table(const std::string& source, const SequenceInfo& info) {
   Table table;
   table.title = fmt::format("{}: frames {}-{}, {}x{} px, {} Hz", source, info.first_frame, info.last_frame,
                             info.width, info.height, info.rate_hz);
-  table.columns = {{"outcome", "", Align::left},
-                   {"check", "content", Align::left},
+  table.columns = {Column::text("outcome", ""),
+                   Column::text("check", "content"),
                    {"present", "present", Align::right},
                    {"size_px", "size [px]", Align::right},
-                   {"valid_percent", "valid [%]", Align::right, 1},
-                   {"min", "min", Align::right, 2},
-                   {"median", "median", Align::right, 2},
-                   {"max", "max", Align::right, 2},
-                   {"unit", "unit", Align::left}};
+                   Column::number("valid_percent", "valid [%]", 1),
+                   Column::number("min", 2),
+                   Column::number("median", 2),
+                   Column::number("max", 2),
+                   Column::text("unit")};
   return table;
 }
 
 Table convention_table() {
   Table table;
-  table.columns = {{"outcome", "", Align::left},     {"check", "convention", Align::left},
-                   {"value", "value", Align::right}, {"limit", "limit", Align::right},
-                   {"unit", "unit", Align::left},    {"n", "n", Align::right, 0},
-                   {"counted", "of", Align::left}};
+  table.columns = {Column::text("outcome", ""),
+                   Column::text("check", "convention"),
+                   {"value", "value", Align::right},
+                   {"limit", "limit", Align::right},
+                   Column::text("unit"),
+                   Column::count("n"),
+                   Column::text("counted", "of")};
   return table;
 }
 
@@ -99,12 +102,11 @@ std::string check_page(const std::string& source, const SequenceInfo& info,
     if (!remark(c).empty())
       table.notes.push_back(wrapped(fmt::format("{:<7} {}:", outcome(c), c.name), remark(c)));
     if (c.convention) {
-      table.add_row({outcome(c), c.name, cell(c.value), cell(c.limit), c.unit,
-                     c.n ? Cell(static_cast<double>(*c.n)) : Cell(), c.counted});
+      table.add_row({outcome(c), c.name, c.value, c.limit, c.unit, c.n ? Cell(*c.n) : Cell(), c.counted});
     } else if (c.outcome != CheckOutcome::note || c.n_present) {
       table.add_row({outcome(c), c.name, present(c), c.size_px,
-                     c.valid_share ? Cell(*c.valid_share * 100) : Cell(), cell(c.min), cell(c.median),
-                     cell(c.max), c.min ? c.unit : ""});
+                     c.valid_share ? Cell(*c.valid_share * 100) : Cell(), c.min, c.median, c.max,
+                     c.min ? c.unit : ""});
     }
   }
   return to_text(content) + "\n" + to_text(conventions);

@@ -209,10 +209,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
 
 SourceCheck check_poses(const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
-  SourceCheck line;
-  line.name = "poses";
-  line.n_expected = info.last_frame - info.first_frame + 1;
-  line.n_present = 0;
+  SourceCheck line{.name = "poses", .n_present = 0, .n_expected = info.last_frame - info.first_frame + 1};
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
     *line.n_present += sequence.truth().camera.has(frame) ? 1 : 0;
   }
@@ -234,9 +231,7 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
       interpolated += object.interpolated ? 1 : 0;
     }
   }
-  SourceCheck line;
-  line.name = "objects";
-  line.n_present = static_cast<int>(tracks.size());
+  SourceCheck line{.name = "objects", .n_present = static_cast<int>(tracks.size())};
   const auto unseen =
       std::count_if(tracks.begin(), tracks.end(), [&](int id) { return !mask_ids.contains(id); });
   std::string message = fmt::format("{} true tracks", tracks.size());
@@ -253,9 +248,7 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
 }
 
 SourceCheck check_all_files(const Sequence& sequence) {
-  SourceCheck line;
-  line.name = "files";
-  line.message = "every file that a run needs is there";
+  SourceCheck line{.name = "files", .message = "every file that a run needs is there"};
   try {
     sequence.check_files();
   } catch (const Error& error) {
@@ -266,10 +259,7 @@ SourceCheck check_all_files(const Sequence& sequence) {
 }
 
 SourceCheck note(const std::string& name, const std::string& message) {
-  SourceCheck line;
-  line.name = name;
-  line.outcome = CheckOutcome::note;
-  line.message = message;
+  SourceCheck line{.name = name, .outcome = CheckOutcome::note, .message = message};
   return line;
 }
 

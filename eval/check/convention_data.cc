@@ -17,12 +17,11 @@ int choose_step(const SequenceInfo& info) {
 
 ConventionData make_convention_data(const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
-  ConventionData data;
-  data.camera = info.camera;
-  data.width = info.width;
-  data.height = info.height;
-  data.rate_hz = info.rate_hz;
-  data.first_frame = info.first_frame;
+  ConventionData data{.camera = info.camera,
+                      .width = info.width,
+                      .height = info.height,
+                      .rate_hz = info.rate_hz,
+                      .first_frame = info.first_frame};
   data.frames.resize(static_cast<size_t>(info.last_frame - info.first_frame + 1));
   data.step = choose_step(info);
   data.depth_kind = info.depth_kind;

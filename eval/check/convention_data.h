@@ -9,7 +9,6 @@
 // An absent channel is an empty image. Units: m, px; NaN = invalid.
 
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 

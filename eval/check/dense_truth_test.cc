@@ -1,7 +1,5 @@
 #include "sextant/eval/check/dense_truth.h"
 
-#include <gtest/gtest.h>
-
 #include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {

@@ -22,15 +22,11 @@ void list_packs(const CacheFlags& flags) {
   const PackCache cache = cache_of(flags.folder);
   Table table;
   table.title = fmt::format("Packs in {}", cache.folder().string());
-  table.columns = {{"source", "source", Align::left},
-                   {"pairs", "pairs", Align::right, 0},
-                   {"megabytes", "size [MB]", Align::right, 2},
-                   {"state", "state", Align::left},
-                   {"file", "file", Align::left}};
+  table.columns = {Column::text("source"), Column::count("pairs"),
+                   Column::number("megabytes", "size [MB]", 2), Column::text("state"), Column::text("file")};
   for (const PackCache::Entry& entry : cache.list()) {
-    table.add_row({entry.source.empty() ? Cell() : Cell(entry.source), static_cast<double>(entry.n_pairs),
-                   megabytes(entry.bytes), std::string(entry.valid ? "valid" : "outdated"),
-                   entry.file.filename().string()});
+    table.add_row({entry.source.empty() ? Cell() : Cell(entry.source), entry.n_pairs, megabytes(entry.bytes),
+                   std::string(entry.valid ? "valid" : "outdated"), entry.file.filename().string()});
   }
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}}));

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <memory>
 
 #include "sextant/base/error.h"
@@ -30,9 +29,7 @@ void list_adapters(bool as_json) {
     return;
   }
   Table table;
-  table.columns = {{"adapter", "adapter", Align::left},
-                   {"description", "description", Align::left},
-                   {"example", "example", Align::left}};
+  table.columns = {Column::text("adapter"), Column::text("description"), Column::text("example")};
   for (const Adapter& adapter : adapters())
     table.add_row({adapter.name, adapter.description, adapter.example});
   fmt::print("{}", to_text(table));

@@ -1,11 +1,5 @@
 // `sextant evaluate objects` as a user starts it.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <algorithm>
-#include <cstdlib>
 #include <functional>
 
 #include "sextant/base/files.h"
@@ -14,9 +8,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 std::string csv(const SE3& T) {
   const Eigen::Vector3d& t = T.translation();

@@ -1,7 +1,5 @@
 // Ctrl-C while a program of somebody else runs: it ends, and the sweep can be resumed.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,8 +15,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 pid_t start_program(const std::vector<std::string>& arguments) {
   const pid_t child = ::fork();
@@ -138,7 +134,7 @@ TEST(ExternalProgram, NoMoreProcessesAllowed) {
     const auto [code, said] = limited(fmt::format("{} --out {}/out", what, here));
     EXPECT_EQ(code, 2) << said;
     EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
-    EXPECT_THAT(said, testing::HasSubstr("ulimit -u"));
+    EXPECT_THAT(said, HasSubstr("ulimit -u"));
   }
 }
 

@@ -1,7 +1,5 @@
 // compare, baseline and trend as a user starts them: exit codes, and what is left on disk.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -12,8 +10,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 class GateProgram : public ::testing::Test {
  protected:
@@ -67,7 +63,7 @@ TEST_F(GateProgram, TextsOfStrangersDoNotTalkToTheTerminal) {
   write_file(records, damaged);
   EXPECT_EQ(run("compare base new"), 2);
   const std::string told = text("err.txt");
-  EXPECT_THAT(told, ::testing::HasSubstr("got 'ego  [2J sextant: done'"));
+  EXPECT_THAT(told, HasSubstr("got 'ego  [2J sextant: done'"));
   EXPECT_TRUE(std::none_of(told.begin(), told.end() - 1, [](char c) { return c >= 0 && c < ' '; })) << told;
 }
 
@@ -86,11 +82,11 @@ TEST_F(GateProgram, ABaselineIsReplacedOnPurposeOnly) {
   EXPECT_EQ(run("compare kept new"), 0);
   write("new", 1.0001);
   EXPECT_EQ(run("baseline update new --baseline kept"), 0);
-  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("errors regressed"));  // any change is shown
+  EXPECT_THAT(text("out.txt"), HasSubstr("errors regressed"));  // any change is shown
   write("new", 1.05);
   const std::string before = text("kept/records.jsonl");
   EXPECT_EQ(run("baseline update new --baseline kept"), 0);
-  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("regressed: "));
+  EXPECT_THAT(text("out.txt"), HasSubstr("regressed: "));
   EXPECT_EQ(text("kept/records.jsonl"), before);
   EXPECT_EQ(run("baseline update new --baseline kept --yes"), 0);
   EXPECT_NE(text("kept/records.jsonl"), before);

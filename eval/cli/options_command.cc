@@ -22,10 +22,10 @@ void add_rows(const std::vector<OptionHelp>& options, Table& table) {
 
 Table options_table(const std::string& estimator) {
   Table table;
-  table.columns = {{"key", "key", Align::left},
-                   {"default", "default", Align::left},
-                   {"unit", "unit", Align::left},
-                   {"meaning", "meaning", Align::left}};
+  table.columns = {Column::text("key"),
+                   Column::text("default"),
+                   Column::text("unit"),
+                   Column::text("meaning")};
   add_rows(describe_options(ExtractionOptions{}, "extraction"), table);
   add_rows(describe_options(PipelineOptions{}, "pipeline"), table);
   const std::vector<EstimatorEntry> known = all_estimators();

@@ -1,7 +1,5 @@
 // Starts the program as a user does and looks at exit code, output and what is left on disk.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -15,9 +13,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 class ProgramOnFixture : public testing::Test {
  protected:

@@ -2,8 +2,6 @@
 
 // The program, for tests: started as users do.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -34,7 +32,7 @@ inline void expect_bad_input(const Outcome& outcome, const std::string& named) {
   EXPECT_EQ(outcome.code, 2) << named << ": " << outcome.out << outcome.err;
   EXPECT_TRUE(outcome.err.starts_with("sextant: error: ")) << outcome.err;
   EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, testing::HasSubstr(named));
+  EXPECT_THAT(outcome.err, HasSubstr(named));
 }
 
 }  // namespace sextant

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <set>
 
@@ -17,8 +16,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 Image<Flow> read_flow(const std::string& path, const std::string& format) {
   const std::string bytes = read_file(path);
@@ -165,7 +162,7 @@ void check_any(int64_t n, const DenseOptions& options) {
   if (n == 0) fail("{}: no pixel has both an estimate and truth in {}", options.estimate, options.truth);
 }
 
-Cell finite_cell(double value) { return cell(std::isfinite(value) ? std::optional(value) : std::nullopt); }
+Cell finite_cell(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
 Cell percent(double share) { return finite_cell(100 * share); }
 
 }  // namespace
@@ -182,20 +179,15 @@ Table evaluate_flow(const DenseOptions& options) {
   Table table{
       "Flow",
       "Fl: error above 3 px and 5 % of the true flow. Over pixels with both; coverage: share of true ones.",
-      {{"subset", "pixels of", Align::left},
-       {"n", "n", Align::right, 0},
-       {"n_truth", "truth", Align::right, 0},
-       {"coverage_percent", "coverage [%]", Align::right, 2},
-       {"epe_px", "EPE [px]", Align::right, 4},
-       {"epe_x_px", "|u| [px]", Align::right, 4},
-       {"epe_y_px", "|v| [px]", Align::right, 4},
-       {"fl_percent", "Fl [%]", Align::right, 3}}};
+      {Column::text("subset", "pixels of"), Column::count("n"), Column::count("n_truth", "truth"),
+       Column::number("coverage_percent", "coverage [%]", 2), Column::number("epe_px", "EPE [px]", 4),
+       Column::number("epe_x_px", "|u| [px]", 4), Column::number("epe_y_px", "|v| [px]", 4),
+       Column::number("fl_percent", "Fl [%]", 3)}};
   for (const auto& [subset, images] : errors) {
     const DenseFlowError e = pooled(images);
     if (subset == "all") check_any(e.n, options);
-    table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   finite_cell(e.epe_px), finite_cell(e.x_px), finite_cell(e.y_px),
-                   percent(e.outlier_share)});
+    table.add_row({subset, e.n, e.n_truth, percent(e.coverage), finite_cell(e.epe_px), finite_cell(e.x_px),
+                   finite_cell(e.y_px), percent(e.outlier_share)});
   }
   note_missing_images(options, table);
   return table;
@@ -214,17 +206,11 @@ Table evaluate_depth(const DenseOptions& options) {
   Table table{
       "Depth",
       "Over pixels with both; coverage: share of true ones. D1 (with --bf): disparity off by 3 px and 5 %.",
-      {{"subset", "pixels of", Align::left},
-       {"n", "n", Align::right, 0},
-       {"n_truth", "truth", Align::right, 0},
-       {"coverage_percent", "coverage [%]", Align::right, 2},
-       {"mean_m", "mean [m]", Align::right, 4},
-       {"rmse_m", "RMSE [m]", Align::right, 4},
-       {"relative_percent", "relative [%]", Align::right, 3},
-       {"bias_percent", "bias [%]", Align::right, 3},
-       {"within_125_percent", "< 1.25 [%]", Align::right, 2},
-       {"disparity_px", "disparity [px]", Align::right, 4},
-       {"d1_percent", "D1 [%]", Align::right, 3}}};
+      {Column::text("subset", "pixels of"), Column::count("n"), Column::count("n_truth", "truth"),
+       Column::number("coverage_percent", "coverage [%]", 2), Column::number("mean_m", "mean [m]", 4),
+       Column::number("rmse_m", "RMSE [m]", 4), Column::number("relative_percent", "relative [%]", 3),
+       Column::number("bias_percent", "bias [%]", 3), Column::number("within_125_percent", "< 1.25 [%]", 2),
+       Column::number("disparity_px", "disparity [px]", 4), Column::number("d1_percent", "D1 [%]", 3)}};
   for (const auto& [subset, pair] : images) {
     const auto& [estimates, truths] = pair;
     const DepthError e = depth_error(estimates, truths);
@@ -238,9 +224,8 @@ Table evaluate_depth(const DenseOptions& options) {
       disparity = finite_cell(all.mean_px);
       d1 = percent(all.outlier_share);
     }
-    table.add_row({subset, static_cast<double>(e.n), static_cast<double>(e.n_truth), percent(e.coverage),
-                   finite_cell(e.mean_m), finite_cell(e.rmse_m), percent(e.relative), percent(e.bias),
-                   percent(e.within_125), disparity, d1});
+    table.add_row({subset, e.n, e.n_truth, percent(e.coverage), finite_cell(e.mean_m), finite_cell(e.rmse_m),
+                   percent(e.relative), percent(e.bias), percent(e.within_125), disparity, d1});
   }
   note_missing_images(options, table);
   return table;

@@ -9,9 +9,7 @@
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 background), and, with KITTI's flow_noc or
 // disp_noc as second truth, the pixels that are visible in both images (noc) and those that are not (occ).
 
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "sextant/base/options.h"
 #include "sextant/eval/report/table.h"

@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/dense_files.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
@@ -9,8 +7,6 @@
 
 namespace sextant {
 namespace {
-
-using testing::HasSubstr;
 
 Json row(const Table& table, const std::string& subset) {
   for (const Json& r : rows_to_json(table)) {
@@ -70,7 +66,7 @@ TEST(DenseFiles, FoldersArePooledOverPixels) {
   o.truth_format = "vkitti";
   EXPECT_NEAR(row(evaluate_flow(o), "all")["epe_px"], 1.5, 1e-4);
   std::filesystem::remove(folder.path() / "gt" / "1.png");
-  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("has no 1.png"));
+  expect_error([&] { evaluate_flow(o); }, "has no 1.png");
 }
 
 TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
@@ -83,15 +79,15 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   folder.write("gt/1.flo", encode_flo(true_flow()));
   o.estimate = folder.path() / "est";
   o.truth = folder.path() / "gt";
-  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("holds 0.png and 0.flo: give --est-format"));
+  expect_error([&] { evaluate_flow(o); }, "holds 0.png and 0.flo: give --est-format");
   o.estimate_format = "flo";
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 1);
   EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
   o.estimate_format = "kitti";
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
-  EXPECT_THAT(evaluate_flow(o).notes, testing::ElementsAre(HasSubstr("1 of 2 images of the truth")));
+  EXPECT_THAT(evaluate_flow(o).notes, ElementsAre(HasSubstr("1 of 2 images of the truth")));
   folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
-  EXPECT_THAT(error_of([&] { evaluate_flow(o); }), HasSubstr("give --gt-format"));
+  expect_error([&] { evaluate_flow(o); }, "give --gt-format");
 }
 
 TEST(DenseFiles, Depth) {

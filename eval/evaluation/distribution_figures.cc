@@ -77,7 +77,7 @@ Figure box_figure(const std::string& name, const std::string& axis,
   Figure figure;
   figure.name = name;
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
-  figure.data.columns = {{"position", "position"}, {"title", "title", Align::left}};
+  figure.data.columns = {{"position", "position"}, Column::text("title")};
   figure.data.add_columns(box_columns());
   std::string tics;
   for (size_t i = 0; i < samples.size(); ++i) {

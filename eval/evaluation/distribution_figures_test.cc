@@ -1,8 +1,5 @@
 #include "sextant/eval/evaluation/distribution_figures.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"
 
@@ -43,7 +40,7 @@ TEST(ErrorFigures, BothAreDrawnByGnuplot) {
       draw({cumulative_figure("cdf", "E [m]", samples()), box_figure("boxes", "E [m]", samples())}, 1);
   for (const char* name : {"cdf.svg", "boxes.svg"}) {
     ASSERT_TRUE(files.contains(name));
-    EXPECT_THAT(files.at(name), testing::HasSubstr("many"));
+    EXPECT_THAT(files.at(name), HasSubstr("many"));
   }
 }
 

@@ -274,10 +274,7 @@ void apply_reference_frame(EgoReference& reference, const EgoOptions& options) {
 
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options) {
-  EgoResult r;
-  r.name = name;
-  r.n_reference = reference.poses.size();
-  r.n_estimate = estimate.poses.size();
+  EgoResult r{.name = name, .n_reference = reference.poses.size(), .n_estimate = estimate.poses.size()};
   for (const std::string& text : estimate.warnings) r.warnings.push_back({"repaired", text});
   const auto add = [&](std::vector<TrajectoryWarning> more) {
     std::move(more.begin(), more.end(), std::back_inserter(r.warnings));

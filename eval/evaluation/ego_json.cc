@@ -121,8 +121,6 @@ std::vector<Cell> cells(const ErrorStatistics& s) {
   return {s.rmse, s.mean, s.median, s.std, s.min, s.max, s.sse};
 }
 
-Cell number(size_t n) { return static_cast<double>(n); }
-
 }  // namespace
 
 Json to_json(const ErrorStatistics& s) {
@@ -168,17 +166,17 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
   if (options.rpe && options.rpe->all_pairs) table.title += ", all pairs";
   table.caption = fmt::format("reference {} ({} poses), alignment {}", reference.side.name,
                               reference.poses.size(), to_string(options.alignment));
-  table.columns = {{"estimate", "estimate", Align::left}, {"n_matched", "matched", Align::right, 0},
-                   {"n", "n", Align::right, 0},           {"rmse", "rmse", Align::right, 6},
-                   {"mean", "mean", Align::right, 6},     {"median", "median", Align::right, 6},
-                   {"std", "std", Align::right, 6},       {"min", "min", Align::right, 6},
-                   {"max", "max", Align::right, 6},       {"sse", "sse", Align::right, 6}};
+  table.columns = {Column::text("estimate"),  Column::count("n_matched", "matched"),
+                   Column::count("n"),        Column::number("rmse", 6),
+                   Column::number("mean", 6), Column::number("median", 6),
+                   Column::number("std", 6),  Column::number("min", 6),
+                   Column::number("max", 6),  Column::number("sse", 6)};
   const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s) {
-    std::vector<Cell> row = {name, std::move(matched), number(n)};
+    std::vector<Cell> row = {name, std::move(matched), n};
     for (Cell& c : cells(s)) row.push_back(std::move(c));
     table.add_row(std::move(row));
   };
-  for (const EgoResult& r : runs) add(r.name, number(r.estimate.size()), r.errors.size(), r.statistics);
+  for (const EgoResult& r : runs) add(r.name, r.estimate.size(), r.errors.size(), r.statistics);
   for (const EgoResult& r : runs) {
     if (r.offset) {
       table.notes.push_back(
@@ -206,19 +204,16 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
 }
 
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference) {
-  Table table{"Per frame (paper) and KITTI odometry errors",
-              "",
-              {{"estimate", "estimate", Align::left},
-               {"n", "steps", Align::right, 0},
-               {"Et_mean_m", "E_t mean [m]", Align::right, 4},
-               {"Et_rmse_m", "RMSE", Align::right, 4},
-               {"ER_mean_deg", "E_R mean [deg]", Align::right, 4},
-               {"ER_rmse_deg", "RMSE", Align::right, 4},
-               {"ER_float_acos_mean_deg", "in floats [deg]", Align::right, 4},
-               {"n_stretches", "stretches", Align::right, 0},
-               {"translation_percent", "t_rel [%]", Align::right, 4},
-               {"rotation_deg_per_m", "r_rel [deg/m]", Align::right, 6},
-               {"umeyama_scale", "scale", Align::right, 4}}};
+  Table table{
+      "Per frame (paper) and KITTI odometry errors",
+      "",
+      {Column::text("estimate"), Column::count("n", "steps"), Column::number("Et_mean_m", "E_t mean [m]", 4),
+       Column::number("Et_rmse_m", "RMSE", 4), Column::number("ER_mean_deg", "E_R mean [deg]", 4),
+       Column::number("ER_rmse_deg", "RMSE", 4),
+       Column::number("ER_float_acos_mean_deg", "in floats [deg]", 4),
+       Column::count("n_stretches", "stretches"), Column::number("translation_percent", "t_rel [%]", 4),
+       Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6),
+       Column::number("umeyama_scale", "scale", 4)}};
   for (const EgoResult& r : runs) {
     const PerFrameErrors& e = r.per_frame;
     std::optional<ErrorStatistics> t, a, in_floats;
@@ -230,11 +225,10 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
     const auto of = [](const std::optional<ErrorStatistics>& s, double ErrorStatistics::*what) {
       return s ? Cell((*s).*what) : Cell();
     };
-    table.add_row({r.name, number(e.Et_m.size()), of(t, &ErrorStatistics::mean),
-                   of(t, &ErrorStatistics::rmse), of(a, &ErrorStatistics::mean),
-                   of(a, &ErrorStatistics::rmse), of(in_floats, &ErrorStatistics::mean),
-                   static_cast<double>(r.kitti.all.n), cell(r.kitti.all.translation_percent),
-                   cell(r.kitti.all.rotation_deg_per_m), r.umeyama_scale});
+    table.add_row({r.name, e.Et_m.size(), of(t, &ErrorStatistics::mean), of(t, &ErrorStatistics::rmse),
+                   of(a, &ErrorStatistics::mean), of(a, &ErrorStatistics::rmse),
+                   of(in_floats, &ErrorStatistics::mean), r.kitti.all.n, r.kitti.all.translation_percent,
+                   r.kitti.all.rotation_deg_per_m, r.umeyama_scale});
     if (r.kitti.all.n == 0) {
       table.notes.push_back(
           fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
@@ -262,16 +256,15 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
   table.title =
       fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation));
   table.caption = "Sign-flip test over stretches of the reference, two-sided, p adjusted after Holm.";
-  table.columns = {{"a", "a", Align::left},
-                   {"b", "b", Align::left},
-                   {"n_common", "poses", Align::right, 0},
-                   {"stretches", "stretches", Align::right, 0},
-                   {"mean_difference", "a - b", Align::right, 6},
-                   {"p", "p", Align::right, 4}};
+  table.columns = {Column::text("a"),
+                   Column::text("b"),
+                   Column::count("n_common", "poses"),
+                   Column::count("stretches"),
+                   Column::number("mean_difference", "a - b", 6),
+                   Column::number("p", 4)};
   if (runs.size() < 2) return table;
   for (const SystemComparison& c : compare_systems(run_errors(runs)))
-    table.add_row(
-        {c.a, c.b, number(c.n_common), static_cast<double>(c.n_clusters), c.difference, *c.p_corrected});
+    table.add_row({c.a, c.b, c.n_common, c.n_clusters, c.difference, *c.p_corrected});
   return table;
 }
 

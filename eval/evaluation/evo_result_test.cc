@@ -1,6 +1,5 @@
 #include "sextant/eval/evaluation/evo_result.h"
 
-#include <gtest/gtest.h>
 #include <minizip/unzip.h>
 
 #include <cstring>

@@ -82,15 +82,12 @@ void add_row(Table& table, const std::string& estimator, const std::string& body
       records, [](const Record* record) { return record->status != Status::no_truth; }));
   const auto n_estimated = static_cast<double>(estimated.size());
   const size_t n_compared = numbers_of(estimated, NumberMap::errors, preset.object_Et_key).size();
-  std::vector<Cell> cells = {preset.name,
-                             estimator,
-                             body,
-                             n_truth,
-                             n_estimated,
-                             n_truth > 0 ? Cell(100.0 * n_estimated / n_truth) : Cell(),
-                             static_cast<double>(n_compared)};
+  std::vector<Cell> cells = {preset.name, estimator,
+                             body,        n_truth,
+                             n_estimated, n_truth > 0 ? Cell(100.0 * n_estimated / n_truth) : Cell(),
+                             n_compared};
   for (const MetricDefinition* metric : table_metrics())
-    cells.push_back(cell(summary_number(estimated, *metric, preset)));
+    cells.push_back(summary_number(estimated, *metric, preset));
   const std::string others = other_statuses(records);
   cells.push_back(others.empty() ? Cell() : Cell(others));
   table.add_row(std::move(cells));
@@ -144,16 +141,14 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
 
 Table object_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
   Table table{"Object motions under each preset", "", folded_columns({"preset", "estimator"})};
-  table.add_columns({{"object", "object", Align::left},
-                     {"n_truth", "truth", Align::right, 0},
-                     {"n_estimated", "estimated", Align::right, 0},
-                     {"coverage_percent", "coverage [%]", Align::right, 1},
-                     {"n_compared", "compared", Align::right, 0}});
+  table.add_columns(
+      {Column::text("object"), Column::count("n_truth", "truth"), Column::count("n_estimated", "estimated"),
+       Column::number("coverage_percent", "coverage [%]", 1), Column::count("n_compared", "compared")});
   for (const MetricDefinition* metric : table_metrics()) {
     table.columns.push_back(metric_column(*metric));
     if (metric->name == "Ev_kmh") table.columns.back().decimals = 3;
   }
-  table.columns.push_back({"other", "other steps", Align::left});
+  table.columns.push_back(Column::text("other", "other steps"));
   std::map<std::string, std::map<int, RecordRefs>> estimators;
   for (const Record& record : records)
     estimators[record.estimator][body_order(record.body)].push_back(&record);

@@ -85,22 +85,17 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
       "All objects and runs of each system",
       "Errors of all runs pooled, never averaged as RMSEs; 95 % intervals by the bootstrap over runs, which "
       "needs two.",
-      {{"preset", "preset", Align::left},
-       {"system", "system", Align::left},
-       {"runs", "runs", Align::right, 0},
-       {"coverage_percent", "coverage [%]", Align::right, 1},
-       {"Et_m", "E_t [m]", Align::right, 4},
-       {"Et_low_m", "from", Align::right, 4},
-       {"Et_high_m", "to", Align::right, 4},
-       {"ER_deg", "E_R [deg]", Align::right, 4},
-       {"ER_low_deg", "from", Align::right, 4},
-       {"ER_high_deg", "to", Align::right, 4}}};
+      {Column::text("preset"), Column::text("system"), Column::count("runs"),
+       Column::number("coverage_percent", "coverage [%]", 1), Column::number("Et_m", "E_t [m]", 4),
+       Column::number("Et_low_m", "from", 4), Column::number("Et_high_m", "to", 4),
+       Column::number("ER_deg", "E_R [deg]", 4), Column::number("ER_low_deg", "from", 4),
+       Column::number("ER_high_deg", "to", 4)}};
   const auto counts = counts_of(records);
   for (const MetricPreset& preset : presets) {
     const auto Et = summarize_systems(object_run_errors(records, preset.object_Et_key));
     const auto ER = summarize_systems(object_run_errors(records, preset.object_ER_key));
     for (const auto& [system, count] : counts) {
-      std::vector<Cell> row = {preset.name, system, static_cast<double>(count.runs.size()),
+      std::vector<Cell> row = {preset.name, system, count.runs.size(),
                                count.n_truth > 0 ? Cell(100.0 * count.n_estimated / count.n_truth) : Cell()};
       std::ranges::move(pooled_cells(Et, system, preset.aggregate), std::back_inserter(row));
       std::ranges::move(pooled_cells(ER, system, preset.aggregate), std::back_inserter(row));
@@ -115,17 +110,11 @@ Table object_comparison_table(const std::vector<Record>& records, std::span<cons
       "Comparison of systems: difference of mean error",
       "Over the steps that both have. Sign-flip test over stretches of them, two-sided, p adjusted after "
       "Holm within each error.",
-      {{"error", "error", Align::left},
-       {"a", "a", Align::left},
-       {"b", "b", Align::left},
-       {"n_common", "steps", Align::right, 0},
-       {"stretches", "stretches", Align::right, 0},
-       {"mean_difference", "a - b", Align::right, 5},
-       {"p", "p", Align::right, 4, false, false, true}}};
+      {Column::text("error"), Column::text("a"), Column::text("b"), Column::count("n_common", "steps"),
+       Column::count("stretches"), Column::number("mean_difference", "a - b", 5), Column::p_value("p")}};
   for (const ErrorTitle& error : errors_of(presets)) {
     for (const SystemComparison& c : compare_systems(object_run_errors(records, error.key)))
-      table.add_row({error.title, c.a, c.b, static_cast<double>(c.n_common),
-                     static_cast<double>(c.n_clusters), c.difference, *c.p_corrected});
+      table.add_row({error.title, c.a, c.b, c.n_common, c.n_clusters, c.difference, *c.p_corrected});
   }
   return table;
 }

@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/pose_frames.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/geometry/axes.h"
@@ -9,8 +7,6 @@
 
 namespace sextant {
 namespace {
-
-using testing::HasSubstr;
 
 PoseSeries one(const SE3& T) {
   PoseSeries s;
@@ -46,9 +42,7 @@ TEST(PoseFrame, AxesChangeWorldAndBody) {
 }
 
 TEST(PoseFrame, ALeverArmAloneIsAlongTheBodysAxes) {
-  PoseFrame frame;
-  frame.axes = "flu";
-  frame.body_from_camera = parse_body_from_camera("1.5, 0, 0.3");
+  PoseFrame frame{.axes = "flu", .body_from_camera = parse_body_from_camera("1.5, 0, 0.3")};
   const SE3 T = some_motion(3);
   PoseSeries s = one(T);
   to_camera(s, frame);

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// "NAME=PATH": a run of the system NAME. A plain path has none.
 struct Estimate {
   std::string system;

@@ -1,7 +1,6 @@
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "sextant/base/error.h"

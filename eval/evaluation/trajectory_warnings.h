@@ -19,7 +19,6 @@
 //   identical       all poses of both are equal: the same file twice?
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
 
-#include <optional>
 #include <string>
 #include <vector>
 

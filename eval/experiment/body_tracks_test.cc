@@ -1,8 +1,6 @@
 #include "sextant/eval/experiment/body_tracks.h"
 
-#include <gtest/gtest.h>
-
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
@@ -12,9 +10,7 @@ SE3 shift(double x, double z) { return {Eigen::Quaterniond::Identity(), Eigen::V
 TEST(Tracks, ObjectsStartAtTheTruthOfEachStretchAndDrift) {
   SequenceTruth truth;
   CaseMotions motions;
-  SequenceInfo info;
-  info.first_frame = 0;
-  info.last_frame = 4;
+  SequenceInfo info{.first_frame = 0, .last_frame = 4};
   for (int k = 0; k <= 4; ++k) {
     truth.camera.set(k, shift(0, k));
     motions.estimated.set(k, shift(0, 1.1 * k));

@@ -8,8 +8,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Kind {
   std::string prefix;
   std::string example;

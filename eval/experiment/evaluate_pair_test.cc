@@ -21,9 +21,7 @@ SE3 yaw(double deg) {
 const PinholeCamera camera{100, 100, 50, 50};
 
 MotionEstimate estimate_of(const SE3& T_curr_prev, size_t n) {
-  MotionEstimate estimate;
-  estimate.status = Status::ok;
-  estimate.T_curr_prev = T_curr_prev;
+  MotionEstimate estimate{.status = Status::ok, .T_curr_prev = T_curr_prev};
   estimate.inliers.assign(n, 1);
   estimate.refined_flow_u.assign(n, 0);
   estimate.refined_flow_v.assign(n, 0);
@@ -56,9 +54,7 @@ class EvaluatePair : public testing::Test {
   }
 
   static ObjectTruth object(int id, double z_m) {
-    ObjectTruth truth;
-    truth.id = id;
-    truth.T_camera_object = shift(1, 0, z_m) * yaw(90);
+    ObjectTruth truth{.id = id, .T_camera_object = shift(1, 0, z_m) * yaw(90)};
     return truth;
   }
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sextant/estimator/registry.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/noise/noise.h"
@@ -42,18 +40,13 @@ class Limits : public testing::Test {
     clean_.height = 375;
     clean_.camera = camera;
     clean_.background = exact_points(T_prev_curr.inverse(), 300, 6, 120);
-    ObjectObservation object;
-    object.instance = id;
-    object.area_fraction = 0.1;
-    object.points = exact_points(X, 500, 7, 96);
+    ObjectObservation object{.instance = id, .area_fraction = 0.1, .points = exact_points(X, 500, 7, 96)};
     object.instance_prev.assign(96, id);
     clean_.objects = {object};
     truth_.camera.set(0, T_world_prev);
     truth_.camera.set(1, T_world_prev * T_prev_curr);
     for (const int frame : {0, 1}) {
-      ObjectTruth object_truth;
-      object_truth.id = id;
-      object_truth.T_camera_object = frame == 0 ? L : X * L;
+      ObjectTruth object_truth{.id = id, .T_camera_object = frame == 0 ? L : X * L};
       truth_.objects[frame] = {object_truth};
     }
   }

@@ -9,13 +9,12 @@
 #include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
+#include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 int64_t change_time(const fs::path& path, std::error_code& error) {
   return static_cast<int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
@@ -191,9 +190,8 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   // Of many processes that start on one cache one makes the pack, and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
-  Packed packed;
-  packed.pairs = read_all(sequence, options, masks, jobs, quiet);
-  packed.inputs = sequence.inputs().entries();
+  Packed packed{.pairs = read_all(sequence, options, masks, jobs, quiet),
+                .inputs = sequence.inputs().entries()};
   const std::string content = content_id(request, packed.inputs);
   packed.file = folder_ / (content + ".pack");
   Json manifest = request;

@@ -1,6 +1,3 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,14 +7,12 @@
 #include <new>
 
 #include "sextant/base/error.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/pack_cache.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 /// A small VDO folder and a cache for its packs.
 class PackTest : public testing::Test {
@@ -172,12 +167,7 @@ TEST_F(PackTest, PruneKeepsWhatIsValid) {
 TEST_F(PackTest, AFolderThatCannotBeMadeIsAnError) {
   write_file(folder_.path() / "file", "x");
   cache_ = PackCache(folder_.path() / "file" / "cache");
-  try {
-    load();
-    ADD_FAILURE() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--cache"));
-  }
+  expect_error([&] { load(); }, "--cache");
 }
 
 }  // namespace

@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Reads one plan; knows where in the text things stand.
 class PlanReader {
  public:
@@ -137,9 +135,7 @@ class PlanReader {
              json_excerpt(entry));
       }
       check_keys(estimator, {"name", "options", "label", "extraction", "pipeline"});
-      PlanEstimator out;
-      out.extraction = plan.extraction;
-      out.pipeline = plan.pipeline;
+      PlanEstimator out{.extraction = plan.extraction, .pipeline = plan.pipeline};
       read_options(estimator.value("extraction", Json::object()), out.extraction, "extraction");
       read_options(estimator.value("pipeline", Json::object()), out.pipeline, "pipeline");
       out.name = text_of(estimator.value("name", Json()), "name");

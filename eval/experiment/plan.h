@@ -18,7 +18,6 @@
 // go by.
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,14 +1,11 @@
 #include "sextant/eval/experiment/plan.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <map>
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"

@@ -1,7 +1,5 @@
 #include "sextant/eval/experiment/procedures.h"
 
-#include <algorithm>
-
 #include "sextant/base/embedded_file.h"
 
 namespace sextant {

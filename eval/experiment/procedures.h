@@ -5,7 +5,6 @@
 // the program, eval/procedures/NAME.json, each with a "description" that says what it follows. To add one,
 // add a file.
 
-#include <span>
 #include <string>
 
 #include "sextant/base/options.h"

@@ -24,9 +24,8 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
   const auto sequence = open_source(SourceSpec::parse(fmt::format("vdo:{}/kitti_03_demo@0-6", data)));
   const SequenceInfo& info = sequence->info();
   const JointFlowOptions options;
-  MotionOnlyOptions matched;
-  matched.sigma_px = options.effective_kernel().sigma_px;
-  matched.huber = options.effective_kernel().threshold;
+  MotionOnlyOptions matched{.sigma_px = options.effective_kernel().sigma_px,
+                            .huber = options.effective_kernel().threshold};
 
   FrameEstimator pipeline({}, make_estimator("joint_flow"));
   constexpr Channels channels{.gray = true, .depth = true, .flow = true, .mask = true};

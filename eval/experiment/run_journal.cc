@@ -7,21 +7,15 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Json pose_json(const SE3& T) {
   const Eigen::Quaterniond& q = T.rotation();
   const Eigen::Vector3d& t = T.translation();
   return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
 }
 
-/// Bit for bit: SE3's constructor would normalise the rotation once more.
 SE3 pose_from(const Json& json) {
   const auto v = json.get<std::array<double, 7>>();
-  SE3 T;
-  const_cast<Eigen::Quaterniond&>(T.rotation()) = Eigen::Quaterniond(v[0], v[1], v[2], v[3]);
-  const_cast<Eigen::Vector3d&>(T.translation()) = Eigen::Vector3d(v[4], v[5], v[6]);
-  return T;
+  return SE3::from_parts({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]});
 }
 
 Json poses_json(const std::map<int, SE3>& poses) {

@@ -1,10 +1,6 @@
 #include "sextant/eval/experiment/run.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdlib>
-#include <numeric>
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
@@ -17,9 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::HasSubstr;
-
 RunConfig config_of(const std::string& source, int jobs = 1) {
   RunConfig config;
   config.sources = {SourceSpec::parse(source)};
@@ -31,23 +24,17 @@ RunConfig config_of(const std::string& source, int jobs = 1) {
 /// The records' bytes without times.
 std::string untimed_bytes(const RunResult& result) { return write_records(untimed(result.records)); }
 
-/// 20 frames: more than one window of the runner.
+/// 20 frames: more than one window of the runner. Written once.
+const VdoFixture& twenty_frames() {
+  static const TempFolder folder;
+  static const VdoFixture fixture =
+      make_vdo_fixture(folder.path() / "vdo", {.n_frames = 20, .width = 160, .height = 48});
+  return fixture;
+}
 class RunFixture : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<TempFolder>();
-    fixture_ = std::make_unique<VdoFixture>(
-        make_vdo_fixture(folder_->path() / "vdo", {.n_frames = 20, .width = 160, .height = 48}));
-  }
-  static void TearDownTestSuite() {
-    fixture_.reset();
-    folder_.reset();
-  }
-  static std::unique_ptr<TempFolder> folder_;
-  static std::unique_ptr<VdoFixture> fixture_;
+  const VdoFixture* fixture_ = &twenty_frames();
 };
-std::unique_ptr<TempFolder> RunFixture::folder_;
-std::unique_ptr<VdoFixture> RunFixture::fixture_;
 
 TEST_F(RunFixture, GivesTheSameBytesForAnyJobs) {
   const RunResult one = run(config_of(fixture_->source(), 1));
@@ -156,7 +143,7 @@ TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {
   RunConfig config = config_of(fixture_->source() + "@0-5");
   config.sources.push_back(SourceSpec::parse(fixture_->source() + "@3-8"));
-  EXPECT_THAT(error_of([&] { run(config); }), HasSubstr("give each once"));
+  expect_error([&] { run(config); }, "give each once");
 }
 
 TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
@@ -189,11 +176,9 @@ TEST_F(RunFixture, SourceCheckPassesAndNamesABadFrame) {
 }
 
 TEST(ResolveOptions, IsStrictAtEveryLevel) {
-  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"pipelin":{}})")); }), HasSubstr("'pipeline'"));
-  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"pipeline":3})")); }),
-              HasSubstr("expected an object"));
-  EXPECT_THAT(error_of([] { resolve_options(Json::parse(R"({"extraction":{"cell":1}})")); }),
-              HasSubstr("extraction.cell"));
+  expect_error([] { resolve_options(Json::parse(R"({"pipelin":{}})")); }, "'pipeline'");
+  expect_error([] { resolve_options(Json::parse(R"({"pipeline":3})")); }, "expected an object");
+  expect_error([] { resolve_options(Json::parse(R"({"extraction":{"cell":1}})")); }, "extraction.cell");
   EXPECT_EQ(
       resolve_options(Json::parse(R"({"pipeline":{"min_object_points":40}})")).pipeline.min_object_points,
       40);
@@ -217,19 +202,18 @@ TEST(OutputFolder, ARunMayBeRepeatedInPlaceButNotReplaceAnother) {
   const Json configuration = {{"estimator", "joint_flow"}};
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   write_file(temp.path() / "records.jsonl", "x\n");
-  EXPECT_THAT(error_of([&] { check_output_folder(temp.path(), configuration, false); }),
-              HasSubstr("--force"));
+  expect_error([&] { check_output_folder(temp.path(), configuration, false); }, "--force");
   write_file(temp.path() / "run.json", Json{{"configuration", configuration}}.dump());
   EXPECT_NO_THROW(check_output_folder(temp.path(), configuration, false));
   const Json other = {{"estimator", "motion_only"}};
-  EXPECT_THAT(error_of([&] { check_output_folder(temp.path(), other, false); }), HasSubstr("--force"));
+  expect_error([&] { check_output_folder(temp.path(), other, false); }, "--force");
   EXPECT_NO_THROW(check_output_folder(temp.path(), other, true));
 }
 
 TEST(OutputFolder, RefusesAFile) {
   const TempFolder temp;
   write_file(temp.path() / "f", "x");
-  EXPECT_THAT(error_of([&] { check_output_folder(temp.path() / "f", {}, true); }), HasSubstr("is a file"));
+  expect_error([&] { check_output_folder(temp.path() / "f", {}, true); }, "is a file");
 }
 
 // ---- real data

@@ -17,8 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// "0.1.0 (commit abc)".
 std::string program_text(const Json& programs) {
   if (!programs.is_array() || programs.empty()) return "unknown";

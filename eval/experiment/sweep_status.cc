@@ -6,14 +6,13 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
+#include "sextant/base/files.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// In order of name.
 std::vector<fs::path> shard_folders(const fs::path& folder) {

@@ -2,9 +2,6 @@
 
 #include "sextant/eval/experiment/sweep_status.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/experiment/sweep.h"
@@ -12,8 +9,6 @@
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 using State = ShardStatus::State;
 
 constexpr const char* plan_text =
@@ -62,8 +57,8 @@ TEST_F(Status, TellsDoneRunningStoppedAndMissing) {
 TEST_F(Status, OfASweepThatHasNotBegun) {
   std::filesystem::create_directories(sweep_);
   EXPECT_EQ(sweep_status(sweep_, 12).to_submit(), "1-12");
-  EXPECT_THAT(error_of([&] { sweep_status(sweep_, 0); }), HasSubstr("no shard has begun here; give --shards N"));
-  EXPECT_THAT(error_of([&] { sweep_status(sweep_ / "no", 3); }), HasSubstr("expected the folder of a sweep"));
+  expect_error([&] { sweep_status(sweep_, 0); }, "no shard has begun here; give --shards N");
+  expect_error([&] { sweep_status(sweep_ / "no", 3); }, "expected the folder of a sweep");
 }
 
 TEST_F(Status, TakesFoldersOfAnyName) {
@@ -73,13 +68,13 @@ TEST_F(Status, TakesFoldersOfAnyName) {
 
 TEST_F(Status, RefusesWhatIsNotOfTheSweep) {
   run_shard(1, 3, "shards/1");
-  EXPECT_THAT(error_of([&] { sweep_status(sweep_, 4); }), HasSubstr("shards/1: is one of 3 shards, expected one of 4"));
+  expect_error([&] { sweep_status(sweep_, 4); }, "shards/1: is one of 3 shards, expected one of 4");
   run_shard(1, 3, "shards/copy");
-  EXPECT_THAT(error_of([&] { sweep_status(sweep_, 0); }), HasSubstr("shard 1 is in"));
+  expect_error([&] { sweep_status(sweep_, 0); }, "shard 1 is in");
   std::filesystem::remove_all(sweep_ / "shards/copy");
   run_shard(2, 3, "shards/2",
             R"({"name": "other", "sources": ["synthetic:s18@0-2"], "estimators": ["joint_flow"], "seeds": 10})");
-  EXPECT_THAT(error_of([&] { sweep_status(sweep_, 0); }), HasSubstr("holds a shard of another plan than"));
+  expect_error([&] { sweep_status(sweep_, 0); }, "holds a shard of another plan than");
 }
 
 TEST(Durations, AreShort) {

@@ -1,7 +1,5 @@
 #include "sextant/eval/experiment/sweep.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,7 +7,7 @@
 #include <csignal>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/journal.h"
@@ -17,8 +15,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 class SweepTest : public SmallPlan, public testing::Test {
  protected:
@@ -111,7 +107,7 @@ TEST_F(SweepTest, NoiseOnMasksHasItsOwnPacksAndEqualsARun) {
   masks.plan = parse_plan(plan_text(grid, "1"), "plan.json", "");
   sweep(masks);
   EXPECT_EQ(masks.cache.list().size(), 3U);
-  EXPECT_THAT(untimed_bytes("masks"), testing::HasSubstr("mask"));
+  EXPECT_THAT(untimed_bytes("masks"), HasSubstr("mask"));
   expect_run_of_last_level("masks", masks.plan);
   masks.out = file("masks_without");
   masks.use_packs = false;

@@ -1,37 +1,13 @@
 #include "sextant/eval/external/external_case.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <fstream>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/options.h"
 
 namespace sextant {
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr std::array<const char*, 4> file_ends = {"exited", "signalled", "timed_out", "too_much_log"};
-
-struct FinishedCase {
-  std::string end;
-  int code = 0;
-  double wall_s = 0, cpu_s = 0, peak_memory_mb = 0;
-
-  template <typename V>
-  void visit(V& v) {
-    v("end", end, "", "exited, signalled, timed_out or too_much_log");
-    v("code", code, "", "exit code, or signal");
-    v("wall_s", wall_s, "s", "time until it ended");
-    v("cpu_s", cpu_s, "s", "user and system time, of all its processes");
-    v("peak_memory_mb", peak_memory_mb, "MB", "resident size of its largest process");
-  }
-};
-
-}  // namespace
 
 CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
     : keep_(folder.empty() ? std::nullopt : std::optional(keep)) {
@@ -54,9 +30,7 @@ CaseFolder::~CaseFolder() {
 }
 
 void write_case(const ProcessOutcome& outcome, const fs::path& folder) {
-  const FinishedCase c{file_ends.at(static_cast<size_t>(outcome.end)), outcome.code, outcome.wall_s,
-                       outcome.cpu_s, outcome.peak_memory_mb};
-  write_file(folder / "case.json", json_line(write_options(c)) + "\n");
+  write_file(folder / "case.json", json_line(write_options(outcome)) + "\n");
 }
 
 ProcessOutcome read_case(const fs::path& folder) {
@@ -65,17 +39,13 @@ ProcessOutcome read_case(const fs::path& folder) {
   if (!fs::is_directory(folder / "output"))
     fail("{}: is not there: outputs are kept with \"keep\" output or all", (folder / "output").string());
   const Json json = read_json(path);
-  FinishedCase c;
+  ProcessOutcome outcome;
   try {
-    read_options(json, c);
+    read_options(json, outcome);
   } catch (const Error& error) {
     fail("{}: {}", path.string(), error.what());
   }
-  const auto* const end = std::ranges::find(file_ends, c.end);
-  if (end == file_ends.end())
-    fail("{}: end = '{}': expected one of {}", path.string(), c.end, fmt::join(file_ends, ", "));
-  return {static_cast<ProcessOutcome::End>(end - file_ends.begin()), c.code, c.wall_s, c.cpu_s,
-          c.peak_memory_mb};
+  return outcome;
 }
 
 std::string last_line(const fs::path& path) {

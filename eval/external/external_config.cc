@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Json read_object(const std::string& path) {
   Json json = read_json(path);
   if (!json.is_object()) fail("{}: expected an object with \"command\"", path);

@@ -17,7 +17,6 @@
 // Braces around anything but small letters are text. `command` and `environment` are split into words at
 // blanks; '...' and "..." keep blanks together. No shell is involved: placeholders may hold blanks.
 
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -29,16 +28,11 @@ namespace sextant {
 
 /// Where the program writes the camera's trajectory.
 struct ExternalCamera {
-  std::string file = "camera.txt";
-  std::string format = "auto";
-  bool inverse = false;
-
-  template <typename V>
-  void visit(V& v) {
-    v("file", file, "", "in {output}; a * stands for any text, one file must match");
-    v("format", format, "", "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)");
-    v("inverse", inverse, "", "the file holds T_camera_world instead of T_world_camera");
-  }
+  SEXTANT_OPTIONS(
+      (std::string, file, "camera.txt", "", "in {output}; a * stands for any text, one file must match"),
+      (std::string, format, "auto", "",
+       "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)"),
+      (bool, inverse, false, "", "the file holds T_camera_world instead of T_world_camera"))
 };
 
 /// A file of motions or of poses per object, or the logs of a system.
@@ -53,37 +47,26 @@ constexpr Names<2> names_of(ObjectsIds) { return {"masks", "overlap"}; }
 
 /// Where it writes what it says of objects.
 struct ExternalObjects {
-  ObjectsFormat format = ObjectsFormat::none;
-  std::string files = "obj_*.txt";
-  ObjectsFrame frame = ObjectsFrame::world;
-  int id_offset = 0;
-  ObjectsIds ids = ObjectsIds::masks;
-  LogStage stage = LogStage::any;
-
-  template <typename V>
-  void visit(V& v) {
-    v("format", format, "",
-      "none; motions or poses: a file per object; dynosam or vdo: their logs, found by name in {output}");
-    v("files", files, "", "motions and poses: names in {output}, * stands for the id; any trajectory format");
-    v("frame", frame, "", "motions: world (H), camera (T_curr_prev) or body (inverse(L) H L)");
-    v("id_offset", id_offset, "", "added to the program's ids to get those of the masks");
-    v("ids", ids, "", "masks: the program's ids are theirs; overlap: found by agreement with true motions");
-    v("stage", stage, "",
-      "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf_*) where both are there; any: the one that is");
-  }
+  SEXTANT_OPTIONS(
+      (ObjectsFormat, format, ObjectsFormat::none, "",
+       "none; motions or poses: a file per object; dynosam or vdo: their logs, found by name in {output}"),
+      (std::string, files, "obj_*.txt", "",
+       "motions and poses: names in {output}, * stands for the id; any trajectory format"),
+      (ObjectsFrame, frame, ObjectsFrame::world, "",
+       "motions: world (H), camera (T_curr_prev) or body (inverse(L) H L)"),
+      (int, id_offset, 0, "", "added to the program's ids to get those of the masks"),
+      (ObjectsIds, ids, ObjectsIds::masks, "",
+       "masks: the program's ids are theirs; overlap: found by agreement with true motions"),
+      (LogStage, stage, LogStage::any, "",
+       "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf_*) where both are there; any: the one that is"))
   void check() const;
 };
 
 /// What is read of one run of the program.
 struct ExternalResultSet {
-  ExternalCamera camera;
-  ExternalObjects objects;
-
-  template <typename V>
-  void visit(V& v) {
-    v("camera", camera, "", "its trajectory of the camera");
-    v("objects", objects, "", "its motions of objects");
-  }
+  SEXTANT_OPTIONS(
+      (ExternalCamera, camera, {}, "", "its trajectory of the camera"),
+      (ExternalObjects, objects, {}, "", "its motions of objects"))
 };
 
 enum class TimeUnit { ms, s };
@@ -91,14 +74,10 @@ constexpr Names<2> names_of(TimeUnit) { return {"ms", "s"}; }
 
 /// Where it writes how long its frames took.
 struct ExternalTimes {
-  std::string file;
-  TimeUnit unit = TimeUnit::ms;
-
-  template <typename V>
-  void visit(V& v) {
-    v("file", file, "", "in {output}: a line per frame, its time, or frame number and time; empty: none");
-    v("unit", unit, "", "of these times");
-  }
+  SEXTANT_OPTIONS(
+      (std::string, file, {}, "",
+       "in {output}: a line per frame, its time, or frame number and time; empty: none"),
+      (TimeUnit, unit, TimeUnit::ms, "", "of these times"))
 };
 
 enum class LastFlow { none, zero };

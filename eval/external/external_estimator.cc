@@ -1,7 +1,6 @@
 #include "sextant/eval/external/external_estimator.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <set>
@@ -20,8 +19,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -46,9 +43,7 @@ std::string calibration_text(const SequenceInfo& info) {
 }
 
 FrameNumbers frame_numbers(const ExternalConfig& config, const SequenceInfo& info) {
-  FrameNumbers numbers;
-  numbers.first = info.first_frame;
-  numbers.last = info.last_frame;
+  FrameNumbers numbers{.first = info.first_frame, .last = info.last_frame};
   const bool from_zero = config.renumber || config.layout == "kitti";  // kitti_layout.h counts from 0
   numbers.in_files = from_zero ? 0 : info.first_frame;
   numbers.in_results = config.first_frame >= 0 ? config.first_frame : numbers.in_files;
@@ -122,11 +117,7 @@ class ExternalSolver final : public PairSolver {
   }
 
   FrameResult process(const FramePair& pair) override {
-    FrameResult result;
-    result.prev = pair.prev;
-    result.curr = pair.curr;
-    result.dt_s = pair.dt_s;
-    result.ego = ego(pair);
+    FrameResult result{.prev = pair.prev, .curr = pair.curr, .dt_s = pair.dt_s, .ego = ego(pair)};
     std::set<int> seen;
     for (const ObjectObservation& observation : pair.objects) {
       seen.insert(observation.instance);
@@ -329,13 +320,12 @@ class ExternalEstimator final : public CaseEstimator {
   }
 
   ProcessRequest request_for(const Placeholders& values, const CaseFolder& folder) const {
-    ProcessRequest request;
-    request.words = words_of(config_.command, values);
-    request.working_directory = fs::absolute(fill_in(config_.working_directory, values));
-    request.environment = words_of(config_.environment, values);
-    request.stdout_file = folder.file("stdout.txt");
-    request.stderr_file = folder.file("stderr.txt");
-    request.time_limit_s = config_.time_limit_s;
+    ProcessRequest request{.words = words_of(config_.command, values),
+                           .working_directory = fs::absolute(fill_in(config_.working_directory, values)),
+                           .environment = words_of(config_.environment, values),
+                           .stdout_file = folder.file("stdout.txt"),
+                           .stderr_file = folder.file("stderr.txt"),
+                           .time_limit_s = config_.time_limit_s};
     return request;
   }
 

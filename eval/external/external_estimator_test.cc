@@ -1,8 +1,5 @@
 #include "sextant/eval/external/external_testing.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <fstream>
 #include <set>
@@ -15,10 +12,7 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 // ---- what comes back well
 
@@ -350,10 +344,10 @@ TEST_F(ExternalEstimatorTest, EveryLayout) {
     return read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
   };
   EXPECT_THAT(files("vdo", false), HasSubstr("semantic/000007.txt"));
-  EXPECT_THAT(files("vdo", false), testing::Not(HasSubstr("pose_gt.txt")));
+  EXPECT_THAT(files("vdo", false), Not(HasSubstr("pose_gt.txt")));
   EXPECT_THAT(files("vdo", true), HasSubstr("pose_gt.txt"));
   EXPECT_THAT(files("kitti", false), HasSubstr("training/image_02/0000/000004.png"));
-  EXPECT_THAT(files("kitti", false), testing::Not(HasSubstr("oxts")));
+  EXPECT_THAT(files("kitti", false), Not(HasSubstr("oxts")));
   EXPECT_THAT(files("vkitti2", false), HasSubstr("Scene00/clone/frames/depth/Camera_0/depth_00003.png"));
 }
 

@@ -1,7 +1,6 @@
 // What real systems do: several stages in one folder, frames from 0, settings files, stray and damaged files.
 
 #include <algorithm>
-#include <fstream>
 #include <regex>
 #include <set>
 
@@ -17,12 +16,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
 
 class ExternalProtocolTest : public ExternalEstimatorTest {
  protected:

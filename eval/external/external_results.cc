@@ -13,8 +13,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Match {
   fs::path path;
   std::string star;  ///< what the * stands for

@@ -2,15 +2,12 @@
 
 // Programs of others, for tests: a small sequence, and shell scripts that write what a program would.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/external/external_estimator.h"

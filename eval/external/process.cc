@@ -11,13 +11,12 @@
 #include <utility>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/eval/external/supervisor.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> out;

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/base/options.h"
+
 namespace sextant {
 
 struct ProcessRequest {
@@ -22,12 +24,14 @@ struct ProcessRequest {
 
 struct ProcessOutcome {
   enum class End { exited, signalled, timed_out, too_much_log };
-  End end = End::exited;
-  int code = 0;  ///< exit code, or signal
-  double wall_s = 0;
-  double cpu_s = 0;           ///< user and system time of it and of all it started
-  double peak_memory_mb = 0;  ///< 1e6 bytes: resident size of the largest of these processes
-  bool survivors = false;     ///< some of them could not be killed (of another user)
+  friend constexpr Names<4> names_of(End) { return {"exited", "signalled", "timed_out", "too_much_log"}; }
+  SEXTANT_OPTIONS(
+      (End, end, End::exited, "", "of the program"),
+      (int, code, 0, "", "exit code, or signal"),
+      (double, wall_s, 0, "s", "time until it ended"),
+      (double, cpu_s, 0, "s", "user and system time, of it and of all it started"),
+      (double, peak_memory_mb, 0, "MB", "resident size of the largest of these processes"))
+  bool survivors = false;  ///< some of them could not be killed (of another user)
 
   bool ok() const { return end == End::exited && code == 0; }
   /// "exit code 3", "signal 11 (Segmentation fault)", "killed after the time limit of 5 s", ...

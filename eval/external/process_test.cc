@@ -1,7 +1,5 @@
 #include "sextant/eval/external/process.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,9 +14,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 class Process : public testing::Test {
  protected:
@@ -148,7 +143,7 @@ TEST_F(Process, PeakMemoryIsThatOfTheLargestProcess) {
 TEST_F(Process, AProgramThatCannotBeStarted) {
   ProcessRequest none = request("");
   none.words = {"./no_such_program"};
-  EXPECT_THAT(error_of([&] { run_process(none); }), HasSubstr("cannot start './no_such_program'"));
+  expect_error([&] { run_process(none); }, "cannot start './no_such_program'");
 }
 
 TEST_F(Process, NoMoreProcessesAllowed) {

@@ -7,8 +7,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 Json read_object(const fs::path& path) {
   Json json = read_json(path);
   if (!json.is_object()) fail("{}: expected a JSON object", path.string());

@@ -4,7 +4,6 @@
 // after a mistake in how results are read, or with another definition. The folder is only read.
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "sextant/eval/experiment/run.h"

@@ -1,16 +1,11 @@
 #include "sextant/eval/external/rescore.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/error.h"
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-using testing::HasSubstr;
 
 TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
   const TempFolder folder;

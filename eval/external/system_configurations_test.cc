@@ -9,9 +9,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::ElementsAre;
-
 class SystemConfigurations : public ExternalEstimatorTest {
  protected:
   static std::string configuration(const std::string& name) {

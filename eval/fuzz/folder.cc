@@ -5,11 +5,10 @@
 #include <fstream>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::string_view file_mark = "@@ ";
 constexpr size_t most_files = 64;

@@ -12,7 +12,6 @@
 // end.
 
 #include <filesystem>
-#include <string>
 #include <string_view>
 
 namespace sextant {

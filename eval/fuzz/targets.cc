@@ -66,7 +66,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using Bytes = std::string_view;
 
 // ---- JSON and results of ours
@@ -418,9 +417,8 @@ void external_results(Bytes bytes) {
 /// estimate.EXT and truth.EXT, perhaps mask.png.
 void dense(Bytes bytes, const std::string& extension, bool is_flow) {
   const FuzzFolder folder(bytes);
-  DenseOptions options;
-  options.estimate = folder.path() / ("estimate" + extension);
-  options.truth = folder.path() / ("truth" + extension);
+  DenseOptions options{.estimate = folder.path() / ("estimate" + extension),
+                       .truth = folder.path() / ("truth" + extension)};
   if (fs::exists(folder.path() / "mask.png")) options.mask = folder.path() / "mask.png";
   if (extension == ".png") options.estimate_format = options.truth_format = is_flow ? "kitti" : "depth256";
   is_flow ? evaluate_flow(options) : evaluate_depth(options);

@@ -17,8 +17,6 @@ void PrintTo(const FuzzTarget& target, std::ostream* out) { *out << target.name;
 
 namespace {
 
-namespace fs = std::filesystem;
-
 const fs::path corpus = SEXTANT_CORPUS;
 
 std::vector<fs::path> files_of(const FuzzTarget& target) {

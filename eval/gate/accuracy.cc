@@ -86,9 +86,7 @@ void check_truth(const Pair& pair, Tally& truth) {
 }
 
 StatusRow compare_statuses(const std::vector<Pair>& pairs, const AccuracyPolicy& policy) {
-  StatusRow row;
-  row.subject = subject_of(*pairs.front().base);
-  row.n = static_cast<int>(pairs.size());
+  StatusRow row{.subject = subject_of(*pairs.front().base), .n = static_cast<int>(pairs.size())};
   for (const Pair& pair : pairs) {
     const bool before = is_estimated(*pair.base), after = is_estimated(*pair.fresh);
     if (pair.base->status == pair.fresh->status && pair.base->gate == pair.fresh->gate) continue;

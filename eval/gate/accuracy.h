@@ -18,7 +18,6 @@
 // max_lost is `regressed`, more gained `improved`. Truth that comes or goes is no change of the
 // estimator's: it is a finding.
 
-#include <optional>
 #include <string>
 #include <vector>
 

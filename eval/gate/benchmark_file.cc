@@ -30,9 +30,7 @@ BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& nam
   if (!json.is_object() || !json.contains("benchmarks") || !json["benchmarks"].is_array()) {
     fail("{}: expected the JSON of Google Benchmark, with a list 'benchmarks'", name);
   }
-  BenchmarkFile file;
-  file.path = name;
-  file.context = json_object(json, "context", name);
+  BenchmarkFile file{.path = name, .context = json_object(json, "context", name)};
   json_member<std::string>(file.context, "executable", name + ": context", "");
   BenchmarkFile aggregates;
   for (const Json& entry : json["benchmarks"]) {

@@ -67,9 +67,7 @@ GateVerdict verdict_of(const Comparison& c) {
 
 Comparison compare_paths(const std::filesystem::path& base, const std::filesystem::path& fresh,
                          const Policy& policy, int jobs) {
-  Comparison out;
-  out.base = base.string();
-  out.fresh = fresh.string();
+  Comparison out{.base = base.string(), .fresh = fresh.string()};
   try {
     auto [first, second] = read_sides(base, fresh, jobs);
     out.findings = compare_provenance(first, second, policy);

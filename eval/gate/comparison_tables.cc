@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "sextant/eval/gate/comparison.h"
 
@@ -30,9 +29,8 @@ Cell percent_of(const std::optional<double>& value, double base) {
 
 Table subject_table(const std::string& title, const std::string& caption) {
   Table table{title, caption, folded_columns({"dataset", "sequence", "estimator"})};
-  table.add_columns({{"noise", "noise", Align::left, 0, true, true},
-                     {"level", "level", Align::right, 3, true},
-                     {"body", "body", Align::left}});
+  table.add_columns({Column::text("noise").folded().only_in_files(), Column::number("level", 3).folded(),
+                     Column::text("body")});
   return table;
 }
 
@@ -42,8 +40,6 @@ void add_row(const Subject& s, std::vector<Cell> more, Table& table) {
   std::ranges::move(more, std::back_inserter(cells));
   table.add_row(std::move(cells));
 }
-
-Cell count_cell(int n) { return static_cast<double>(n); }
 
 void add_part(std::string& line, int n, const std::string& text) {
   if (n > 0) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", n, text);
@@ -72,11 +68,8 @@ std::string headline(const Comparison& c) {
 Table findings_table(const Comparison& c) {
   Table table{"What differs besides the numbers",
               "",
-              {{"verdict", "", Align::left},
-               {"what", "what", Align::left},
-               {"subject", "where", Align::left},
-               {"base", "BASE", Align::left},
-               {"new", "NEW", Align::left}}};
+              {Column::text("verdict", ""), Column::text("what"), Column::text("subject", "where"),
+               Column::text("base", "BASE"), Column::text("new", "NEW")}};
   std::vector<const Mismatch*> sorted;
   for (const Mismatch& f : c.findings) sorted.push_back(&f);
   std::stable_partition(sorted.begin(), sorted.end(), [](const Mismatch* f) { return f->invalidates; });
@@ -90,30 +83,23 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
       "Errors, case by case",
       "Mean of NEW - BASE over the cases that both have estimated, 95 % interval, p by Wilcoxon's signed ranks "
       "corrected by Holm; detectable: found at 5 % with probability 80 %.");
-  table.add_columns({{"metric", "error", Align::left},
-                     {"n", "cases", Align::right, 0},
-                     {"n_worse", "worse", Align::right, 0},
-                     {"n_better", "better", Align::right, 0},
-                     {"base", "BASE", Align::right, 6},
-                     {"difference", "difference", Align::right, 6, false, true},
-                     {"difference_percent", "change [%]", Align::right, 2},
-                     {"low_percent", "low", Align::right, 2},
-                     {"high_percent", "high", Align::right, 2},
-                     {"p", "p", Align::right, 4, false, true, true},
-                     {"p_corrected", "p", Align::right, 4, false, false, true},
-                     {"detectable_percent", "detectable [%]", Align::right, 2},
-                     {"verdict", "verdict", Align::left}});
+  table.add_columns({Column::text("metric", "error"), Column::count("n", "cases"),
+                     Column::count("n_worse", "worse"), Column::count("n_better", "better"),
+                     Column::number("base", "BASE", 6), Column::number("difference", 6).only_in_files(),
+                     Column::number("difference_percent", "change [%]", 2),
+                     Column::number("low_percent", "low", 2), Column::number("high_percent", "high", 2),
+                     Column::p_value("p").only_in_files(), Column::p_value("p_corrected"),
+                     Column::number("detectable_percent", "detectable [%]", 2), Column::text("verdict")});
   for (const AccuracyRow* row : by_weight(c.accuracy, changed_only)) {
     const auto end = [&](double Interval::*which) {
       return row->interval ? std::optional<double>((*row->interval).*which) : std::nullopt;
     };
-    add_row(
-        row->subject,
-        {row->metric, count_cell(row->n), count_cell(row->n_worse), count_cell(row->n_better), row->base,
-         row->difference, percent_of(row->difference, row->base), percent_of(end(&Interval::low), row->base),
-         percent_of(end(&Interval::high), row->base), cell(row->p), cell(row->p_corrected),
-         percent_of(row->detectable, row->base), std::string(to_string(row->verdict))},
-        table);
+    add_row(row->subject,
+            {row->metric, row->n, row->n_worse, row->n_better, row->base, row->difference,
+             percent_of(row->difference, row->base), percent_of(end(&Interval::low), row->base),
+             percent_of(end(&Interval::high), row->base), row->p, row->p_corrected,
+             percent_of(row->detectable, row->base), std::string(to_string(row->verdict))},
+            table);
   }
   return table;
 }
@@ -121,16 +107,13 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
 Table status_table(const Comparison& c) {
   Table table = subject_table("Cases lost and gained",
                               "Lost: estimated in BASE, not in NEW. Gained: the other way round.");
-  table.add_columns({{"n", "cases", Align::right, 0},
-                     {"n_lost", "lost", Align::right, 0},
-                     {"n_gained", "gained", Align::right, 0},
-                     {"n_other", "other", Align::right, 0},
-                     {"example", "example", Align::left},
-                     {"verdict", "verdict", Align::left}});
+  table.add_columns({Column::count("n", "cases"), Column::count("n_lost", "lost"),
+                     Column::count("n_gained", "gained"), Column::count("n_other", "other"),
+                     Column::text("example"), Column::text("verdict")});
   for (const StatusRow* row : by_weight(c.statuses, false)) {
     add_row(row->subject,
-            {count_cell(row->n), count_cell(row->n_lost), count_cell(row->n_gained), count_cell(row->n_other),
-             row->example, std::string(to_string(row->verdict))},
+            {row->n, row->n_lost, row->n_gained, row->n_other, row->example,
+             std::string(to_string(row->verdict))},
             table);
   }
   return table;
@@ -141,25 +124,18 @@ Table speed_table(const Comparison& c, bool changed_only) {
       "Times",
       "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by Mann-Whitney, delta: Cliff's; "
       "detectable: found with probability 80 %.",
-      {{"name", "time", Align::left},
-       {"n_base", "n BASE", Align::right, 0},
-       {"n_new", "n NEW", Align::right, 0},
-       {"base_us", "BASE [us]", Align::right, 2},
-       {"change_percent", "change [%]", Align::right, 1},
-       {"low_percent", "low", Align::right, 1},
-       {"high_percent", "high", Align::right, 1},
-       {"p", "p", Align::right, 4, false, false, true},
-       {"cliffs_delta", "delta", Align::right, 2},
-       {"detectable_percent", "detectable [%]", Align::right, 1},
-       {"verdict", "verdict", Align::left}}};
+      {Column::text("name", "time"), Column::count("n_base", "n BASE"), Column::count("n_new", "n NEW"),
+       Column::number("base_us", "BASE [us]", 2), Column::number("change_percent", "change [%]", 1),
+       Column::number("low_percent", "low", 1), Column::number("high_percent", "high", 1),
+       Column::p_value("p"), Column::number("cliffs_delta", "delta", 2),
+       Column::number("detectable_percent", "detectable [%]", 1), Column::text("verdict")}};
   const auto change = [](std::optional<double> ratio) { return ratio ? percent(*ratio - 1) : Cell(); };
   bool unrepeated = false;
   for (const SpeedRow* row : by_weight(c.speed, changed_only)) {
     unrepeated = unrepeated || !row->interval;
-    table.add_row({row->name, static_cast<double>(row->n_base), static_cast<double>(row->n_new),
-                   row->base_ns / 1e3, change(row->ratio),
+    table.add_row({row->name, row->n_base, row->n_new, row->base_ns / 1e3, change(row->ratio),
                    row->interval ? change(row->interval->low) : Cell(),
-                   row->interval ? change(row->interval->high) : Cell(), cell(row->p), row->cliffs_delta,
+                   row->interval ? change(row->interval->high) : Cell(), row->p, row->cliffs_delta,
                    change(row->detectable), std::string(to_string(row->verdict))});
   }
   if (unrepeated) {

@@ -1,17 +1,13 @@
 #include "sextant/eval/gate/comparison.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/gate/testing.h"
 
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::benchmark_json;
-using ::testing::HasSubstr;
 using testing::sweep_provenance;
 using testing::sweep_records;
 using testing::write_run;
@@ -360,18 +356,13 @@ TEST_F(Gate, BenchmarksThatAreMissingOrBrokenAreInvalid) {
 
 TEST_F(Gate, PolicyIsReadStrictly) {
   const fs::path file = temp_.path() / "policy.json";
-  const auto message = [&](const std::string& text) -> std::string {
+  const auto message = [&](const std::string& text) {
     write_file(file, text);
-    try {
-      read_policy(file.string());
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return error_of([&] { read_policy(file.string()); });
   };
   const Policy defaults;
-  EXPECT_EQ(message(write_options(defaults).dump()), "");
-  EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "");
+  EXPECT_EQ(message(write_options(defaults).dump()), "no error");
+  EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "no error");
   EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
   EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),
               HasSubstr("known: lower, higher, ignore"));

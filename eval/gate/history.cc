@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// (name, metric) -> value of one point.
 using Key = std::pair<std::string, std::string>;
 using Point = std::map<Key, double>;

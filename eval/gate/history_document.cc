@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <map>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/history.h"
@@ -31,12 +29,9 @@ double level_before(const Series& series, size_t change) {
 Table change_table(const History& history) {
   Table table{"Changes of level",
               "Median before and after, over the points of the two levels.",
-              {{"point", "from", Align::left},
-               {"series", "series", Align::left},
-               {"metric", "number", Align::left},
-               {"before", "before", Align::right, 6},
-               {"after", "after", Align::right, 6},
-               {"change_percent", "change [%]", Align::right, 1}}};
+              {Column::text("point", "from"), Column::text("series"), Column::text("metric", "number"),
+               Column::number("before", 6), Column::number("after", 6),
+               Column::number("change_percent", "change [%]", 1)}};
   for (size_t i = 0; i < history.labels.size(); ++i) {
     for (const Series& series : history.series) {
       if (std::ranges::find(series.changes, i) == series.changes.end()) continue;
@@ -51,20 +46,15 @@ Table change_table(const History& history) {
 Table latest_table(const History& history) {
   Table table{"All series",
               "",
-              {{"series", "series", Align::left},
-               {"metric", "number", Align::left},
-               {"n", "points", Align::right, 0},
-               {"first", "first", Align::right, 6},
-               {"last", "last", Align::right, 6},
-               {"n_changes", "changes", Align::right, 0}}};
+              {Column::text("series"), Column::text("metric", "number"), Column::count("n", "points"),
+               Column::number("first", 6), Column::number("last", 6), Column::count("n_changes", "changes")}};
   for (const Series& series : history.series) {
     std::vector<double> values;
     for (const auto& value : series.values) {
       if (value) values.push_back(*value);
     }
-    table.add_row({series.name, fmt::format("{} [{}]", series.metric, series.unit),
-                   static_cast<double>(values.size()), values.front(), values.back(),
-                   static_cast<double>(series.changes.size())});
+    table.add_row({series.name, fmt::format("{} [{}]", series.metric, series.unit), values.size(),
+                   values.front(), values.back(), series.changes.size()});
   }
   return table;
 }
@@ -83,10 +73,10 @@ Figure series_figure(const History& history, const Series& series, size_t number
   figure.name = fmt::format("series-{}", number);
   figure.caption = fmt::format("{}: {} [{}]{}", series.name, series.metric, series.unit,
                                series.changes.empty() ? "" : "; lines: the level changed");
-  figure.data.columns = {{"point", "point"}, {"label", "label", Align::left}, {"value", "value"}};
+  figure.data.columns = {{"point", "point"}, Column::text("label"), {"value", "value"}};
   double highest = 0;
   for (size_t i = 0; i < series.values.size(); ++i) {
-    figure.data.add_row({static_cast<double>(i), history.labels[i], cell(series.values[i])});
+    figure.data.add_row({i, history.labels[i], series.values[i]});
     highest = std::max(highest, series.values[i].value_or(0));
   }
   std::string& script = figure.script;

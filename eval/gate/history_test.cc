@@ -1,7 +1,5 @@
 #include "sextant/eval/gate/history.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -13,9 +11,6 @@
 
 namespace sextant {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 /// Twelve results; from run-8 on the camera's translation is 10 % worse and the solver 20 % slower.
 class Past : public ::testing::Test {
@@ -104,7 +99,7 @@ TEST_F(Past, PageOpensInABrowser) {
   figures.resize(std::min<size_t>(figures.size(), 60));
   const std::string html = to_html(document, draw(figures, 2));
   EXPECT_THAT(html, HasSubstr("Changes of level"));
-  EXPECT_THAT(html, ::testing::Not(HasSubstr("https:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
   if (std::system("command -v chromium > /dev/null") != 0)
     GTEST_SKIP() << "no chromium to open the page with";
   write_file(temp_.path() / "trend.html", html);

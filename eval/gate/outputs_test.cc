@@ -1,7 +1,5 @@
 #include "sextant/eval/gate/outputs.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -13,17 +11,13 @@
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr const char* noon = "2026-01-31T12:00:00";
 
 Subject subject(const std::string& body) { return {"synthetic", "s18", "joint_flow", "depth", body, 0.1}; }
 
 /// A row of every verdict, and names that have to be escaped.
 Comparison every_verdict() {
-  Comparison c;
-  c.base = "results/<base> & \"more\"";
-  c.fresh = "new";
+  Comparison c{.base = "results/<base> & \"more\"", .fresh = "new"};
   c.findings = {{"data", "a.png\x01", "'aa'", "<bb>", true}, {"build", "git_commit", "1", "2", false}};
   c.accuracy = {
       {{0, Interval{0, 0}, 0, 0, {}, {}, {}}, subject("ego"), "Et_m", 60, 0, 0, 0.01, GateVerdict::ok},
@@ -124,7 +118,7 @@ TEST(Outputs, MarkdownHoldsNoHtmlAndNoLinesOfStrangers) {
   c.accuracy[1].subject.estimator = "a\n| b | <b>";
   const std::string text = comparison_markdown(c);
   for (const char* html : {"<img", "<script", "</script", "<b>", "\n# Heading", "&lt; |", "\nalert"})
-    EXPECT_THAT(text, ::testing::Not(HasSubstr(html)));
+    EXPECT_THAT(text, Not(HasSubstr(html)));
   EXPECT_THAT(text, HasSubstr("BASE &lt;img src=x>`  # Heading, NEW new"));
 }
 

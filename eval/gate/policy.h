@@ -21,17 +21,11 @@ constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
 /// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
 /// from minimum_effect |mean of base| on.
 struct MetricPolicy {
-  double absolute = 1e-9;
-  double relative = 1e-6;
-  double minimum_effect = 0.01;
-  Direction direction = Direction::lower;
-  template <typename V>
-  void visit(V& v) {
-    v("absolute", absolute, "of metric", "a case that changes by less has not changed");
-    v("relative", relative, "share", "the same, as a share of its value in BASE");
-    v("minimum_effect", minimum_effect, "share", "smallest change of a body's mean that counts; 0: any");
-    v("direction", direction, "", "which is better; ignore is not judged");
-  }
+  SEXTANT_OPTIONS(
+      (double, absolute, 1e-9, "of metric", "a case that changes by less has not changed"),
+      (double, relative, 1e-6, "share", "the same, as a share of its value in BASE"),
+      (double, minimum_effect, 0.01, "share", "smallest change of a body's mean that counts; 0: any"),
+      (Direction, direction, Direction::lower, "", "which is better; ignore is not judged"))
   void check() const;
 };
 
@@ -61,20 +55,14 @@ enum class BenchmarkTime { cpu, real };
 constexpr Names<2> names_of(BenchmarkTime) { return {"cpu", "real"}; }
 
 struct SpeedPolicy {
-  bool judge = true;
-  double alpha = 0.05;
-  double minimum_effect = 0.05;
-  double unrepeated_effect = 0.5;
-  BenchmarkTime time = BenchmarkTime::cpu;
-  template <typename V>
-  void visit(V& v) {
-    v("judge", judge, "", "false: times are left out");
-    v("alpha", alpha, "0..1", "p-values (Mann-Whitney) up to this are evidence");
-    v("minimum_effect", minimum_effect, "share", "smallest change of a time that counts");
-    v("unrepeated_effect", unrepeated_effect, "share",
-      "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged");
-    v("time", time, "", "of Google Benchmark, always real where a benchmark asks for it");
-  }
+  SEXTANT_OPTIONS(
+      (bool, judge, true, "", "false: times are left out"),
+      (double, alpha, 0.05, "0..1", "p-values (Mann-Whitney) up to this are evidence"),
+      (double, minimum_effect, 0.05, "share", "smallest change of a time that counts"),
+      (double, unrepeated_effect, 0.5, "share",
+       "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged"),
+      (BenchmarkTime, time, BenchmarkTime::cpu, "",
+       "of Google Benchmark, always real where a benchmark asks for it"))
   void check() const;
 };
 
@@ -101,15 +89,10 @@ struct SamenessPolicy {
 };
 
 struct Policy {
-  AccuracyPolicy accuracy;
-  SpeedPolicy speed;
-  SamenessPolicy same;
-  template <typename V>
-  void visit(V& v) {
-    v("accuracy", accuracy, "", "errors and statuses");
-    v("speed", speed, "", "times");
-    v("same", same, "", "each: must or note");
-  }
+  SEXTANT_OPTIONS(
+      (AccuracyPolicy, accuracy, {}, "", "errors and statuses"),
+      (SpeedPolicy, speed, {}, "", "times"),
+      (SamenessPolicy, same, {}, "", "each: must or note"))
 };
 
 /// Throws Error "FILE: ..." that names the key.

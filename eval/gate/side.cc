@@ -9,8 +9,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 template <typename T>
 int three_way(const T& a, const T& b) {
   return a < b ? -1 : (b < a ? 1 : 0);

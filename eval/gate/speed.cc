@@ -1,6 +1,5 @@
 #include "sextant/eval/gate/speed.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>

@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <functional>
 
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"

@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 int whole(const NumberFile& file, size_t i, const char* what) {
   const double value = file.values()[i];
   if (value != std::trunc(value) || value < 0 || value > 1e9)
@@ -198,9 +196,7 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   }
   // Of one stage's motions alone: the best cameras that are there.
   if (wanted == LogStage::any) files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
-  ObjectLog log;
-  log.estimator = "vdo";
-  log.frame = MotionFrame::body;
+  ObjectLog log{.estimator = "vdo", .frame = MotionFrame::body};
   for (const auto& [key, motion] : read_vdo_motions(folder, files.motions, log))
     log.motions[key].estimate = motion;
   if (log.motions.empty()) {

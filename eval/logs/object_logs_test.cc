@@ -1,7 +1,5 @@
 #include "sextant/eval/logs/object_logs.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/base/testing.h"
@@ -10,9 +8,6 @@
 
 namespace sextant {
 namespace {
-
-using testing::Contains;
-using testing::HasSubstr;
 
 constexpr double dt = 0.1;
 
@@ -150,18 +145,16 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   EXPECT_NEAR(object_records(read("refined"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0, 1e-9);
   EXPECT_NEAR((read("initial").camera.pose(2)->translation() - camera(2).translation()).norm(), 0.5, 1e-9);
   EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
-  EXPECT_THAT(error_of([&] { read("final"); }), HasSubstr("unknown stage 'final'"));
-  EXPECT_THAT(error_of([&] {
+  expect_error([&] { read("final"); }, "unknown stage 'final'");
+  expect_error([&] {
                 read_object_logs(folder.path(), {"dynosam", LogStage::refined});
-              }),
-              HasSubstr("only results of format vdo have stages"));
+              }, "only results of format vdo have stages");
   folder.write("b_refined_stereo_new.txt", late);
-  EXPECT_THAT(error_of([&] { read("initial"); }),
-              HasSubstr("holds several refined_*.txt: keep one run a folder"));
+  expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run a folder");
   std::filesystem::remove(folder.path() / "b_refined_stereo_new.txt");
   std::filesystem::remove(folder.path() / "obj_mot_stereo_rf_new.txt");
   EXPECT_NEAR(object_records(read("any"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
-  EXPECT_THAT(error_of([&] { read("refined"); }), HasSubstr("holds no obj_mot_*_rf*.txt"));
+  expect_error([&] { read("refined"); }, "holds no obj_mot_*_rf*.txt");
 }
 
 TEST(ObjectLogs, SpeedsAreOverTheStepsOfTheirError) {
@@ -299,7 +292,7 @@ TEST(ObjectLogs, DamageIsTold) {
   folder.write("a_refined_rgbd.txt", "");
   folder.write("b_refined_rgbd.txt", "");
   EXPECT_THAT(error("vdo"), HasSubstr("holds several refined_*.txt: keep one run a folder"));
-  EXPECT_THAT(error_of([] { read_object_logs("/nowhere", {"vdo"}); }), HasSubstr("cannot read this folder"));
+  expect_error([] { read_object_logs("/nowhere", {"vdo"}); }, "cannot read this folder");
 }
 
 }  // namespace

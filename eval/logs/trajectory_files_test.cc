@@ -1,16 +1,10 @@
 #include "sextant/eval/logs/trajectory_files.h"
 
-#include <gmock/gmock.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr const char* tum = "# time x y z\n1.0 1 2 3 0 0 0 1\n1.1 2 2 3 0 0 0.6 0.8\n";
@@ -97,9 +91,8 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
                     "1\0",
                     "tum"),
               HasSubstr("UTF-16"));
-  EXPECT_THAT(error_of([] { read_trajectory("/nowhere/at/all.txt", "tum"); }), HasSubstr("cannot open"));
-  EXPECT_THAT(error_of([&] { read_trajectory(folder.path().string(), "tum"); }),
-              HasSubstr("is a folder, expected a file"));
+  expect_error([] { read_trajectory("/nowhere/at/all.txt", "tum"); }, "cannot open");
+  expect_error([&] { read_trajectory(folder.path().string(), "tum"); }, "is a folder, expected a file");
 }
 
 TEST_F(TrajectoryFiles, QuaternionsOffUnitNorm) {
@@ -155,7 +148,7 @@ TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
   for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
                            "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
     EXPECT_THAT(error(text, "auto"),
-                testing::AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+                AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
         << text;
   }
   EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
@@ -181,7 +174,7 @@ TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
 
 TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
   EXPECT_THAT(error("time,x,y,z,qx,qy,qz,qw\n1500,1,2,3,0,0,0,1\n", "auto"),
-              testing::AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
+              AllOf(HasSubstr("does not give the unit of time"), HasSubstr("--format tum")));
   EXPECT_THAT(error("time,x,y,z,qw,qx,qy,qz\n1500,1,2,3,1,0,0,0\n", "auto"), HasSubstr("--format euroc"));
   const std::string orb_slam3 =
       "1403636579763555584.000000 1 2 3 0 0 0 1\n1403636579863555584.000000 1 2 3 0 0 0 1\n";

@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// The first folder on the way to `folder` that does not exist; empty when all do.
 fs::path first_missing(const fs::path& folder) {
   fs::path missing;

@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 const fs::path source = SEXTANT_SOURCE;
 
 std::string metrics_page() { return read_file(source / "docs" / "metrics.md"); }

@@ -49,11 +49,8 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
 std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
   std::vector<AchievedNoiseRow> rows;
   for (const AchievedNoise& entry : sweep.achieved) {
-    AchievedNoiseRow row;
-    row.parameter = sweep.parameter;
-    row.source = entry.source;
-    row.level = entry.level;
-    row.body = "all";
+    AchievedNoiseRow row{
+        .parameter = sweep.parameter, .source = entry.source, .body = "all", .level = entry.level};
     add_depth(entry, row, rows);
     if (!entry.noise.contains("flow") || !entry.noise["flow"].is_object()) continue;
     for (const auto& [body, flow] : entry.noise["flow"].items()) add_flow(entry, body, flow, row, rows);
@@ -67,22 +64,18 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
       "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
       "neighbours: correlation between neighbouring pixels.",
       folded_columns({"parameter", "source"})};
-  table.columns.push_back({"level", "level", Align::right, 3});
+  table.columns.push_back(Column::number("level", 3));
   table.add_columns(folded_columns({"body"}));
-  table.add_columns({{"channel", "channel", Align::left},
-                     {"requested_px", "requested [px]", Align::right, 4},
-                     {"achieved_px", "achieved [px]", Align::right, 4},
-                     {"ratio", "ratio", Align::right, 4},
-                     {"n", "draws", Align::right, 0},
-                     {"neighbours", "neighbours", Align::right, 4},
-                     {"share_invalidated", "invalidated", Align::right, 6},
-                     {"outlier_share", "outliers", Align::right, 4}});
+  table.add_columns({Column::text("channel"), Column::number("requested_px", "requested [px]", 4),
+                     Column::number("achieved_px", "achieved [px]", 4), Column::number("ratio", 4),
+                     Column::count("n", "draws"), Column::number("neighbours", 4),
+                     Column::number("share_invalidated", "invalidated", 6),
+                     Column::number("outlier_share", "outliers", 4)});
   for (const AchievedNoiseRow& row : rows) {
     std::optional<double> ratio;
     if (row.requested_px > 0) ratio = row.achieved_px / row.requested_px;
     table.add_row({row.parameter, row.source, row.level, row.body, row.channel, row.requested_px,
-                   row.achieved_px, cell(ratio), row.n, cell(row.neighbours), cell(row.share_invalidated),
-                   cell(row.outlier_share)});
+                   row.achieved_px, ratio, row.n, row.neighbours, row.share_invalidated, row.outlier_share});
   }
   return table;
 }

@@ -13,9 +13,7 @@ std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
   if (verdicts.empty()) return "";
   Table table{"Summary",
               count_verdicts(verdicts) + ".",
-              {{"subject", "subject", Align::left},
-               {"verdict", "verdict", Align::left},
-               {"evidence", "evidence", Align::left}}};
+              {Column::text("subject"), Column::text("verdict"), Column::text("evidence")}};
   for (const VerdictLine& line : verdicts) {
     const bool linked = !line.link.empty();
     table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,

@@ -24,9 +24,7 @@ TEST(Document, SeveralVerdictsAreOneOnlyWhereAllAgree) {
 }
 
 TEST(Document, MarkdownHasSummarySectionsAndCitation) {
-  ReportDocument document;
-  document.title = "T";
-  document.abstract = "A.";
+  ReportDocument document{.title = "T", .abstract = "A."};
   document.verdicts = {{"claim", "reproduced", "5 | 6", "#x"}};
   document.sections = {{"x", "Heading", {"Words."}, {}, {}, {{"p", "caption", "alt", ""}}}};
   document.provenance = {{"version", "1"}};

@@ -1,6 +1,5 @@
 #include "sextant/eval/report/errors_by_level.h"
 
-#include <algorithm>
 #include <array>
 
 #include "sextant/base/parallel_for.h"
@@ -83,27 +82,21 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
       "its interval for an estimator that knows its own error. CSV and JSON have more quantiles and every "
       "interval.",
       folded_columns({"parameter", "dataset", "sequence"})};
-  table.columns.push_back({"body", "body", Align::left});
+  table.columns.push_back(Column::text("body"));
   table.add_columns(folded_columns({"estimator"}));
-  table.add_columns({{"level", "level", Align::right, 3},
-                     {"n_seeds", "seeds", Align::right, 0},
-                     {"coverage_percent", "coverage [%]", Align::right, 1}});
+  table.add_columns({Column::number("level", 3), Column::count("n_seeds", "seeds"),
+                     Column::number("coverage_percent", "coverage [%]", 1)});
   const std::vector<const MetricDefinition*> errors = metrics_for(compared);
   for (const MetricDefinition* error : errors) add_columns(*error, table);
-  table.columns.push_back({"epe_initial_px", "EPE [px]", Align::right, 3});
+  table.columns.push_back(Column::number("epe_initial_px", "EPE [px]", 3));
   table.add_columns(limit_columns());
-  table.columns.push_back({"noise", "noise", Align::left, 0, false, true});
+  table.columns.push_back(Column::text("noise").only_in_files());
   for (const NoiseLevelRow& row : rows) {
-    std::vector<Cell> cells = {row.parameter,
-                               row.dataset,
-                               row.sequence,
-                               row.body,
-                               row.estimator,
-                               row.level,
-                               static_cast<double>(row.n_seeds),
-                               100.0 * row.n_estimated / row.n_truth};
+    std::vector<Cell> cells = {
+        row.parameter, row.dataset, row.sequence, row.body,
+        row.estimator, row.level,   row.n_seeds,  100.0 * row.n_estimated / row.n_truth};
     for (const MetricDefinition* error : errors) add_cells(find_in(row.errors, error->name), cells);
-    cells.push_back(cell(row.epe_initial_px));
+    cells.push_back(row.epe_initial_px);
     add_limit_cells(row.limit, cells);
     cells.emplace_back(row.noise);
     table.add_row(std::move(cells));

@@ -152,11 +152,10 @@ std::vector<Column> columns_of(const MetricDefinition& error) {
       {error.key("difference"), fmt::format("\u0394 {}", error.heading()), Align::right, decimals}};
   std::ranges::move(range_columns(error.key("low"), error.key("high"), decimals),
                     std::back_inserter(columns));
-  const std::vector<Column> more = {{stem + "_difference_percent", "[%]", Align::right, 1},
-                                    {stem + "_p", "p", Align::right, 4, false, true, true},
-                                    {stem + "_p_corrected", "p", Align::right, 4, false, false, true},
-                                    {error.key("detectable"), "detectable", Align::right, decimals},
-                                    {stem + "_verdict", "verdict", Align::left}};
+  const std::vector<Column> more = {
+      Column::number(stem + "_difference_percent", "[%]", 1), Column::p_value(stem + "_p").only_in_files(),
+      Column::p_value(stem + "_p_corrected"), Column::number(error.key("detectable"), "detectable", decimals),
+      Column::text(stem + "_verdict", "verdict")};
   columns.insert(columns.end(), more.begin(), more.end());
   return columns;
 }
@@ -169,7 +168,7 @@ void add_cells(const MetricDefinition& error, const ComparisonRow& row, std::vec
   }
   add_estimate(IntervalEstimate{c->difference, c->interval}, cells);
   for (const std::optional<double>& number : {percent(*c), c->p, c->p_corrected, c->detectable})
-    cells.push_back(cell(number));
+    cells.push_back(number);
   cells.emplace_back(verdict(*c, row));
 }
 
@@ -231,25 +230,15 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
       "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
       "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %.",
       folded_columns({"parameter", "dataset", "sequence", "first", "second"})};
-  table.add_columns({{"body", "body", Align::left},
-                     {"level", "level", Align::right, 3},
-                     {"n_pairs", "pairs", Align::right, 0},
-                     {"n_only_first", "only first", Align::right, 0, true},
-                     {"n_only_second", "only second", Align::right, 0, true}});
+  table.add_columns({Column::text("body"), Column::number("level", 3), Column::count("n_pairs", "pairs"),
+                     Column::count("n_only_first", "only first").folded(),
+                     Column::count("n_only_second", "only second").folded()});
   const std::vector<const MetricDefinition*> errors = metrics_for(compared);
   for (const MetricDefinition* error : errors) table.add_columns(columns_of(*error));
-  table.columns.push_back({"noise", "noise", Align::left, 0, false, true});
+  table.columns.push_back(Column::text("noise").only_in_files());
   for (const ComparisonRow& row : rows) {
-    std::vector<Cell> cells = {row.parameter,
-                               row.dataset,
-                               row.sequence,
-                               row.first,
-                               row.second,
-                               row.body,
-                               row.level,
-                               static_cast<double>(row.n_pairs),
-                               static_cast<double>(row.n_only_first),
-                               static_cast<double>(row.n_only_second)};
+    std::vector<Cell> cells = {row.parameter, row.dataset, row.sequence, row.first,        row.second,
+                               row.body,      row.level,   row.n_pairs,  row.n_only_first, row.n_only_second};
     for (const MetricDefinition* error : errors) add_cells(*error, row, cells);
     cells.emplace_back(row.noise);
     table.add_row(std::move(cells));

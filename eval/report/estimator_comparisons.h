@@ -11,7 +11,6 @@
 //                "identical" where no pair differs by more than 1e-9; else "no difference seen"
 
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// A folder that goes with this object.
 class ScratchFolder {
  public:

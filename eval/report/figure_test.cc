@@ -2,27 +2,21 @@
 
 #include "sextant/eval/report/figure.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cstdlib>
 
+#include "sextant/base/testing.h"
 #include "sextant/base/text.h"
-#include "sextant/datasets/codec/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"
 
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
 /// The text as title, label, tic, series, axis and cell; its one point is drawn where strcol() is the text.
 Figure figure_of(const std::string& text, const std::string& name) {
   Figure figure;
   figure.name = name;
-  figure.data.columns = {{"text", "text", Align::left}, {"x", "x"}, {"y", "y"}};
+  figure.data.columns = {Column::text("text"), {"x", "x"}, {"y", "y"}};
   figure.data.add_row({text, 1.0, 2.0});
   figure.data.add_row({"other", 2.0, 3.0});
   figure.script = fmt::format(

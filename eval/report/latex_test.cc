@@ -13,7 +13,7 @@ using testing::HasSubstr;
 Table table_of(int n_numbers) {
   Table table{"50 % of $E_t$ & \"more\" #1",
               "Low {and} high ~ 95^2 % < x > y \\ δ_d ≤ 0.2 px ± 1 — 日 | delta_d",
-              {{"set", "set", Align::left, 0, true}, {"body_name", "body_name", Align::left}}};
+              {Column::text("set").folded(), Column::text("body_name")}};
   for (int j = 0; j < n_numbers; ++j) table.columns.push_back({fmt::format("e{}_m", j), "E_t [m]"});
   for (const char* body : {"ego", "object:1"}) {
     std::vector<Cell> row = {"S18-F124_134", body};

@@ -95,7 +95,7 @@ std::vector<Column> limit_columns() {
 void add_limit_cells(const LimitSummary& limit, std::vector<Cell>& cells) {
   for (const MetricDefinition* error : bounded_errors()) {
     const Efficiency* value = find_in(limit.efficiency, error->name);
-    cells.push_back(cell(value ? std::optional(value->bound) : std::nullopt));
+    cells.push_back(value ? std::optional(value->bound) : std::nullopt);
     add_estimate(value ? std::optional(IntervalEstimate{value->efficiency, value->interval}) : std::nullopt,
                  cells);
   }

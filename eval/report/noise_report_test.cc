@@ -1,11 +1,9 @@
 // Comparisons, trends and the reading of sweeps, on records made by hand.
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "sextant/base/philox.h"
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/achieved_noise.h"

@@ -56,12 +56,12 @@ Column metric_column(const MetricDefinition& metric) {
 }
 
 void add_interval(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
-  cells.push_back(cell(interval ? std::optional(interval->low) : std::nullopt));
-  cells.push_back(cell(interval ? std::optional(interval->high) : std::nullopt));
+  cells.push_back(interval ? std::optional(interval->low) : std::nullopt);
+  cells.push_back(interval ? std::optional(interval->high) : std::nullopt);
 }
 
 void add_estimate(const std::optional<IntervalEstimate>& estimate, std::vector<Cell>& cells) {
-  cells.push_back(cell(estimate ? std::optional(estimate->value) : std::nullopt));
+  cells.push_back(estimate ? std::optional(estimate->value) : std::nullopt);
   add_interval(estimate ? estimate->interval : std::nullopt, cells);
 }
 

@@ -132,25 +132,17 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
                           preset.description, preset.object_Et_key, preset.object_ER_key, preset.velocity_key,
                           preset.velocity_truth_key),
               folded_columns({"dataset", "sequence", "estimator"})};
-  table.add_columns({{"body", "body", Align::left},
-                     {"n_pairs", "pairs", Align::right, 0},
-                     {"n_truth", "truth", Align::right, 0},
-                     {"n_estimated", "estimated", Align::right, 0},
-                     {"coverage_percent", "coverage [%]", Align::right, 1}});
+  table.add_columns({Column::text("body"), Column::count("n_pairs", "pairs"),
+                     Column::count("n_truth", "truth"), Column::count("n_estimated", "estimated"),
+                     Column::number("coverage_percent", "coverage [%]", 1)});
   const std::vector<const MetricDefinition*> metrics = metrics_for(in_summary);
   for (const MetricDefinition* metric : metrics) table.columns.push_back(metric_column(*metric));
-  table.columns.push_back({"other", "other pairs", Align::left});
+  table.columns.push_back(Column::text("other", "other pairs"));
   for (const BodySummary& row : summarize(records, preset)) {
-    std::vector<Cell> cells = {row.dataset,
-                               row.sequence,
-                               row.estimator,
-                               row.body,
-                               static_cast<double>(row.n_pairs),
-                               static_cast<double>(row.n_truth),
-                               static_cast<double>(row.n_estimated),
-                               row.coverage ? Cell(*row.coverage * 100) : Cell()};
-    for (const MetricDefinition* metric : metrics)
-      cells.push_back(cell(find_number(row.metrics, metric->name)));
+    std::vector<Cell> cells = {
+        row.dataset, row.sequence, row.estimator,   row.body,
+        row.n_pairs, row.n_truth,  row.n_estimated, row.coverage ? Cell(*row.coverage * 100) : Cell()};
+    for (const MetricDefinition* metric : metrics) cells.push_back(find_number(row.metrics, metric->name));
     cells.push_back(row.other.empty() ? Cell() : Cell(row.other));
     table.add_row(std::move(cells));
   }

@@ -93,8 +93,6 @@ std::vector<Column> range_columns(const std::string& low_key, const std::string&
           {.key = high_key, .title = "high", .decimals = decimals}};
 }
 
-Cell cell(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
-
 void Table::add_columns(std::vector<Column> more) { std::ranges::move(more, std::back_inserter(columns)); }
 
 void Table::add_row(std::vector<Cell> row) {

@@ -4,8 +4,10 @@
 // cannot disagree. Text and Markdown round to each column's decimals; CSV and JSON keep every digit. A cell
 // without a value is "-" in text and Markdown, empty in CSV and left out in JSON: never 0.
 
+#include <concepts>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -30,6 +32,25 @@ struct Column {
   bool says_itself = false;  ///< `fold` says its text without the title
   /// More than 0: for people, so many significant digits instead of `decimals`.
   int significant = 0;
+
+  static Column text(const std::string& key, const std::string& title) { return {key, title, Align::left}; }
+  static Column text(const std::string& key) { return text(key, key); }
+  static Column number(const std::string& key, const std::string& title, int decimals) {
+    return {key, title, Align::right, decimals};
+  }
+  static Column number(const std::string& key, int decimals) { return number(key, key, decimals); }
+  static Column count(const std::string& key, const std::string& title) { return number(key, title, 0); }
+  static Column count(const std::string& key) { return count(key, key); }
+  static Column p_value(const std::string& key) { return {key, "p", Align::right, 4, false, false, true}; }
+  Column folded() const { return with(&Column::fold); }
+  Column only_in_files() const { return with(&Column::detail); }
+
+ private:
+  Column with(bool Column::*flag) const {
+    Column column = *this;
+    column.*flag = true;
+    return column;
+  }
 };
 
 /// Texts, titled by their keys, that are said once where all rows agree.
@@ -39,10 +60,18 @@ std::vector<Column> range_columns(const std::string& low_key, const std::string&
                                   const std::string& title = "95 % interval");
 
 /// Empty, text, or a finite number.
-using Cell = std::variant<std::monostate, std::string, double>;
-
-/// The value, or an empty cell.
-Cell cell(const std::optional<double>& value);
+struct Cell : std::variant<std::monostate, std::string, double> {
+  Cell() = default;
+  Cell(const char* text) : variant(std::string(text)) {}
+  Cell(std::string_view text) : variant(std::string(text)) {}
+  Cell(std::string text) : variant(std::move(text)) {}
+  Cell(double number) : variant(number) {}
+  Cell(std::integral auto number) : variant(static_cast<double>(number)) {}
+  template <typename T>
+  Cell(const std::optional<T>& value) : Cell(value ? Cell(*value) : Cell()) {}
+};
+/// A Cell takes them by itself; where a call says so all the same.
+inline Cell cell(const std::optional<double>& value) { return value; }
 
 struct Table {
   std::string title;

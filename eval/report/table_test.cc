@@ -11,7 +11,7 @@ namespace sextant {
 namespace {
 
 Table example() {
-  Table table{"T", "C", {{"name", "name", Align::left}, {"x_m", "x [m]", Align::right, 2}}};
+  Table table{"T", "C", {Column::text("name"), Column::number("x_m", "x [m]", 2)}};
   table.add_row({std::string("a,\"b|"), 1.0 / 3.0});
   table.add_row({std::string("é"), Cell()});
   table.notes = {"n"};
@@ -30,7 +30,7 @@ TEST(Table, TextIsAligned) {
 
 TEST(Table, TextSaysOnceWhatAllRowsShare) {
   Table table = example();
-  table.columns.insert(table.columns.begin(), {"set", "set", Align::left, 0, true});
+  table.columns.insert(table.columns.begin(), Column::text("set").folded());
   for (auto& row : table.rows) row.insert(row.begin(), std::string("kitti"));
   EXPECT_EQ(to_text(table),
             "T\nC\nset kitti\n\n"
@@ -79,10 +79,8 @@ TEST(Table, RefusesWrongRows) {
 
 TEST(Table, FoldedColumnsAreSaidOnceAndEmptyOnesNotAtAll) {
   Table table;
-  table.columns = {{"set", "set", Align::left, 0, true},
-                   {"none", "none", Align::right, 1, true},
-                   {"some", "some", Align::right, 1, true},
-                   {"x", "x", Align::right, 1}};
+  table.columns = {Column::text("set").folded(), Column::number("none", 1).folded(),
+                   Column::number("some", 1).folded(), Column::number("x", 1)};
   table.add_row({"a", Cell(), 1.0, 1.0});
   table.add_row({"a", Cell(), Cell(), 1.0});
   const std::string text = to_text(table);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "sextant/eval/report/figures/panels.h"
 
@@ -33,8 +32,7 @@ Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
       const double Et_m = step.Et_m.value;
       const Interval around = step.Et_m.interval.value_or(Interval{Et_m, Et_m});
-      data.add_row({panel_name(*path), path->path, step.decision, static_cast<double>(x), Et_m, around.low,
-                    around.high});
+      data.add_row({panel_name(*path), path->path, step.decision, x, Et_m, around.low, around.high});
     }
   }
   return data;

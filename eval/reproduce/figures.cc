@@ -18,8 +18,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 void add_section(const std::string& name, const std::string& heading, std::vector<Figure> figures,
                  ReportDocument& document) {
   if (figures.empty()) return;

@@ -1,7 +1,5 @@
 #include "sextant/eval/reproduce/parts.h"
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 
 #include "sextant/base/embedded_file.h"

@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct System {
   const char* name;
   const char* folder;

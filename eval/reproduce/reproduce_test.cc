@@ -1,8 +1,5 @@
 #include "sextant/eval/reproduce/reproduce.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -15,9 +12,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 /// Two small parts that can run, and one that lacks its data.
 class ReproduceTest : public testing::Test {
@@ -83,8 +77,8 @@ TEST_F(ReproduceTest, ItsTablesCompileUnderPdflatex) {
   const std::optional<Compiled> page = compile_latex(body);
   if (!page) GTEST_SKIP() << no_pdflatex;
   EXPECT_TRUE(page->ok) << page->words;
-  EXPECT_THAT(page->words, testing::Not(HasSubstr("undefined")));
-  EXPECT_THAT(page->words, testing::Not(HasSubstr("Float too large")));
+  EXPECT_THAT(page->words, Not(HasSubstr("undefined")));
+  EXPECT_THAT(page->words, Not(HasSubstr("Float too large")));
 }
 
 TEST_F(ReproduceTest, FinishedPartsStayAsTheyAreAndGiveTheSameReport) {
@@ -104,7 +98,7 @@ TEST_F(ReproduceTest, AnUnfinishedPartIsNotReported) {
   EXPECT_THAT(report().at("tables/data.md"), HasSubstr("not finished"));
   run_parts(config_);  // resumes
   EXPECT_FALSE(fs::exists(part_file("demo", "journal.jsonl")));
-  EXPECT_THAT(report().at("tables/data.md"), testing::Not(HasSubstr("not finished")));
+  EXPECT_THAT(report().at("tables/data.md"), Not(HasSubstr("not finished")));
 }
 
 TEST_F(ReproduceTest, AnotherPlanProgramOrInputRunsAgain) {
@@ -258,7 +252,7 @@ TEST_F(ReproduceTest, ShowsPublishedSystemsInTheNoiseFigure) {
   EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("VDO_SLAM 9d33024.front"));
   EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("joint_flow"));
   // They are no evidence for the paper's claims.
-  EXPECT_THAT(files.at("tables/claims.csv"), testing::Not(HasSubstr("VDO_SLAM")));
+  EXPECT_THAT(files.at("tables/claims.csv"), Not(HasSubstr("VDO_SLAM")));
 }
 
 }  // namespace

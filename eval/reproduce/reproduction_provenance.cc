@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string text_at(const Json& run, const char* key) { return run.value(key, std::string("unknown")); }
 
 std::string libraries(const Json& run) {

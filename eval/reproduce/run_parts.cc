@@ -16,8 +16,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// What made a part besides its plan and data: this very program.
 std::string program_id() {
   static const std::string id = sha256(read_file("/proc/self/exe"));
@@ -94,9 +92,7 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
   OutputFiles files;
   std::string records;
   for (const PlanEstimator& estimator : plan.estimators) {
-    RunConfig run_config;
-    run_config.sources = plan.sources;
-    run_config.estimator = estimator.name;
+    RunConfig run_config{.sources = plan.sources, .estimator = estimator.name};
     run_config.options = {{"estimator", estimator.options}};
     run_config.jobs = 1;
     run_config.quiet = config.quiet;

@@ -2,9 +2,9 @@
 
 #include <cstdlib>
 
-namespace sextant {
+#include "sextant/base/files.h"
 
-namespace fs = std::filesystem;
+namespace sextant {
 
 fs::path cache_root() {
   if (const char* own = std::getenv("SEXTANT_CACHE")) return own;

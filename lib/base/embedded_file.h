@@ -2,7 +2,6 @@
 
 // Text files compiled into the program by sextant_embed() (cmake/SextantEmbed.cmake).
 
-#include <span>
 #include <string_view>
 
 namespace sextant {

@@ -15,8 +15,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Holder {
   std::string host;
   long pid = 0;

@@ -2,8 +2,6 @@
 
 #include "sextant/base/file_lock.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -51,7 +49,7 @@ TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
     EXPECT_FALSE(other_process_takes());
     std::string holder;
     EXPECT_FALSE(FileLock::take(file_, &holder, GetParam()));
-    EXPECT_THAT(holder, ::testing::HasSubstr("process"));
+    EXPECT_THAT(holder, HasSubstr("process"));
   }
   EXPECT_TRUE(other_process_takes());
 }
@@ -74,17 +72,13 @@ TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
   std::ofstream(file.string() + ".lock") << "node17 4711\n";
   std::string holder;
   EXPECT_FALSE(FileLock::take(file, &holder, &no_flock));
-  EXPECT_THAT(holder, ::testing::HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
+  EXPECT_THAT(holder, HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
 }
 
 TEST(FileLock, TheSystemsReasonIsSaid) {
   const TempFolder folder;
-  try {
-    FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("journal.jsonl: cannot lock: Input/output error"));
-  }
+  expect_error([&] { FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock); },
+               "journal.jsonl: cannot lock: Input/output error");
 }
 
 TEST(Machine, CoresAreThoseOfTheAffinity) {
@@ -117,7 +111,7 @@ TEST(Machine, Quotas) {
 }
 
 TEST(Machine, HostNameIsFitForFiles) {
-  EXPECT_THAT(host_name(), ::testing::Not(::testing::IsEmpty()));
+  EXPECT_THAT(host_name(), Not(IsEmpty()));
   EXPECT_EQ(host_name().find_first_of("/. \n"), std::string::npos);
 }
 

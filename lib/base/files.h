@@ -12,6 +12,8 @@
 
 namespace sextant {
 
+namespace fs = std::filesystem;
+
 /// What a file is read as, and how large it may be then:
 /// a larger one is refused before anything of it is read.
 struct FileKind {
@@ -28,7 +30,7 @@ inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
 /// A regular file open for reading. Throws Error that names the path and the system's reason, or the limit.
 class FileReader {
  public:
-  FileReader(const std::filesystem::path& path, const FileKind& kind);
+  FileReader(const fs::path& path, const FileKind& kind);
   FileReader(FileReader&& other) noexcept
       : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), size_(other.size_) {}
   FileReader& operator=(FileReader&&) = delete;
@@ -45,16 +47,16 @@ class FileReader {
 };
 
 /// The bytes of a file. Throws Error that names the path and the system's reason, or the limit.
-std::string read_file(const std::filesystem::path& path, const FileKind& kind = data_file);
+std::string read_file(const fs::path& path, const FileKind& kind = data_file);
 
 /// Writes to a temporary name in the same folder, makes it durable, then renames: after a power cut either
 /// the old or the new file is there. Throws Error; leaves no temporary behind.
-void write_file(const std::filesystem::path& path, std::string_view bytes);
+void write_file(const fs::path& path, std::string_view bytes);
 
 /// A file that is written piece by piece, durable after close(). Throws Error that names the path and the reason.
 class StreamedFile {
  public:
-  explicit StreamedFile(std::filesystem::path path);
+  explicit StreamedFile(fs::path path);
   ~StreamedFile();
   StreamedFile(const StreamedFile&) = delete;
   StreamedFile& operator=(const StreamedFile&) = delete;
@@ -65,13 +67,13 @@ class StreamedFile {
  private:
   void flush();
 
-  std::filesystem::path path_;
+  fs::path path_;
   std::string buffer_;
   int file_ = -1;
 };
 
 /// Makes names durable: files that were made, renamed or removed in `folder` before are so after a power cut.
-void sync_folder(const std::filesystem::path& folder);
+void sync_folder(const fs::path& folder);
 
 /// Lower-case hexadecimal SHA-256.
 std::string sha256(std::string_view bytes);
@@ -85,7 +87,7 @@ class InputLog {
   };
 
   /// read_file() of data that remembers size and SHA-256.
-  std::string read(const std::filesystem::path& path);
+  std::string read(const fs::path& path);
 
   /// What was read, in order of path.
   std::map<std::string, Entry> entries() const;

@@ -1,7 +1,5 @@
 #include "sextant/base/files.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,9 +12,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 class Files : public ::testing::Test {
  protected:
@@ -45,26 +40,24 @@ TEST_F(Files, TooLargeIsRefusedBeforeReading) {
   fs::resize_file(path, 20'000'000'000);
   EXPECT_EQ(error_of([&] { read_file(path); }),
             path.string() + ": has 20.0 GB, expected at most 1.07 GB for a file of data");
-  EXPECT_THAT(error_of([&] { read_file(path, json_file); }), HasSubstr("at most 0.27 GB for a JSON file"));
-  EXPECT_THAT(error_of([&] { read_file(path, records_file); }),
-              HasSubstr("at most 8.59 GB for a file of records"));
-  EXPECT_THAT(error_of([&] { InputLog().read(path); }), HasSubstr("has 20.0 GB"));
+  expect_error([&] { read_file(path, json_file); }, "at most 0.27 GB for a JSON file");
+  expect_error([&] { read_file(path, records_file); }, "at most 8.59 GB for a file of records");
+  expect_error([&] { InputLog().read(path); }, "has 20.0 GB");
 }
 
 TEST_F(Files, ReadNamesThePathAndTheReason) {
   const std::string path = (folder_ / "missing.png").string();
-  EXPECT_THAT(error_of([&] { read_file(path); }),
-              ::testing::AllOf(HasSubstr(path), HasSubstr("No such file")));
-  EXPECT_THAT(error_of([&] { read_file(folder_); }), HasSubstr("is a folder"));
+  EXPECT_THAT(error_of([&] { read_file(path); }), AllOf(HasSubstr(path), HasSubstr("No such file")));
+  expect_error([&] { read_file(folder_); }, "is a folder");
 }
 
 TEST_F(Files, AFailedWriteLeavesNothingBehind) {
-  EXPECT_THAT(error_of([&] { write_file(folder_ / "no" / "a", "x"); }), HasSubstr("cannot create"));
+  expect_error([&] { write_file(folder_ / "no" / "a", "x"); }, "cannot create");
   EXPECT_EQ(entries(), 0);
   fs::create_directory(folder_ / "taken");
   write_file(folder_ / "taken" / "child", "x");
   // The temporary can be written but not renamed over a folder.
-  EXPECT_THAT(error_of([&] { write_file(folder_ / "taken", "x"); }), HasSubstr("cannot rename"));
+  expect_error([&] { write_file(folder_ / "taken", "x"); }, "cannot rename");
   EXPECT_EQ(entries(), 1);
 }
 
@@ -105,7 +98,7 @@ TEST_F(Files, InputLogRemembersEveryFileOnce) {
 TEST_F(Files, APipeIsNotWaitedFor) {
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THAT(error_of([&] { read_file(pipe); }), HasSubstr("pipe: is a pipe or device, expected a file"));
+  expect_error([&] { read_file(pipe); }, "pipe: is a pipe or device, expected a file");
 }
 
 TEST_F(Files, InputLogForgetsWhatCouldNotBeRead) {

@@ -1,16 +1,11 @@
 #include "sextant/base/json.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <string>
 
 #include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::string parse_error(const std::string& text) {
   return error_of([&] { parse_json(text, "f.json"); });
@@ -33,7 +28,7 @@ TEST(ParseJson, ErrorsNameFileAndLine) {
   EXPECT_THAT(parse_error("{\"a\":"), HasSubstr("ends too early"));
   EXPECT_THAT(parse_error("{} {}"), HasSubstr("f.json:1: not valid JSON at column 4"));
   EXPECT_THAT(parse_error("\"\xff\""), HasSubstr("not valid JSON"));
-  EXPECT_THAT(parse_error("{\"a\"\n:\n\x1b[2J"), testing::Not(HasSubstr("\x1b")));
+  EXPECT_THAT(parse_error("{\"a\"\n:\n\x1b[2J"), Not(HasSubstr("\x1b")));
 }
 
 TEST(ParseJson, NumbersBeyondADoubleAreRefused) {

@@ -7,15 +7,14 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
+#include "sextant/base/files.h"
+
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Those the scheduler may put this process on; a set of any size.
 int cores_by_affinity() {

@@ -1,29 +1,25 @@
 #pragma once
 
-// Options are plain structs with defaults. One `visit` function per struct lists every field once, with
-// its unit and meaning; from it follow the strict JSON reader (an unknown key is an error that names the
+// Options are plain structs with defaults. Every field is declared once, with its type, name, default, unit and
+// meaning; from the list follow the members, the strict JSON reader (an unknown key is an error that names the
 // nearest one), the JSON writer for provenance, and the help text. Example:
 //
 //   struct RansacOptions {
-//     int max_iterations = 500;
-//     double inlier_threshold_px = 0.4;
-//     void visit(auto& v) {
-//       v("max_iterations", max_iterations, "count", "upper limit of samples drawn");
-//       v("inlier_threshold_px", inlier_threshold_px, "px", "largest reprojection error of an inlier");
-//     }
+//     SEXTANT_OPTIONS(
+//         (int, max_iterations, 500, "count", "upper limit of samples drawn"),
+//         (double, inlier_threshold_px, 0.4, "px", "largest reprojection error of an inlier"))
 //     void check() const {
 //       check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0");
 //     }
 //   };
 //
-// A field may itself be such a struct: v("ransac", ransac, "", "robust start"). Supported leaf types: bool,
-// int, uint64_t, double, std::string, and enumerations with names (base/names.h), whose names the help lists.
-// A std::map<std::string, T> of option structs is an object whose keys the user chooses; the owner's check()
-// judges them. Reading replaces the whole map.
+// A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t, double,
+// std::string, and enumerations with names (base/names.h), whose names the help lists. NamedOptions<T> is an
+// object whose keys the user chooses; the owner's check() judges them. Reading replaces the whole map.
+// SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a base class. Where a key is no member's name, a struct
+// writes its visit() by hand: v("default", other, "px", "meaning") for every field.
 
 #include <algorithm>
-#include <concepts>
-#include <cstdint>
 #include <map>
 #include <span>
 #include <string>
@@ -35,7 +31,34 @@
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
 
+// For each (FIELD) of a list, MACRO FIELD: at most 64 of them.
+#define SEXTANT_PARENTHESES ()
+#define SEXTANT_SCAN(...) SEXTANT_SCAN_16(SEXTANT_SCAN_16(SEXTANT_SCAN_16(SEXTANT_SCAN_16(__VA_ARGS__))))
+#define SEXTANT_SCAN_16(...) SEXTANT_SCAN_4(SEXTANT_SCAN_4(SEXTANT_SCAN_4(SEXTANT_SCAN_4(__VA_ARGS__))))
+#define SEXTANT_SCAN_4(...) SEXTANT_SCAN_1(SEXTANT_SCAN_1(SEXTANT_SCAN_1(SEXTANT_SCAN_1(__VA_ARGS__))))
+#define SEXTANT_SCAN_1(...) __VA_ARGS__
+#define SEXTANT_FOR_EACH(MACRO, ...) SEXTANT_SCAN(SEXTANT_FOR_NEXT(MACRO, __VA_ARGS__))
+#define SEXTANT_FOR_NEXT(MACRO, FIELD, ...) \
+  MACRO FIELD __VA_OPT__(SEXTANT_FOR_REST SEXTANT_PARENTHESES(MACRO, __VA_ARGS__))
+#define SEXTANT_FOR_REST() SEXTANT_FOR_NEXT
+
+#define SEXTANT_DECLARE_OPTION(TYPE, NAME, DEFAULT, UNIT, MEANING) TYPE NAME = DEFAULT;
+#define SEXTANT_VISIT_OPTION(TYPE, NAME, DEFAULT, UNIT, MEANING) v(#NAME, NAME, UNIT, MEANING);
+#define SEXTANT_OPTIONS(...)                            \
+  SEXTANT_FOR_EACH(SEXTANT_DECLARE_OPTION, __VA_ARGS__) \
+  void visit(auto& v) { SEXTANT_FOR_EACH(SEXTANT_VISIT_OPTION, __VA_ARGS__) }
+#define SEXTANT_OPTIONS_OF(BASE, ...)                   \
+  SEXTANT_FOR_EACH(SEXTANT_DECLARE_OPTION, __VA_ARGS__) \
+  void visit(auto& v) {                                 \
+    BASE::visit(v);                                     \
+    SEXTANT_FOR_EACH(SEXTANT_VISIT_OPTION, __VA_ARGS__) \
+  }
+
 namespace sextant {
+
+/// Options of one kind under names that the user chooses.
+template <typename T>
+using NamedOptions = std::map<std::string, T>;
 
 namespace internal {
 

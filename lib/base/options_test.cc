@@ -1,23 +1,16 @@
 #include "sextant/base/options.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <limits>
+
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
 struct InnerOptions {
-  int max_iterations = 500;
-  double threshold_px = 0.4;
-  void visit(auto& v) {
-    v("max_iterations", max_iterations, "count", "upper limit");
-    v("threshold_px", threshold_px, "px", "largest error of an inlier");
-  }
+  SEXTANT_OPTIONS(
+      (int, max_iterations, 500, "count", "upper limit"),
+      (double, threshold_px, 0.4, "px", "largest error of an inlier"))
   void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
 };
 
@@ -25,26 +18,16 @@ enum class Kernel { huber, tukey, none };
 constexpr Names<3> names_of(Kernel) { return {"huber", "tukey", "none"}; }
 
 struct OuterOptions {
-  bool robust = true;
-  uint64_t seed = 7;
-  Kernel kernel = Kernel::huber;
-  InnerOptions ransac;
-  void visit(auto& v) {
-    v("robust", robust, "", "use a kernel");
-    v("seed", seed, "", "base seed");
-    v("kernel", kernel, "", "of residuals");
-    v("ransac", ransac, "", "robust start");
-  }
+  SEXTANT_OPTIONS(
+      (bool, robust, true, "", "use a kernel"),
+      (uint64_t, seed, 7, "", "base seed"),
+      (Kernel, kernel, Kernel::huber, "", "of residuals"),
+      (InnerOptions, ransac, {}, "", "robust start"))
 };
 
-std::string error_of(const Json& json, const std::string& where = "") {
+std::string error_with(const Json& json, const std::string& where = "") {
   OuterOptions options;
-  try {
-    read_options(json, options, where);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return error_of([&] { read_options(json, options, where); });
 }
 
 TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
@@ -58,35 +41,35 @@ TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
 }
 
 TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
-  EXPECT_THAT(error_of({{"kernal", "huber"}}),
+  EXPECT_THAT(error_with({{"kernal", "huber"}}),
               AllOf(HasSubstr("'kernal'"), HasSubstr("did you mean 'kernel'?")));
-  EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}),
+  EXPECT_THAT(error_with({{"ransac", {{"max_iteration", 3}}}}),
               AllOf(HasSubstr("'ransac.max_iteration'"), HasSubstr("did you mean 'max_iterations'?")));
-  EXPECT_THAT(error_of({{"ransac", {{"max_iteration", 3}}}}, "pipeline"),
+  EXPECT_THAT(error_with({{"ransac", {{"max_iteration", 3}}}}, "pipeline"),
               HasSubstr("'pipeline.ransac.max_iteration'"));
 }
 
 TEST(ReadOptions, AnUnlikelyKeyListsTheKnownOnesOnly) {
-  EXPECT_THAT(error_of({{"zzzzzz", 1}}), AllOf(HasSubstr("known: robust, seed, kernel, ransac"),
-                                               ::testing::Not(HasSubstr("did you mean"))));
+  EXPECT_THAT(error_with({{"zzzzzz", 1}}), AllOf(HasSubstr("known: robust, seed, kernel, ransac"),
+                                               Not(HasSubstr("did you mean"))));
 }
 
 TEST(ReadOptions, WrongTypesNamePathAndExpectation) {
-  EXPECT_THAT(error_of({{"robust", 1}}),
+  EXPECT_THAT(error_with({{"robust", 1}}),
               AllOf(HasSubstr("robust"), HasSubstr("true or false"), HasSubstr("got 1")));
-  EXPECT_THAT(error_of({{"kernel", true}}), HasSubstr("a text"));
-  EXPECT_THAT(error_of({{"seed", -1}}), HasSubstr("a non-negative integer"));
-  EXPECT_THAT(error_of({{"seed", 1.5}}), HasSubstr("a non-negative integer"));
-  EXPECT_THAT(error_of({{"ransac", 3}}), AllOf(HasSubstr("ransac"), HasSubstr("an object")));
-  EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 2.5}}}}),
+  EXPECT_THAT(error_with({{"kernel", true}}), HasSubstr("a text"));
+  EXPECT_THAT(error_with({{"seed", -1}}), HasSubstr("a non-negative integer"));
+  EXPECT_THAT(error_with({{"seed", 1.5}}), HasSubstr("a non-negative integer"));
+  EXPECT_THAT(error_with({{"ransac", 3}}), AllOf(HasSubstr("ransac"), HasSubstr("an object")));
+  EXPECT_THAT(error_with({{"ransac", {{"max_iterations", 2.5}}}}),
               AllOf(HasSubstr("ransac.max_iterations"), HasSubstr("an integer")));
-  EXPECT_THAT(error_of({{"ransac", {{"threshold_px", "0.4"}}}}), HasSubstr("a finite number"));
-  EXPECT_THAT(error_of(Json::array()), HasSubstr("an object"));
-  EXPECT_THAT(error_of({{"robust", nullptr}}), HasSubstr("true or false"));
+  EXPECT_THAT(error_with({{"ransac", {{"threshold_px", "0.4"}}}}), HasSubstr("a finite number"));
+  EXPECT_THAT(error_with(Json::array()), HasSubstr("an object"));
+  EXPECT_THAT(error_with({{"robust", nullptr}}), HasSubstr("true or false"));
 }
 
 TEST(ReadOptions, RefusesIntegersThatDoNotFit) {
-  const auto with = [](const Json& n) { return error_of({{"ransac", {{"max_iterations", n}}}}); };
+  const auto with = [](const Json& n) { return error_with({{"ransac", {{"max_iterations", n}}}}); };
   EXPECT_THAT(with(int64_t{1} << 31), HasSubstr("a 32-bit integer"));
   EXPECT_THAT(with(-(int64_t{1} << 31) - 1), HasSubstr("a 32-bit integer"));
   // Above INT64_MAX a conversion to int64_t would wrap to a small negative number.
@@ -102,7 +85,7 @@ TEST(ReadOptions, KeepsLargeSeedsExactly) {
 }
 
 TEST(ReadOptions, RefusesNumbersThatAreNotFinite) {
-  const auto with = [](double x) { return error_of({{"ransac", {{"threshold_px", x}}}}); };
+  const auto with = [](double x) { return error_with({{"ransac", {{"threshold_px", x}}}}); };
   EXPECT_THAT(with(std::numeric_limits<double>::quiet_NaN()), HasSubstr("a finite number"));
   EXPECT_THAT(with(std::numeric_limits<double>::infinity()), HasSubstr("a finite number"));
   EXPECT_EQ(with(3.0), "no error");
@@ -119,18 +102,16 @@ TEST(ReadOptions, EnumerationsAreReadByName) {
   read_options(Json{{"kernel", "tukey"}}, options);
   EXPECT_EQ(options.kernel, Kernel::tukey);
   EXPECT_EQ(write_options(options)["kernel"], "tukey");
-  EXPECT_EQ(error_of({{"kernel", "hubr"}}, "solver"),
+  EXPECT_EQ(error_with({{"kernel", "hubr"}}, "solver"),
             "option solver.kernel = hubr: did you mean 'huber'? known: huber, tukey, none");
 }
 
 TEST(ReadOptions, RunsTheStructsOwnCheck) {
-  EXPECT_THAT(error_of({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
+  EXPECT_THAT(error_with({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
 }
 
 TEST(WriteOptions, RoundTripsThroughText) {
-  OuterOptions options;
-  options.kernel = Kernel::none;
-  options.seed = std::numeric_limits<uint64_t>::max();
+  OuterOptions options{.seed = std::numeric_limits<uint64_t>::max(), .kernel = Kernel::none};
   options.ransac.threshold_px = 0.1 + 0.2;
   OuterOptions read;
   read_options(Json::parse(write_options(options).dump()), read);
@@ -158,14 +139,9 @@ TEST(OptionMaps, ReadWriteAndDescribeEveryEntryStrictly) {
 }
 
 TEST(OptionMaps, ErrorsNameThePath) {
-  const auto message = [](const char* text) -> std::string {
+  const auto message = [](const char* text) {
     MapOptions options;
-    try {
-      read_options(Json::parse(text), options, "x");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return error_of([&] { read_options(Json::parse(text), options, "x"); });
   };
   EXPECT_THAT(message(R"({"stages": {"a": {"max_iteration": 3}}})"), HasSubstr("'x.stages.a.max_iteration'"));
   EXPECT_THAT(message(R"({"stages": {"a": 1}})"), AllOf(HasSubstr("x.stages.a"), HasSubstr("an object")));

@@ -1,7 +1,9 @@
 #pragma once
 
-// Test helpers: the message of what throws Error, and a folder of a test's own.
+// Test helpers: the matchers of every day, the message of what throws Error, and a folder of a test's own.
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -14,6 +16,15 @@
 
 namespace sextant {
 
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+using ::testing::UnorderedElementsAre;
+
 /// Its message; "no error" when there is none.
 template <typename Action>
 std::string error_of(const Action& action) {
@@ -23,6 +34,13 @@ std::string error_of(const Action& action) {
     return error.what();
   }
   return "no error";
+}
+
+/// The action throws Error, and its message is one line that holds `part`.
+template <typename Action>
+void expect_error(const Action& action, const std::string& part) {
+  const std::string message = error_of(action);
+  EXPECT_THAT(message, AllOf(HasSubstr(part), Not(HasSubstr("\n"))));
 }
 
 /// A folder of its own below the system's temporary one; removed with everything in it at the end.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
 
 #include "sextant/base/quantile.h"
@@ -112,11 +111,7 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
     track_of_instance_.clear();
     motion_of_track_.clear();
   }
-  FrameResult result;
-  result.prev = pair.prev;
-  result.curr = pair.curr;
-  result.dt_s = pair.dt_s;
-  result.ego = estimate_ego(pair);
+  FrameResult result{.prev = pair.prev, .curr = pair.curr, .dt_s = pair.dt_s, .ego = estimate_ego(pair)};
 
   for (const ObjectObservation& object : pair.objects) {
     result.objects.push_back(gate_and_classify(pair, object, result.ego));
@@ -175,9 +170,7 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
 BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const ObjectObservation& object,
                                              const BodyResult& ego) const {
   Stopwatch watch;
-  BodyResult body;
-  body.instance = object.instance;
-  body.area_fraction = object.area_fraction;
+  BodyResult body{.instance = object.instance, .area_fraction = object.area_fraction};
   std::vector<double> depths = object.points.depth;
   body.distance_m = depths.empty() ? nan : middle_of(depths);
   body.moving_share = body.speed_mps = nan;

@@ -27,29 +27,18 @@ enum class RefineObjectsOn { inliers, all, reselected, same };
 constexpr Names<4> names_of(RefineObjectsOn) { return {"inliers", "all", "reselected", "same"}; }
 
 struct PipelineOptions {
-  RobustStartOptions start;
-  RefineOn refine_on = RefineOn::reselected;
-  RefineObjectsOn refine_objects_on = RefineObjectsOn::same;
-  ClassificationOptions classification;
-  double max_object_distance_m = 25.0;
-  double min_object_area = 0.005;
-  int min_object_points = 30;
-  bool estimate_static_objects = false;
-  bool consistency = false;
-
-  void visit(auto& v) {
-    v("start", start, "", "RANSAC against the propagated motion");
-    v("refine_on", refine_on, "",
-      "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of RANSAC, every one, or those within the noise that the residuals show");
-    v("refine_objects_on", refine_objects_on, "", "the same for objects");
-    v("classification", classification, "", "dynamic or static");
-    v("max_object_distance_m", max_object_distance_m, "m",
-      "gate on the median depth of an object, and farthest object point (paper: 25)");
-    v("min_object_area", min_object_area, "fraction of the image", "gate on an object's area (paper: 0.005)");
-    v("min_object_points", min_object_points, "count", "fewest points and fewest inliers of an object");
-    v("estimate_static_objects", estimate_static_objects, "", "also estimate objects classified static");
-    v("consistency", consistency, "", "also estimate every body from halves of its points (consistency.h)");
-  }
+  SEXTANT_OPTIONS(
+      (RobustStartOptions, start, {}, "", "RANSAC against the propagated motion"),
+      (RefineOn, refine_on, RefineOn::reselected, "",
+       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of RANSAC, every one, or those within the noise that the residuals show"),
+      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "the same for objects"),
+      (ClassificationOptions, classification, {}, "", "dynamic or static"),
+      (double, max_object_distance_m, 25.0, "m",
+       "gate on the median depth of an object, and farthest object point (paper: 25)"),
+      (double, min_object_area, 0.005, "fraction of the image", "gate on an object's area (paper: 0.005)"),
+      (int, min_object_points, 30, "count", "fewest points and fewest inliers of an object"),
+      (bool, estimate_static_objects, false, "", "also estimate objects classified static"),
+      (bool, consistency, false, "", "also estimate every body from halves of its points (consistency.h)"))
   void check() const;
 };
 

@@ -31,24 +31,21 @@ Correspondences exact_points(const SE3& X, double u0, double v0, double z0, int 
 }
 
 ObjectObservation observe(int instance, const SE3& X, int n = 200, double z = 8, double area = 0.02) {
-  ObjectObservation object;
-  object.instance = instance;
-  object.area_fraction = area;
-  object.points = exact_points(X, 400, 150, z, n);
+  ObjectObservation object{
+      .instance = instance, .area_fraction = area, .points = exact_points(X, 400, 150, z, n)};
   object.instance_prev.assign(n, static_cast<uint16_t>(instance));
   return object;
 }
 
 FramePair make_pair(int prev, std::vector<ObjectObservation> objects) {
-  FramePair pair;
-  pair.prev = prev;
-  pair.curr = prev + 1;
-  pair.dt_s = dt_s;
-  pair.width = 1242;
-  pair.height = 375;
-  pair.camera = camera;
-  pair.background = exact_points(camera_step.inverse(), 100, 60, 6, 300);
-  pair.objects = std::move(objects);
+  FramePair pair{.prev = prev,
+                 .curr = prev + 1,
+                 .dt_s = dt_s,
+                 .width = 1242,
+                 .height = 375,
+                 .camera = camera,
+                 .background = exact_points(camera_step.inverse(), 100, 60, 6, 300),
+                 .objects = std::move(objects)};
   return pair;
 }
 
@@ -119,9 +116,7 @@ TEST(Pipeline, Gates) {
 
 TEST(Pipeline, LostAndAppearing) {
   FrameEstimator estimator = make();
-  ObjectObservation appearing;
-  appearing.instance = 9;
-  appearing.area_fraction = 0.1;
+  ObjectObservation appearing{.instance = 9, .area_fraction = 0.1};
   FramePair pair = make_pair(0, {appearing});
   pair.lost_instances = {5};
   const FrameResult result = estimator.process(pair);
@@ -172,10 +167,7 @@ class Listener : public Estimator {
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
     problems.push_back(problem);
     n_inliers.push_back(static_cast<size_t>(std::ranges::count(start.inliers, 1)));
-    MotionEstimate estimate;
-    estimate.status = Status::ok;
-    estimate.T_curr_prev = start.T_curr_prev;
-    estimate.inliers = start.inliers;
+    MotionEstimate estimate{.status = Status::ok, .T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
     return estimate;
   }
   Json options() const override { return Json::object(); }

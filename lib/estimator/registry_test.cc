@@ -1,7 +1,6 @@
 // Runs over every registered estimator.
 
-#include <gtest/gtest.h>
-
+#include "sextant/base/testing.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/estimator/solvers/testing.h"
 
@@ -37,13 +36,7 @@ INSTANTIATE_TEST_SUITE_P(, EveryEstimator, ::testing::ValuesIn(estimators().begi
                          [](const auto& test) { return test.param.name; });
 
 TEST(MakeEstimator, UnknownNameSuggestsTheNearest) {
-  try {
-    make_estimator("join_flow");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("did you mean 'joint_flow'?"), std::string::npos)
-        << error.what();
-  }
+  expect_error([] { make_estimator("join_flow"); }, "did you mean 'joint_flow'?");
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "sextant/geometry/axes.h"
 
-#include <algorithm>
-
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
 

@@ -33,6 +33,13 @@ class SE3 {
       : rotation_(rotation.normalized()), translation_(translation) {}
   /// From a 4x4 or the upper 3x4 of one; the rotation part is projected onto SO(3) through a quaternion.
   static SE3 from_matrix(const Eigen::Matrix<double, 3, 4>& matrix);
+  /// What rotation() and translation() have given, bit for bit: not normalised once more.
+  static SE3 from_parts(const Eigen::Quaterniond& unit_rotation, const Eigen::Vector3d& translation) {
+    SE3 T;
+    T.rotation_ = unit_rotation;
+    T.translation_ = translation;
+    return T;
+  }
 
   static SE3 exp(const Vector6d& xi);
   Vector6d log() const;

@@ -2,8 +2,6 @@
 
 // Where the flow at a pixel leads, in whole pixels.
 
-#include <cmath>
-
 #include "sextant/measurement/image.h"
 
 namespace sextant {

@@ -6,7 +6,6 @@
 //
 // Source: Eigen, Puhrsch, Fergus, Depth map prediction from a single image, NIPS 2014.
 
-#include <optional>
 #include <span>
 
 #include "sextant/measurement/image.h"

@@ -1,6 +1,5 @@
 #include "sextant/metrics/presets.h"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 

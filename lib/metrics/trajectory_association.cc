@@ -1,7 +1,6 @@
 #include "sextant/metrics/trajectory_association.h"
 
 #include <cmath>
-#include <limits>
 
 namespace sextant {
 namespace {

@@ -1,6 +1,5 @@
 // Noise::apply: the models over the arrays of points and over the rows of frames, with verification.
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 

@@ -15,12 +15,9 @@ namespace sextant {
 double focal_baseline(const StereoCamera& camera, double baseline_m);
 
 struct DepthNoiseOptions {
-  double delta_d_px = 0;
-  double baseline_m = 0.5;
-  void visit(auto& v) {
-    v("delta_d_px", delta_d_px, "px", "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera");
-    v("baseline_m", baseline_m, "m", "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf");
-  }
+  SEXTANT_OPTIONS(
+      (double, delta_d_px, 0, "px", "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera"),
+      (double, baseline_m, 0.5, "m", "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf"))
   void check() const;
 };
 

@@ -23,14 +23,10 @@ namespace sextant {
 
 /// Either epe_px, or epe_x_px and epe_y_px.
 struct FlowLevel {
-  double epe_px = 0;
-  double epe_x_px = 0;
-  double epe_y_px = 0;
-  void visit(auto& v) {
-    v("epe_px", epe_px, "px", "2-D end-point error, both axes alike");
-    v("epe_x_px", epe_x_px, "px", "end-point error of the x axis");
-    v("epe_y_px", epe_y_px, "px", "end-point error of the y axis");
-  }
+  SEXTANT_OPTIONS(
+      (double, epe_px, 0, "px", "2-D end-point error, both axes alike"),
+      (double, epe_x_px, 0, "px", "end-point error of the x axis"),
+      (double, epe_y_px, 0, "px", "end-point error of the y axis"))
   void check() const;
 };
 

@@ -16,14 +16,10 @@ enum class OutlierShape { disc, box };
 constexpr Names<2> names_of(OutlierShape) { return {"disc", "box"}; }
 
 struct FlowOutlierOptions {
-  double share = 0;
-  double radius_px = 50;
-  OutlierShape shape = OutlierShape::disc;
-  void visit(auto& v) {
-    v("share", share, "0..1", "probability that the flow of a pixel is wrong");
-    v("radius_px", radius_px, "px", "largest offset: radius of the disc, half the side of the box");
-    v("shape", shape, "", "of the area that offsets are spread over");
-  }
+  SEXTANT_OPTIONS(
+      (double, share, 0, "0..1", "probability that the flow of a pixel is wrong"),
+      (double, radius_px, 50, "px", "largest offset: radius of the disc, half the side of the box"),
+      (OutlierShape, shape, OutlierShape::disc, "", "of the area that offsets are spread over"))
   void check() const;
 };
 

@@ -1,7 +1,5 @@
 #include "sextant/noise/mask_noise.h"
 
-#include <algorithm>
-
 namespace sextant {
 namespace {
 

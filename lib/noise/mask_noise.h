@@ -15,14 +15,10 @@
 namespace sextant {
 
 struct MaskNoiseOptions {
-  int erode_px = 0;
-  int dilate_px = 0;
-  int neighbours = 4;
-  void visit(auto& v) {
-    v("erode_px", erode_px, "px", "steps of erosion");
-    v("dilate_px", dilate_px, "px", "steps of dilation, after erosion");
-    v("neighbours", neighbours, "4 or 8", "of a pixel");
-  }
+  SEXTANT_OPTIONS(
+      (int, erode_px, 0, "px", "steps of erosion"),
+      (int, dilate_px, 0, "px", "steps of dilation, after erosion"),
+      (int, neighbours, 4, "4 or 8", "of a pixel"))
   void check() const;
 };
 

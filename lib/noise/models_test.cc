@@ -1,12 +1,10 @@
 // Each model by itself against its declared moments, over 10^6 draws, and by hand on small cases.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 
 #include "sextant/base/registry.h"
+#include "sextant/base/testing.h"
 #include "sextant/noise/depth_noise.h"
 #include "sextant/noise/flow_noise.h"
 #include "sextant/noise/flow_outliers.h"
@@ -16,8 +14,6 @@
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 
 const StereoCamera vkitti{{725, 725, 620.5, 187}, 0};
 const Draws draws(1, "synthetic", "s18");
@@ -38,12 +34,7 @@ std::unique_ptr<NoiseModel> make(const char* name, const char* json) {
 }
 
 std::string error_of(const char* name, const char* json) {
-  try {
-    make(name, json);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return error_of([&] { make(name, json); });
 }
 
 MomentSums depth_deviations(const NoiseModel& model, double z_m, Correlation correlation) {
@@ -242,30 +233,30 @@ std::vector<std::string> corrupted(const char* json, const std::vector<std::stri
 TEST(MaskNoise, ErosionTakesTheRimButNotAtTheImagesBorder) {
   const std::vector<std::string> mask = {"11112222", "11112222", "11112222", "........"};
   EXPECT_THAT(corrupted(R"({"erode_px": 1})", mask),
-              ::testing::ElementsAre("111..222", "111..222", "........", "........"));
+              ElementsAre("111..222", "111..222", "........", "........"));
   EXPECT_THAT(corrupted(R"({"erode_px": 2})", mask),
-              ::testing::ElementsAre("11....22", "........", "........", "........"));
+              ElementsAre("11....22", "........", "........", "........"));
 }
 
 TEST(MaskNoise, DilationReachesNStepsOfItsNeighbourhood) {
   const std::vector<std::string> mask = {".....", ".....", "..1..", ".....", "....."};
   EXPECT_THAT(corrupted(R"({"dilate_px": 1})", mask),
-              ::testing::ElementsAre(".....", "..1..", ".111.", "..1..", "....."));
+              ElementsAre(".....", "..1..", ".111.", "..1..", "....."));
   EXPECT_THAT(corrupted(R"({"dilate_px": 1, "neighbours": 8})", mask),
-              ::testing::ElementsAre(".....", ".111.", ".111.", ".111.", "....."));
+              ElementsAre(".....", ".111.", ".111.", ".111.", "....."));
   EXPECT_THAT(corrupted(R"({"dilate_px": 2})", mask),
-              ::testing::ElementsAre("..1..", ".111.", "11111", ".111.", "..1.."));
+              ElementsAre("..1..", ".111.", "11111", ".111.", "..1.."));
 }
 
 TEST(MaskNoise, TheSmallerIdWinsAndNoInstanceIsOverwritten) {
-  EXPECT_THAT(corrupted(R"({"dilate_px": 1})", {"2.1.3"}), ::testing::ElementsAre("21113"));
-  EXPECT_THAT(corrupted(R"({"dilate_px": 100000})", {"2....1.."}), ::testing::ElementsAre("22211111"));
+  EXPECT_THAT(corrupted(R"({"dilate_px": 1})", {"2.1.3"}), ElementsAre("21113"));
+  EXPECT_THAT(corrupted(R"({"dilate_px": 100000})", {"2....1.."}), ElementsAre("22211111"));
 }
 
 TEST(MaskNoise, OpeningRemovesSpecks) {
   EXPECT_THAT(corrupted(R"({"erode_px": 1, "dilate_px": 1, "neighbours": 8})",
                         {"......1", ".111...", ".111...", ".111...", "......."}),
-              ::testing::ElementsAre(".......", ".111...", ".111...", ".111...", "......."));
+              ElementsAre(".......", ".111...", ".111...", ".111...", "......."));
 }
 
 TEST(NoiseOptions, RefuseNonsenseNamingTheOption) {

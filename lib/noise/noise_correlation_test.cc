@@ -1,8 +1,5 @@
 #include "sextant/noise/noise_correlation.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,11 +7,10 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 
 /// Lengths of every kind: spacing 1, odd, even; and a part that is independent.
 const NoiseCorrelation mixture(SpatialCorrelation{{{2, 0.2}, {8, 0.3}, {40, 0.4}}});
@@ -207,13 +203,8 @@ TEST(NoiseCorrelation, ReadsAndWritesItsOptions) {
 }
 
 TEST(NoiseCorrelation, RefusesWhatIsNoCorrelation) {
-  const auto message = [](const char* text) -> std::string {
-    try {
-      NoiseCorrelation::read(Json::parse(text), "noise.correlation");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+  const auto message = [](const char* text) {
+    return error_of([&] { NoiseCorrelation::read(Json::parse(text), "noise.correlation"); });
   };
   EXPECT_THAT(message("3"), HasSubstr("noise.correlation: expected independent"));
   EXPECT_THAT(message(R"("spatial")"), HasSubstr("unknown noise correlation 'spatial'"));

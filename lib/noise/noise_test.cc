@@ -1,9 +1,7 @@
 // Combinations of models on points and on dense frames.
 
+#include "sextant/base/testing.h"
 #include "sextant/noise/noise.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
@@ -13,8 +11,6 @@
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr int width = 320;
 constexpr int height = 120;
@@ -344,14 +340,7 @@ TEST(Noise, HasACanonicalNameAndOptions) {
 }
 
 TEST(Noise, RefusesUnknownModelsAndBadText) {
-  const auto message = [](const char* text) -> std::string {
-    try {
-      Noise::parse(text);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
-  };
+  const auto message = [](const char* text) { return error_of([&] { Noise::parse(text); }); };
   EXPECT_EQ(message("none"), "no error");
   EXPECT_EQ(message(""), "no error");
   EXPECT_EQ(message("{}"), "no error");

@@ -12,12 +12,9 @@
 namespace sextant {
 
 struct QuantisationOptions {
-  double step_px = 0;
-  double baseline_m = 0;
-  void visit(auto& v) {
-    v("step_px", step_px, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)");
-    v("baseline_m", baseline_m, "m", "of the assumed stereo camera; 0 = the source's own bf");
-  }
+  SEXTANT_OPTIONS(
+      (double, step_px, 0, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)"),
+      (double, baseline_m, 0, "m", "of the assumed stereo camera; 0 = the source's own bf"))
   void check() const;
 };
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sextant/base/registry.h"
 #include "sextant/noise/noise_model.h"
 

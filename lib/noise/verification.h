@@ -23,18 +23,11 @@ namespace sextant {
 
 /// Sums of one quantity.
 struct MomentSums {
-  uint64_t n = 0;
-  double sum = 0;
-  double sum_squares = 0;
-  double sum_abs = 0;
-
-  template <typename V>
-  void visit(V& v) {
-    v("n", n, "count", "numbers");
-    v("sum", sum, "", "of them");
-    v("sum_squares", sum_squares, "", "of their squares");
-    v("sum_abs", sum_abs, "", "of their magnitudes");
-  }
+  SEXTANT_OPTIONS(
+      (uint64_t, n, 0, "count", "numbers"),
+      (double, sum, 0, "", "of them"),
+      (double, sum_squares, 0, "", "of their squares"),
+      (double, sum_abs, 0, "", "of their magnitudes"))
   void add(double value);
   void merge(const MomentSums& other);
   std::optional<double> mean() const;
@@ -45,33 +38,21 @@ struct MomentSums {
 
 /// Sums of pairs of standard normals.
 struct NeighbourSums {
-  uint64_t n = 0;
-  double ab = 0;
-  double aa = 0;
-  double bb = 0;
-
-  template <typename V>
-  void visit(V& v) {
-    v("n", n, "count", "pairs");
-    v("ab", ab, "", "sum of products");
-    v("aa", aa, "", "sum of squares of the first");
-    v("bb", bb, "", "sum of squares of the second");
-  }
+  SEXTANT_OPTIONS(
+      (uint64_t, n, 0, "count", "pairs"),
+      (double, ab, 0, "", "sum of products"),
+      (double, aa, 0, "", "sum of squares of the first"),
+      (double, bb, 0, "", "sum of squares of the second"))
   void add(double a, double b);
   void merge(const NeighbourSums& other);
   std::optional<double> correlation() const;
 };
 
 struct DepthVerification {
-  MomentSums normalised;
-  uint64_t n_valid = 0;        ///< before
-  uint64_t n_invalidated = 0;  ///< of those, not valid any more
-  template <typename V>
-  void visit(V& v) {
-    v("normalised", normalised, "", "error as a multiple of its deviation");
-    v("n_valid", n_valid, "count", "valid before");
-    v("n_invalidated", n_invalidated, "count", "of those, not valid any more");
-  }
+  SEXTANT_OPTIONS(
+      (MomentSums, normalised, {}, "", "error as a multiple of its deviation"),
+      (uint64_t, n_valid, 0, "count", "valid before"),
+      (uint64_t, n_invalidated, 0, "count", "of those, not valid any more"))
   std::optional<double> share_invalidated() const;
 };
 

@@ -19,7 +19,6 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "sextant/base/options.h"
@@ -30,16 +29,11 @@ enum class BootstrapMethod { bca, percentile };
 constexpr Names<2> names_of(BootstrapMethod) { return {"bca", "percentile"}; }
 
 struct BootstrapOptions {
-  int replicates = 2000;
-  double confidence = 0.95;
-  BootstrapMethod method = BootstrapMethod::bca;
-  uint64_t seed = 1;
-  void visit(auto& v) {
-    v("replicates", replicates, "count", "resamples");
-    v("confidence", confidence, "0..1", "share of intervals that hold the true value");
-    v("method", method, "", "of the interval");
-    v("seed", seed, "", "of the resampling");
-  }
+  SEXTANT_OPTIONS(
+      (int, replicates, 2000, "count", "resamples"),
+      (double, confidence, 0.95, "0..1", "share of intervals that hold the true value"),
+      (BootstrapMethod, method, BootstrapMethod::bca, "", "of the interval"),
+      (uint64_t, seed, 1, "", "of the resampling"))
   void check() const;
 };
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "sextant/base/error.h"
 #include "sextant/base/philox.h"

@@ -9,7 +9,6 @@
 //                quantile's stretch is found from these counts, and only that one is walked through
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 

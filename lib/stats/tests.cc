@@ -161,9 +161,8 @@ WilcoxonTest wilcoxon_test(std::span<const double> differences) {
     magnitudes.push_back(std::abs(d));
     positive.push_back(d > 0);
   }
-  WilcoxonTest test;
-  test.n_used = static_cast<int>(magnitudes.size());
-  test.exact = magnitudes.size() <= max_exact_wilcoxon;
+  WilcoxonTest test{.n_used = static_cast<int>(magnitudes.size()),
+                    .exact = magnitudes.size() <= max_exact_wilcoxon};
   if (magnitudes.empty()) return test;
   const std::vector<double> ranks = midranks(magnitudes);
   for (size_t i = 0; i < ranks.size(); ++i) test.W += positive[i] ? ranks[i] : 0;

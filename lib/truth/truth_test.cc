@@ -10,9 +10,7 @@ namespace {
 const Eigen::Quaterniond identity = Eigen::Quaterniond::Identity();
 
 ObjectTruth object(int id, const SE3& T_camera_object) {
-  ObjectTruth truth;
-  truth.id = id;
-  truth.T_camera_object = T_camera_object;
+  ObjectTruth truth{.id = id, .T_camera_object = T_camera_object};
   return truth;
 }
 

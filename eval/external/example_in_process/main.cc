@@ -14,12 +14,8 @@ namespace {
 using sextant::Matrix6d, sextant::Vector6d;
 
 struct LeastSquaresOptions {
-  int iterations = 10;
-
-  template <typename V>
-  void visit(V& v) {
-    v("iterations", iterations, "count", "Gauss-Newton steps");
-  }
+  SEXTANT_OPTIONS(
+      (int, iterations, 10, "count", "Gauss-Newton steps"))
   void check() const { sextant::check_option(iterations > 0, "iterations", iterations, "> 0"); }
 };
 
@@ -29,9 +25,7 @@ class LeastSquares final : public sextant::Estimator {
 
   sextant::MotionEstimate estimate(const sextant::Problem& problem,
                                    const sextant::StartingPoint& start) const override {
-    sextant::MotionEstimate result;
-    result.T_curr_prev = start.T_curr_prev;
-    result.inliers = start.inliers;
+    sextant::MotionEstimate result{.T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
     Matrix6d hessian;
     for (; result.iterations < options_.iterations; ++result.iterations) {
       Vector6d gradient;

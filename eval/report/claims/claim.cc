@@ -47,20 +47,20 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
       "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: the "
       "whole interval agrees with the statement or contradicts it. Objects are numbered by distance, as in "
       "the paper.",
-      {{"claim", "claim", Align::left, 0, true, true},
+      {Column::text("claim").folded().only_in_files(),
        {.key = "statement", .title = "statement", .align = Align::left, .fold = true, .says_itself = true},
-       {"place", "place", Align::left, 0, true},
-       {"dataset", "dataset", Align::left, 0, true},
-       {"sequence", "sequence", Align::left, 0, true},
-       {"estimator", "estimator", Align::left},
-       {"subject", "subject", Align::left},
-       {"quantity", "quantity", Align::left},
+       Column::text("place").folded(),
+       Column::text("dataset").folded(),
+       Column::text("sequence").folded(),
+       Column::text("estimator"),
+       Column::text("subject"),
+       Column::text("quantity"),
        {.key = "value", .title = "value", .significant = 3},
        {.key = "low", .title = "low", .range = "95 % interval", .significant = 3},
        {.key = "high", .title = "high", .significant = 3},
-       {"stated", "stated", Align::left},
-       {"verdict", "verdict", Align::left},
-       {"records", "records", Align::left, 0, true}}};
+       Column::text("stated"),
+       Column::text("verdict"),
+       Column::text("records").folded()}};
   for (const auto& [claim, results] : checked) {
     if (results.empty())
       table.notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");

@@ -1,7 +1,6 @@
 #include "sextant/eval/report/figures/error_figures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -135,7 +134,7 @@ void add_box_row(const std::string& kind, const BodyRecords& body, const std::st
   const std::vector<double> values = error_sample(records, kind, Clusters(records)).values;
   // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
   if (values.empty() || quantile(values, 0.05) < 1e-9) return;
-  std::vector<Cell> cells = {kind, body.title, estimator, x, static_cast<double>(values.size())};
+  std::vector<Cell> cells = {kind, body.title, estimator, x, values.size()};
   std::ranges::move(box_cells(values), std::back_inserter(cells));
   data.add_row(std::move(cells));
 }
@@ -206,11 +205,7 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
       legend.push_back({estimator_title(estimator),
                         fmt::format("with boxes fc rgb \"{}\" fs transparent solid 0.35 border",
                                     estimator_colour(estimator))});
-    PanelLayout layout;
-    layout.left_cm = 1.9;
-    layout.panel_height_cm = 4.4;
-    layout.bottom_cm = 0.6;
-    layout.top_cm = 0.25;
+    PanelLayout layout{.panel_height_cm = 4.4, .left_cm = 1.9, .bottom_cm = 0.6, .top_cm = 0.25};
     set_panels(layout, legend, panels, figure);
     figure.caption = fmt::format(
         "Distribution of the errors, {}: median, quartiles, whiskers at 5 and 95 %, over all pairs and "

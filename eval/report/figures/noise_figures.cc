@@ -72,7 +72,7 @@ Table level_data(const std::vector<Line>& lines, IntervalEstimate SampleSummary:
       add_error(known, bar_error(), statistic, cells);
       const Efficiency* limit =
           known == nullptr ? nullptr : find_in(known->limit.efficiency, curve_error().name);
-      cells.push_back(cell(limit ? std::optional(limit->bound) : std::nullopt));
+      cells.push_back(limit ? std::optional(limit->bound) : std::nullopt);
     }
     table.add_row(std::move(cells));
   }
@@ -263,7 +263,7 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
     for (const AchievedNoiseRow* row : of_source) {
       std::vector<Cell> cells = {row->requested_px};
       for (const std::string& channel : channels) {
-        cells.push_back(cell(channel == row->channel ? std::optional(row->achieved_px) : std::nullopt));
+        cells.push_back(channel == row->channel ? std::optional(row->achieved_px) : std::nullopt);
       }
       figure.data.add_row(std::move(cells));
       present.insert(row->channel);

@@ -1,16 +1,11 @@
 #include "sextant/eval/report/figures/noise_figures.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "sextant/datasets/codec/testing.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"
 
 namespace sextant {
 namespace {
-
-using testing::HasSubstr;
 
 std::vector<NoiseLevelRow> rows() {
   std::vector<NoiseLevelRow> rows;
@@ -62,12 +57,11 @@ TEST(NoiseFigures, GnuplotsWordsReachTheUser) {
 }
 
 TEST(NoiseFigures, AchievedNoiseIsDrawnByChannel) {
-  AchievedNoiseRow row;
-  row.parameter = "depth.delta_d_px";
-  row.source = "synthetic:s18";
-  row.channel = "depth";
-  row.requested_px = 0.2;
-  row.achieved_px = 0.201;
+  AchievedNoiseRow row{.parameter = "depth.delta_d_px",
+                       .source = "synthetic:s18",
+                       .channel = "depth",
+                       .requested_px = 0.2,
+                       .achieved_px = 0.201};
   const std::vector<Figure> figures = achieved_noise_figures({row});
   ASSERT_EQ(figures.size(), 1U);
   EXPECT_EQ(figures[0].name, "achieved_depth.delta_d_px_synthetic-s18");

@@ -1,8 +1,5 @@
 // Figures of errors, efficiency, speed and tracks: drawn by gnuplot, and functions of their rows.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/figures/efficiency_figures.h"
@@ -14,8 +11,6 @@
 
 namespace sextant {
 namespace {
-
-using testing::HasSubstr;
 
 std::vector<Record> records() {
   std::vector<Record> records;

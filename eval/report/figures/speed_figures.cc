@@ -46,9 +46,8 @@ std::map<int, double> truth_of(const RecordRefs& records) {
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
               Table& data) {
   for (const auto& [frame, v] : truth_of(of_body)) {
-    data.add_row({body, "truth", static_cast<double>(frame), v,
-                  cell(floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt),
-                  cell(floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt)});
+    data.add_row({body, "truth", frame, v, floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt,
+                  floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt});
   }
   for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
     for (const Record* record : of_body) {

@@ -74,8 +74,8 @@ std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const s
 }
 
 void add_position(const std::optional<Eigen::Vector3d>& p, std::vector<Cell>& cells) {
-  cells.push_back(cell(p ? std::optional(p->x()) : std::nullopt));
-  cells.push_back(cell(p ? std::optional(p->z()) : std::nullopt));
+  cells.push_back(p ? std::optional(p->x()) : std::nullopt);
+  cells.push_back(p ? std::optional(p->z()) : std::nullopt);
 }
 
 bool is_estimated(const BodyTrack& track) {
@@ -149,7 +149,7 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     const std::string style = fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.35", colour,
                                           filled_point(legend.size()));
     for (const TrackPoint& p : track.points) {
-      std::vector<Cell> cells = {track.body, static_cast<double>(p.frame)};
+      std::vector<Cell> cells = {track.body, p.frame};
       add_position(p.estimate_m, cells);
       add_position(p.truth_m, cells);
       figure.data.add_row(std::move(cells));

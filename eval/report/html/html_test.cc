@@ -13,14 +13,10 @@ using testing::HasSubstr;
 using testing::Not;
 
 ReportDocument document_of(Table table) {
-  ReportDocument document;
-  document.title = "Errors <of> \"everything\" & more";
-  document.abstract = "One paragraph.";
+  ReportDocument document{.title = "Errors <of> \"everything\" & more", .abstract = "One paragraph."};
   document.verdicts = {{"Table III", "not reproduced", "0.005 against 0.012 m", "#mot_all"},
                        {"5 < 6", "reproduced", "5", ""}};
-  Figure figure;
-  figure.name = "line";
-  figure.caption = "A 'line'";
+  Figure figure{.name = "line", .caption = "A 'line'"};
   figure.data.columns = {{"x", "x"}};
   figure.data.rows = {{1.0}, {2.0}};
   figure.script = "plot data using (column(\"x\")):(column(\"x\")) with lines notitle\n";
@@ -36,10 +32,7 @@ ReportDocument document_of(Table table) {
 }
 
 Table small_table() {
-  Table table{
-      "Errors",
-      "",
-      {{"set", "set", Align::left, 0, true}, {"Et_m", "E_t [m]"}, {"verdict", "verdict", Align::left}}};
+  Table table{"Errors", "", {Column::text("set").folded(), {"Et_m", "E_t [m]"}, Column::text("verdict")}};
   table.rows = {{"s18", 0.12345, "within"}, {"s18", Cell(), "outside"}};
   return table;
 }
@@ -97,7 +90,7 @@ TEST(Html, SplitTablesSayOnceInWhatTheirPartsAgree) {
 
 TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
   Table table;
-  table.columns = {{"records", "records", Align::left}};
+  table.columns = {Column::text("records")};
   table.add_row({"parts/sets_replay/records.jsonl"});
   EXPECT_THAT(
       report_folder(document_of(table), {}).at("report.html"),

@@ -13,16 +13,12 @@ Table attribution_table(const Evidence& evidence) {
       "up. The first row of a path is the published code's function (motion_only, or joint_flow) on its "
       "points: RANSAC inliers at 0.3 px, for joint and the camera all static matches. The last row is our "
       "default.",
-      {{"set", "set", Align::left, 0, true},
-       {"data", "data", Align::left},
-       {"body", "body", Align::left},
-       {"path", "from", Align::left},
-       {"decision", "decision", Align::left},
-       {"Et_m", "E_t [m]", Align::right, 4}}};
+      {Column::text("set").folded(), Column::text("data"), Column::text("body"), Column::text("path", "from"),
+       Column::text("decision"), Column::number("Et_m", "E_t [m]", 4)}};
   table.add_columns(range_columns("Et_low", "Et_high", 4));
-  table.columns.push_back({"change_m", "change [m]", Align::right, 4});
+  table.columns.push_back(Column::number("change_m", "change [m]", 4));
   table.add_columns(range_columns("change_low", "change_high", 4));
-  table.columns.push_back({"factor", "factor", Align::right, 2});
+  table.columns.push_back(Column::number("factor", 2));
   for (const AttributionPath& path : attribution_paths(evidence)) {
     for (size_t k = 0; k < path.steps.size(); ++k) {
       const AttributionStep& step = path.steps[k];

@@ -73,7 +73,7 @@ Table flow_error_table(const Evidence& evidence) {
       "injected as the deviations of Gaussian noise, as in the paper's own sweep, and what came out is "
       "shown. A Gaussian of deviation s has a mean absolute error of 0.80 s, so the harness that calls s the "
       "EPE stays 20 % below it.",
-      {{"body", "body", Align::left}}, 2);
+      {Column::text("body")}, 2);
   const Json& published = evidence.published.at("tab:flow_err");
   bool measured = false;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {

@@ -11,7 +11,7 @@ namespace {
 /// RMS / bound with its interval, from an efficiency.
 void add_ratio(const Efficiency* efficiency, double rms, std::vector<Cell>& cells) {
   cells.emplace_back(rms);
-  cells.push_back(cell(efficiency ? std::optional(efficiency->bound) : std::nullopt));
+  cells.push_back(efficiency ? std::optional(efficiency->bound) : std::nullopt);
   std::optional<IntervalEstimate> ratio;
   if (efficiency) ratio = IntervalEstimate{1 / efficiency->efficiency, std::nullopt};
   if (efficiency && efficiency->interval)
@@ -23,8 +23,8 @@ void add_ratio_columns(const MetricDefinition& error, Table& table) {
   const std::string key = error.stem() + "_ratio";
   table.add_columns(
       {{error.key("rms"), fmt::format("{} RMS [{}]", error.symbol, error.unit), Align::right, 5},
-       {error.key("bound"), "bound", Align::right, 5},
-       {key, "RMS / bound", Align::right, 2}});
+       Column::number(error.key("bound"), "bound", 5),
+       Column::number(key, "RMS / bound", 2)});
   table.add_columns(range_columns(key + "_low", key + "_high", 2));
 }
 
@@ -37,14 +37,11 @@ Table limit_table(const Evidence& evidence) {
       "bound from flow and previous depth; intervals over seeds. 1 is the best an "
       "unbiased estimator can do without the current depth, which joint_flow_depth also uses. ANEES is 6 within its "
       "interval for an estimator that knows its own error. Noise as in Table III.",
-      {{"set", "set", Align::left},
-       {"data", "data", Align::left},
-       {"body", "body", Align::left},
-       {"estimator", "estimator", Align::left}}};
+      {Column::text("set"), Column::text("data"), Column::text("body"), Column::text("estimator")}};
   for (const MetricDefinition* error : bounded_errors()) add_ratio_columns(*error, table);
-  table.columns.push_back({"anees", "ANEES", Align::right, 2});
+  table.columns.push_back(Column::number("anees", "ANEES", 2));
   table.add_columns(range_columns("anees_low", "anees_high", 2));
-  table.columns.push_back({"pairs", "pairs", Align::right, 0});
+  table.columns.push_back(Column::count("pairs"));
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
     for (const SetData& data : set_data()) {
       for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter))) {
@@ -58,7 +55,7 @@ Table limit_table(const Evidence& evidence) {
           }
           const std::optional<Consistency>& c = limit.consistency;
           add_estimate(c ? std::optional(IntervalEstimate{c->anees, c->expected}) : std::nullopt, cells);
-          cells.emplace_back(static_cast<double>(estimated.size()));
+          cells.emplace_back(estimated.size());
           table.add_row(std::move(cells));
         }
       }

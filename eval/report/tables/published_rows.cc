@@ -1,6 +1,5 @@
 #include "sextant/eval/report/tables/published_rows.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -82,9 +81,9 @@ Table published_table(const std::string& title, const std::string& caption, std:
                       int decimals) {
   Table table{title, caption + " " + comparison_caption, std::move(labels)};
   const auto number = [&](const char* key, const char* name) {
-    table.columns.push_back({key, name, Align::right, decimals});
+    table.columns.push_back(Column::number(key, name, decimals));
   };
-  table.columns.push_back({"quantity", "quantity", Align::left});
+  table.columns.push_back(Column::text("quantity"));
   number("published", "published");
   number("reproduced", "reproduced");
   table.add_columns(range_columns("low", "high", decimals));
@@ -92,11 +91,11 @@ Table published_table(const std::string& title, const std::string& caption, std:
   table.columns.back().range = "single runs";
   number("run_high", "run high");
   number("difference", "difference");
-  table.columns.push_back({"verdict", "verdict", Align::left});
-  table.columns.push_back({"pairs", "pairs", Align::right, 0});
-  table.columns.push_back({"seeds", "seeds", Align::right, 0});
-  table.columns.push_back({"data", "data", Align::left, 0, true});
-  table.columns.push_back({"records", "records", Align::left, 0, false, true});
+  table.columns.push_back(Column::text("verdict"));
+  table.columns.push_back(Column::count("pairs"));
+  table.columns.push_back(Column::count("seeds"));
+  table.columns.push_back(Column::text("data").folded());
+  table.columns.push_back(Column::text("records").only_in_files());
   return table;
 }
 
@@ -104,13 +103,13 @@ std::vector<Cell> published_cells(const PaperRow& row) {
   std::vector<Cell> cells(row.labels.begin(), row.labels.end());
   const std::optional<Measured>& m = row.measured;
   cells.emplace_back(row.quantity);
-  cells.push_back(cell(row.published));
+  cells.push_back(row.published);
   add_estimate(m, cells);
   add_interval(m ? m->one_run : std::nullopt, cells);
-  cells.push_back(cell(m && row.published ? std::optional(m->value - *row.published) : std::nullopt));
+  cells.push_back(m && row.published ? std::optional(m->value - *row.published) : std::nullopt);
   cells.emplace_back(published_verdict(row.published, m));
-  cells.push_back(cell(m ? std::optional<double>(m->n_pairs) : std::nullopt));
-  cells.push_back(cell(m ? std::optional<double>(m->n_seeds) : std::nullopt));
+  cells.push_back(m ? std::optional<double>(m->n_pairs) : std::nullopt);
+  cells.push_back(m ? std::optional<double>(m->n_seeds) : std::nullopt);
   cells.emplace_back(row.data.empty() && !m ? "none" : row.data);
   cells.emplace_back(row.records.empty() ? "" : fmt::format("parts/{}/records.jsonl", row.records));
   return cells;

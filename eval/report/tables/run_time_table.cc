@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
@@ -26,8 +25,8 @@ void add_systems(const Evidence& evidence, double published_ms, Table& table) {
     }
     for (const auto& [key, rounds] : frames) {
       const std::vector<double> ms = best_rounds_ms(rounds);
-      table.add_row({key.first, key.second, "frame, stored", median(ms), quantile(ms, 0.95), published_ms,
-                     static_cast<double>(ms.size())});
+      table.add_row(
+          {key.first, key.second, "frame, stored", median(ms), quantile(ms, 0.95), published_ms, ms.size()});
     }
   }
 }
@@ -87,15 +86,17 @@ Table run_time_table(const Evidence& evidence) {
       "rendering the images (decode) and the networks are not in it. The machine stands in the provenance. Stored: "
       "the published systems' own times, measured once on another occasion; beside ours of the same run in table IX.",
       fps, ms_per_s / fps);
-  table.columns = {
-      {"data", "data", Align::left},           {"estimator", "estimator", Align::left},
-      {"stage", "stage", Align::left},         {"median_ms", "median [ms]", Align::right, 2},
-      {"q95_ms", "q95 [ms]", Align::right, 2}, {"published_ms", "published [ms]", Align::right, 0},
-      {"pairs", "pairs", Align::right, 0}};
+  table.columns = {Column::text("data"),
+                   Column::text("estimator"),
+                   Column::text("stage"),
+                   Column::number("median_ms", "median [ms]", 2),
+                   Column::number("q95_ms", "q95 [ms]", 2),
+                   Column::count("published_ms", "published [ms]"),
+                   Column::count("pairs")};
   for (const RunTimes& times : run_times(evidence)) {
     for (const auto& [stage, ms] : times.by_stage) {
       table.add_row({times.data, times.estimator, stage, median(ms), quantile(ms, 0.95),
-                     stage == frame_stage ? Cell(ms_per_s / fps) : Cell(), static_cast<double>(ms.size())});
+                     stage == frame_stage ? Cell(ms_per_s / fps) : Cell(), ms.size()});
     }
   }
   add_systems(evidence, ms_per_s / fps, table);

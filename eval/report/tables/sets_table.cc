@@ -1,7 +1,6 @@
 // Table III: motion_only, joint_flow and joint_flow_depth on the paper's three sets.
 
 #include <array>
-#include <set>
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_sets.h"
@@ -89,10 +88,7 @@ Table sets_table(const Evidence& evidence) {
       "delta_d 0.2 px, flow of Table II. Estimators with a name behind the comma follow a procedure "
       "(eval/procedures): release, the published code, under its own noise (delta_d 0.15 px, one draw a frame); "
       "table, which points fit the printed numbers best; text, what the paper says. joint_flow_depth is ours.",
-      {{"set", "set", Align::left, 0, true},
-       {"body", "body", Align::left},
-       {"estimator", "estimator", Align::left}},
-      4);
+      {Column::text("set").folded(), Column::text("body"), Column::text("estimator")}, 4);
   for (const auto& [set, lines] : published_sets(evidence.published.at("tab:mot_all"))) {
     bool measured = false;
     for (const PartRole role : {PartRole::sets, PartRole::sets_paper}) {

@@ -1,6 +1,5 @@
 // Table IX (ours): the published systems beside ours, accuracy, coverage and time per frame of one run.
 
-#include <algorithm>
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
@@ -75,21 +74,14 @@ Table systems_table(const Evidence& evidence) {
       "estimated pairs of those with truth, objects that move by truth. Frame: the program's own time "
       "without reading files, the best of the three rounds, median over frames; in ours extraction, camera "
       "and objects on one thread. The programs use threads of their own, and the machine did other work too.",
-      {{"data", "data", Align::left, 0, true},
-       {"estimator", "estimator", Align::left},
-       {"Et_m", "camera E_t [m]", Align::right, 4},
-       {"ER_deg", "E_R [deg]", Align::right, 4},
-       {"coverage_percent", "coverage [%]", Align::right, 0},
-       {"objects_Et_m", "objects E_t [m]", Align::right, 4},
-       {"objects_ER_deg", "E_R [deg]", Align::right, 4},
-       {"objects_Ev_kmh", "E_v [km/h]", Align::right, 2},
-       {"objects_coverage_percent", "coverage [%]", Align::right, 0},
-       {"frame_ms", "frame [ms]", Align::right, 1},
-       {"frame_ratio", "in frames of joint_flow", Align::right, 1},
-       {"repository", "repository", Align::left},
-       {"commit", "commit", Align::left},
-       {"sees", "sees of the truth", Align::left},
-       {"changes", "changed", Align::left}}};
+      {Column::text("data").folded(), Column::text("estimator"), Column::number("Et_m", "camera E_t [m]", 4),
+       Column::number("ER_deg", "E_R [deg]", 4), Column::count("coverage_percent", "coverage [%]"),
+       Column::number("objects_Et_m", "objects E_t [m]", 4), Column::number("objects_ER_deg", "E_R [deg]", 4),
+       Column::number("objects_Ev_kmh", "E_v [km/h]", 2),
+       Column::count("objects_coverage_percent", "coverage [%]"), Column::number("frame_ms", "frame [ms]", 1),
+       Column::number("frame_ratio", "in frames of joint_flow", 1), Column::text("repository"),
+       Column::text("commit"), Column::text("sees", "sees of the truth"),
+       Column::text("changes", "changed")}};
   const Json descriptions = system_descriptions();
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::string, std::map<std::string, Row>> by_data;
@@ -102,10 +94,9 @@ Table systems_table(const Evidence& evidence) {
         const std::optional<double> ms = row.median_ms();
         const Json about = description_of(descriptions, estimator);
         const auto text = [&](const char* key) { return about.value(key, std::string()); };
-        table.add_row({data, estimator, cell(mean_of(row.camera.Et_m)), cell(mean_of(row.camera.ER_deg)),
-                       cell(row.camera.coverage_percent()), cell(mean_of(row.objects.Et_m)),
-                       cell(mean_of(row.objects.ER_deg)), cell(mean_of(row.objects.Ev_kmh)),
-                       cell(row.objects.coverage_percent()), cell(ms),
+        table.add_row({data, estimator, mean_of(row.camera.Et_m), mean_of(row.camera.ER_deg),
+                       row.camera.coverage_percent(), mean_of(row.objects.Et_m), mean_of(row.objects.ER_deg),
+                       mean_of(row.objects.Ev_kmh), row.objects.coverage_percent(), ms,
                        ms && unit ? Cell(*ms / *unit) : Cell(), text("repository"), text("commit"),
                        text("sees"), text("changes")});
       }

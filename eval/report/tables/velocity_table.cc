@@ -1,7 +1,5 @@
 // Table V: velocity errors per sequence and object.
 
-#include <array>
-#include <map>
 #include <set>
 
 #include "sextant/eval/report/record_reading.h"
@@ -87,7 +85,7 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
     if (group != nullptr && !measured) row.data += ": no moving object of this group within the gates";
     row.records = part;
     std::vector<Cell> cells = published_cells(row);
-    cells.push_back(cell(coverage));
+    cells.push_back(coverage);
     table.add_row(std::move(cells));
   };
   const auto mean_of = [&](NumberMap map, const char* key) {
@@ -106,11 +104,8 @@ Table velocity_table(const Evidence& evidence) {
       "Preset paper: mean over tracked pairs of the absolute difference of estimated and true speed at the same "
       "point. Tracks: pairs in which the object was estimated; coverage: of those in which it moves by truth. "
       "A part of a sequence has fewer tracks than the whole, and the paper's are those of the whole.",
-      {{"sequence", "sequence", Align::left},
-       {"objects", "objects", Align::left},
-       {"estimator", "estimator", Align::left}},
-      2);
-  table.columns.push_back({"coverage_percent", "coverage [%]", Align::right, 1});
+      {Column::text("sequence"), Column::text("objects"), Column::text("estimator")}, 2);
+  table.columns.push_back(Column::number("coverage_percent", "coverage [%]", 1));
   std::vector<const Json*> unmeasured;
   for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
     bool measured = false;

@@ -14,24 +14,14 @@
 namespace sextant {
 
 struct JointFlowOptions {
-  double sigma_projection_px = 0.4;
-  double sigma_flow_px = 0.8;
-  double huber_projection = 1.345;
-  double huber_flow = 1.345;
-  Robust robust = Robust::huber;
-  CovarianceOf covariance = CovarianceOf::independent;
-  SolverOptions solver;
-
-  void visit(auto& v) {
-    v("sigma_projection_px", sigma_projection_px, "px",
-      "Sigma_1: reprojection error of the refined flow, per axis");
-    v("sigma_flow_px", sigma_flow_px, "px", "Sigma_2: error of the measured flow, per axis");
-    v("huber_projection", huber_projection, "sigmas", "Huber threshold of the reprojection term");
-    v("huber_flow", huber_flow, "sigmas", "Huber threshold of the flow term");
-    v("robust", robust, "", "kernel");
-    v("covariance", covariance, "", covariance_meaning);
-    v("solver", solver, "", "Levenberg-Marquardt");
-  }
+  SEXTANT_OPTIONS(
+      (double, sigma_projection_px, 0.4, "px", "Sigma_1: reprojection error of the refined flow, per axis"),
+      (double, sigma_flow_px, 0.8, "px", "Sigma_2: error of the measured flow, per axis"),
+      (double, huber_projection, 1.345, "sigmas", "Huber threshold of the reprojection term"),
+      (double, huber_flow, 1.345, "sigmas", "Huber threshold of the flow term"),
+      (Robust, robust, Robust::huber, "", "kernel"),
+      (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
+      (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
   void check() const;
 
   HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }

@@ -1,7 +1,6 @@
 #include "sextant/estimator/estimators/joint_flow_depth.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "sextant/estimator/solvers/chi_square.h"

@@ -20,38 +20,23 @@
 namespace sextant {
 
 struct JointFlowDepthOptions {
-  double sigma_flow_u_px = 0;
-  double sigma_flow_v_px = 0;
-  double delta_d_px = 0;
-  DepthErrors depth_noise = DepthErrors::depth;
-  bool use_depth_curr = true;
-  double plane_radius_px = 6;
-  double projection_share = 0.04;
-  Robust robust = Robust::geman_mcclure_gnc;
-  double huber = 1.345;
-  double scale = 0;
-  double gate = 0.9999;
-  CovarianceOf covariance = CovarianceOf::correlated;
-  SolverOptions solver{.step_tolerance = 1e-9};
-
-  void visit(auto& v) {
-    v("sigma_flow_u_px", sigma_flow_u_px, "px",
-      "standard deviation of the flow along u; 0 = declared by the problem, else estimated");
-    v("sigma_flow_v_px", sigma_flow_v_px, "px", "the same along v");
-    v("delta_d_px", delta_d_px, "px", "standard deviation of the disparity behind the depths; 0 likewise");
-    v("depth_noise", depth_noise, "", "what is Gaussian");
-    v("use_depth_curr", use_depth_curr, "", "use the depth measured in the current frame as well");
-    v("plane_radius_px", plane_radius_px, "px",
-      "the current depth counts where the points within this distance agree with a plane, whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + flow");
-    v("projection_share", projection_share, "fraction of the variance",
-      "of the flow that its reprojection term has; decides the refined flow only, not the motion");
-    v("robust", robust, "", "kernel");
-    v("huber", huber, "sigmas", "threshold of robust = huber");
-    v("scale", scale, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance");
-    v("gate", gate, "probability", "a point is used when its chi-square probability is smaller");
-    v("covariance", covariance, "", covariance_meaning);
-    v("solver", solver, "", "Levenberg-Marquardt");
-  }
+  SEXTANT_OPTIONS(
+      (double, sigma_flow_u_px, 0, "px",
+       "standard deviation of the flow along u; 0 = declared by the problem, else estimated"),
+      (double, sigma_flow_v_px, 0, "px", "the same along v"),
+      (double, delta_d_px, 0, "px", "standard deviation of the disparity behind the depths; 0 likewise"),
+      (DepthErrors, depth_noise, DepthErrors::depth, "", "what is Gaussian"),
+      (bool, use_depth_curr, true, "", "use the depth measured in the current frame as well"),
+      (double, plane_radius_px, 6, "px",
+       "the current depth counts where the points within this distance agree with a plane, whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + flow"),
+      (double, projection_share, 0.04, "fraction of the variance",
+       "of the flow that its reprojection term has; decides the refined flow only, not the motion"),
+      (Robust, robust, Robust::geman_mcclure_gnc, "", "kernel"),
+      (double, huber, 1.345, "sigmas", "threshold of robust = huber"),
+      (double, scale, 0, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance"),
+      (double, gate, 0.9999, "probability", "a point is used when its chi-square probability is smaller"),
+      (CovarianceOf, covariance, CovarianceOf::correlated, "", covariance_meaning),
+      (SolverOptions, solver, {.step_tolerance = 1e-9}, "", "Levenberg-Marquardt"))
   void check() const;
 };
 

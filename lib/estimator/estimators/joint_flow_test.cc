@@ -31,9 +31,7 @@ TEST_P(JointFlowAgainstCeres, SamePoseAndFlows) {
 TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {
   const Case& c = GetParam();
   const HuberKernel kernel = c.options.effective_kernel();
-  MotionOnlyOptions matched;
-  matched.sigma_px = kernel.sigma_px;
-  matched.huber = kernel.threshold;
+  MotionOnlyOptions matched{.sigma_px = kernel.sigma_px, .huber = kernel.threshold};
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const RandomProblem random = make_random_problem(seed, c.problem);
     const MotionEstimate joint = JointFlow(c.options).estimate(random.problem, random.start);
@@ -51,11 +49,10 @@ TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {
 
 JointFlowOptions with(double sigma_projection, double sigma_flow, double huber_projection,
                       double huber_flow) {
-  JointFlowOptions options;
-  options.sigma_projection_px = sigma_projection;
-  options.sigma_flow_px = sigma_flow;
-  options.huber_projection = huber_projection;
-  options.huber_flow = huber_flow;
+  JointFlowOptions options{.sigma_projection_px = sigma_projection,
+                           .sigma_flow_px = sigma_flow,
+                           .huber_projection = huber_projection,
+                           .huber_flow = huber_flow};
   return options;
 }
 

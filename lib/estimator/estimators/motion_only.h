@@ -12,19 +12,12 @@
 namespace sextant {
 
 struct MotionOnlyOptions {
-  double sigma_px = 1.0;
-  double huber = 1.345;  // 95 % efficiency on Gaussian data (Huber 1981)
-  Robust robust = Robust::huber;
-  CovarianceOf covariance = CovarianceOf::independent;
-  SolverOptions solver;
-
-  void visit(auto& v) {
-    v("sigma_px", sigma_px, "px", "standard deviation of the reprojection error per axis");
-    v("huber", huber, "sigmas", "Huber threshold");
-    v("robust", robust, "", "kernel");
-    v("covariance", covariance, "", covariance_meaning);
-    v("solver", solver, "", "Levenberg-Marquardt");
-  }
+  SEXTANT_OPTIONS(
+      (double, sigma_px, 1.0, "px", "standard deviation of the reprojection error per axis"),
+      (double, huber, 1.345, "sigmas", "Huber threshold"),  // 95 % efficiency on Gaussian data (Huber 1981)
+      (Robust, robust, Robust::huber, "", "kernel"),
+      (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
+      (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
   void check() const;
 };
 

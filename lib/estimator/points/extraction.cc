@@ -236,13 +236,12 @@ FramePair extract_frame_pair(const Frame& prev, const Frame& curr, const StereoC
                              const ExtractionOptions& options) {
   check_frame(prev, true);
   check_frame(curr, false);
-  FramePair pair;
-  pair.prev = prev.index;
-  pair.curr = curr.index;
-  pair.dt_s = dt_s;
-  pair.width = prev.gray.width();
-  pair.height = prev.gray.height();
-  pair.camera = camera;
+  FramePair pair{.prev = prev.index,
+                 .curr = curr.index,
+                 .dt_s = dt_s,
+                 .width = prev.gray.width(),
+                 .height = prev.gray.height(),
+                 .camera = camera};
   const Instances instances_prev(prev.mask);
   const Instances instances_curr(curr.mask);
   pair.background = extract_background(prev, curr, instances_prev, instances_curr, options);

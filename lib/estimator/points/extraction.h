@@ -17,21 +17,13 @@
 namespace sextant {
 
 struct ExtractionOptions {
-  int fast_threshold = 7;
-  int cell_px = 20;
-  int features_per_cell = 2;
-  int mask_margin_px = 2;
-  double max_static_depth_m = 40.0;
-  int object_step_px = 3;
-
-  void visit(auto& v) {
-    v("fast_threshold", fast_threshold, "gray levels", "FAST-9 contrast of a corner");
-    v("cell_px", cell_px, "px", "side of the cells over which features are spread");
-    v("features_per_cell", features_per_cell, "count", "strongest corners kept per cell");
-    v("mask_margin_px", mask_margin_px, "px", "static features keep this distance from instances");
-    v("max_static_depth_m", max_static_depth_m, "m", "farthest static feature");
-    v("object_step_px", object_step_px, "px", "object points are every n-th pixel (paper: 3)");
-  }
+  SEXTANT_OPTIONS(
+      (int, fast_threshold, 7, "gray levels", "FAST-9 contrast of a corner"),
+      (int, cell_px, 20, "px", "side of the cells over which features are spread"),
+      (int, features_per_cell, 2, "count", "strongest corners kept per cell"),
+      (int, mask_margin_px, 2, "px", "static features keep this distance from instances"),
+      (double, max_static_depth_m, 40.0, "m", "farthest static feature"),
+      (int, object_step_px, 3, "px", "object points are every n-th pixel (paper: 3)"))
   void check() const;
 };
 

@@ -12,9 +12,7 @@ constexpr int height = 120;
 
 /// A chequered image with flow (2, 1), depth 10 m, no instances.
 Frame make_frame(int index) {
-  Frame frame;
-  frame.index = index;
-  frame.gray = Image<uint8_t>(width, height);
+  Frame frame{.index = index, .gray = Image<uint8_t>(width, height)};
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x)
       frame.gray(x, y) = (x / 5 + y / 5) % 2 == 0 ? 200 : 40 + (x * 7 + y * 3) % 20;

@@ -31,9 +31,8 @@ void CeresMotion::solve(const Problem& problem, MotionEstimate& estimate) {
   options_.linear_solver_ordering->AddElementToGroup(motion_.data(), 1);
   ceres::Solver::Summary summary;
   ceres::Solve(options_, &problem_, &summary);
-  SolverResult solution;
-  solution.T_curr_prev = from_block(motion_.data());
-  solution.iterations = static_cast<int>(summary.iterations.size());
+  SolverResult solution{.T_curr_prev = from_block(motion_.data()),
+                        .iterations = static_cast<int>(summary.iterations.size())};
   solution.at_optimum.cost = summary.IsSolutionUsable() ? summary.final_cost : INFINITY;
   if (!take_solution(solution, estimate)) return;
   ceres::Covariance covariance(ceres::Covariance::Options{});

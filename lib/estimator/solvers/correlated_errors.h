@@ -19,7 +19,6 @@
 // distance. Its estimate is one more unknown beside the motion; what its square has beyond its own variance is
 // added to the covariance as that of a common error.
 
-#include <array>
 #include <vector>
 
 #include "sextant/geometry/lanes.h"

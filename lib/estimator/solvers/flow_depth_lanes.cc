@@ -1,6 +1,5 @@
 #include "sextant/estimator/solvers/flow_depth_lanes.h"
 
-#include <cmath>
 #include <limits>
 
 namespace sextant {

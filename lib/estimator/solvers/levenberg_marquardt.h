@@ -13,14 +13,10 @@
 namespace sextant {
 
 struct SolverOptions {
-  int max_iterations = 100;
-  double step_tolerance = 1e-12;
-
-  void visit(auto& v) {
-    v("max_iterations", max_iterations, "count", "upper limit of Levenberg-Marquardt steps");
-    v("step_tolerance", step_tolerance, "m, rad",
-      "stop when the largest component of a step is smaller; of Newton's, what it leaves");
-  }
+  SEXTANT_OPTIONS(
+      (int, max_iterations, 100, "count", "upper limit of Levenberg-Marquardt steps"),
+      (double, step_tolerance, 1e-12, "m, rad",
+       "stop when the largest component of a step is smaller; of Newton's, what it leaves"))
   void check() const;
 };
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "sextant/estimator/solvers/normal_sums.h"
 #include "sextant/estimator/solvers/robust_kernel.h"

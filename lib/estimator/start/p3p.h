@@ -9,7 +9,6 @@
 // length. Degenerate triangles give no solution.
 
 #include <array>
-#include <span>
 
 #include "sextant/geometry/se3.h"
 

@@ -13,21 +13,14 @@
 namespace sextant {
 
 struct RobustStartOptions {
-  double inlier_threshold_px = 1.0;
-  double confidence = 0.999;
-  int max_iterations = 500;
-  int min_iterations = 20;
-  int local_refinements = 2;
-
-  void visit(auto& v) {
-    v("inlier_threshold_px", inlier_threshold_px, "px",
-      "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which points are refined on");
-    v("confidence", confidence, "probability", "of one all-inlier sample; sets the number of samples");
-    v("max_iterations", max_iterations, "count", "most samples drawn");
-    v("min_iterations", min_iterations, "count", "fewest samples drawn");
-    v("local_refinements", local_refinements, "count",
-      "least-squares steps on the winner's inliers, each kept only if it gains inliers");
-  }
+  SEXTANT_OPTIONS(
+      (double, inlier_threshold_px, 1.0, "px",
+       "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which points are refined on"),
+      (double, confidence, 0.999, "probability", "of one all-inlier sample; sets the number of samples"),
+      (int, max_iterations, 500, "count", "most samples drawn"),
+      (int, min_iterations, 20, "count", "fewest samples drawn"),
+      (int, local_refinements, 2, "count",
+       "least-squares steps on the winner's inliers, each kept only if it gains inliers"))
   void check() const;
 };
 
