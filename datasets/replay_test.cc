@@ -139,7 +139,7 @@ TEST(ReplayScenario, ActorsAreThereWhereTheirLabelsAre) {
   EXPECT_EQ(van.id, 3);
   EXPECT_TRUE(van.T_world_object[0] && !van.T_world_object[1] && van.T_world_object[2]);
   EXPECT_NEAR(van.shape.height_m, 2.2, 1e-12);  // a usual van
-  EXPECT_TRUE(van.moving);
+  EXPECT_TRUE(van.moves(2));
   const SE3 T = scenario.T_world_camera[2].inverse() * *van.T_world_object[2];
   EXPECT_LT((T.translation() - Eigen::Vector3d(2, 1.65, 12)).norm(), 1e-12);
   scenario.check();

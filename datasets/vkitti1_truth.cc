@@ -7,6 +7,7 @@
 
 #include "sextant/base/text.h"
 #include "sextant/datasets/codec/vkitti_box.h"
+#include "sextant/datasets/vkitti_rows.h"
 
 namespace sextant {
 namespace {
@@ -14,8 +15,9 @@ namespace {
 constexpr const char* prefix = "vkitti_1.3.1_";
 constexpr const char* flat_variation = "clone";
 
-// Where `moving` is taken: in worlds 0006 and 0018 rows flagged 0 include cars that roll (docs/datasets.md).
-const std::set<std::string> reliable_moving = {"0001", "0002"};
+// Where `moving` = 0 is taken: in worlds 0006 and 0018 such rows include cars that roll (docs/datasets.md), so
+// that there the poses decide.
+const std::set<std::string> reliable_parked = {"0001", "0002"};
 
 bool is_world(std::string_view name) {
   return name.size() == 4 && std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
@@ -56,7 +58,7 @@ void for_each_sequence(const fs::path& root,
   }
 }
 
-ObjectTruth to_truth(const Vkitti1Object& row, bool moving_is_reliable) {
+ObjectTruth to_truth(const Vkitti1Object& row, bool parked_is_reliable) {
   ObjectTruth object;
   object.id = row.tid + 1;
   object.T_camera_object =
@@ -67,14 +69,14 @@ ObjectTruth to_truth(const Vkitti1Object& row, bool moving_is_reliable) {
   object.bottom = row.b;
   object.size_m = Eigen::Vector3d(row.w3d, row.h3d, row.l3d);
   object.type = row.orig_label;
-  if (moving_is_reliable) object.moving = row.moving;
+  if (row.moving || parked_is_reliable) object.moving = row.moving;
   return object;
 }
 
 void read_objects(const Vkitti1TextFiles& files, const std::string& world, InputLog& inputs,
                   Vkitti1Truth& out) {
   const std::string name = files.objects.string();
-  const bool reliable = reliable_moving.contains(world);
+  const bool reliable = reliable_parked.contains(world);
   for (const Vkitti1Object& row : decode_vkitti1_objects(inputs.read(files.objects), name)) {
     if (!files.extrinsics.empty() && !out.truth.camera.has(row.frame)) {
       fail("{}: it has objects in frame {}, of which {} has no pose: take both files from the same sequence",
@@ -83,9 +85,10 @@ void read_objects(const Vkitti1TextFiles& files, const std::string& world, Input
     out.truth.objects[row.frame].push_back(to_truth(row, reliable));
   }
   for (auto& [frame, list] : out.truth.objects) std::ranges::sort(list, {}, &ObjectTruth::id);
-  if (!reliable) {
-    out.warnings.push_back(fmt::format(
-        "{}: the column 'moving' is not used: it is relied on in worlds 0001 and 0002 only", name));
+  for (auto& [frame, list] : out.truth.objects) {
+    for (ObjectTruth& object : list) {
+      if (!object.moving) object.moving = moves(out.truth, object.id, frame);
+    }
   }
 }
 

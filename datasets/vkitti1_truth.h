@@ -9,8 +9,8 @@
 //
 // Result: T_world_camera = inverse of the extrinsics; per object id = tid + 1, T_camera_object with the
 // middle of the box's bottom face and vkitti_box.h's rotation, size_m = (w3d, h3d, l3d), type = orig_label,
-// and the box. `moving` is set in worlds 0001 and 0002 only: elsewhere cars that still roll are flagged as
-// parked.
+// and the box. `moving` is the column; where it is 0 in other worlds than 0001 and 0002, whose zeros
+// include cars that roll, the step to the next frame decides.
 
 #include <filesystem>
 #include <optional>

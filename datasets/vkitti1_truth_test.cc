@@ -80,12 +80,13 @@ TEST_F(Vkitti1Truths, WhatARowMeans) {
   EXPECT_EQ(truth.find(0, 3)->type, "Van");
 }
 
-TEST_F(Vkitti1Truths, MovingIsLeftOutWhereItIsWrong) {
+TEST_F(Vkitti1Truths, ThePosesDecideWhereParkedIsWrong) {
   put("0018_camera.txt", extrinsics);
   put("0018_objects.txt", objects_file);
   const Vkitti1Truth out = read("0018");
-  EXPECT_FALSE(out.truth.find(0, 3)->moving.has_value());
-  EXPECT_THAT(out.warnings, ElementsAre(HasSubstr("the column 'moving' is not used")));
+  EXPECT_EQ(out.truth.find(0, 3)->moving, true);
+  EXPECT_FALSE(out.truth.find(0, 5)->moving.has_value());  // there in one frame only
+  EXPECT_THAT(out.warnings, IsEmpty());
 }
 
 TEST_F(Vkitti1Truths, WhatIsNotThere) {

@@ -7,7 +7,6 @@
 namespace sextant {
 namespace {
 
-constexpr double moving_step_m = 0.01;
 constexpr int box_samples = 8;  // along each edge
 
 std::string where(const Sequence& sequence, int frame) {
@@ -28,7 +27,7 @@ void drop_leaving(Image<Flow>& flow) {
   }
 }
 
-std::optional<bool> moved(const SequenceTruth& truth, int id, int from, int to) {
+std::optional<bool> steps(const SequenceTruth& truth, int id, int from, int to) {
   const ObjectTruth* a = truth.find(from, id);
   const ObjectTruth* b = truth.find(to, id);
   const auto T_world_from = truth.camera.pose(from);
@@ -36,13 +35,7 @@ std::optional<bool> moved(const SequenceTruth& truth, int id, int from, int to) 
   if (a == nullptr || b == nullptr || !T_world_from || !T_world_to) return std::nullopt;
   const Eigen::Vector3d step =
       *T_world_to * b->T_camera_object.translation() - *T_world_from * a->T_camera_object.translation();
-  return step.norm() > moving_step_m;
-}
-
-bool is_moving(const SequenceTruth& truth, const ObjectTruth& object, int frame) {
-  if (object.moving) return *object.moving;
-  const auto next = moved(truth, object.id, frame, frame + 1);
-  return next ? *next : moved(truth, object.id, frame - 1, frame).value_or(false);
+  return step.norm() >= moving_step_m;
 }
 
 bool has_box(const ObjectTruth& object) { return object.left && object.top && object.right && object.bottom; }
@@ -74,7 +67,7 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
   row.truncation = box_truncation(sequence.info(), object);
   const double area = (row.right - row.left + 1) * (row.bottom - row.top + 1);
   row.occupancy = area > 0 ? std::clamp(extent.n_pixels / area, 0.0, 1.0) : 0.0;
-  row.moving = is_moving(sequence.truth(), object, frame);
+  row.moving = object.moving.value_or(moves(sequence.truth(), object.id, frame).value_or(false));
   row.type = object.type.empty() ? "Car" : object.type;
   return row;
 }
@@ -113,6 +106,11 @@ Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
 }
 
 }  // namespace
+
+std::optional<bool> moves(const SequenceTruth& truth, int id, int frame) {
+  const auto next = steps(truth, id, frame, frame + 1);
+  return next ? next : steps(truth, id, frame - 1, frame);
+}
 
 double box_truncation(const SequenceInfo& info, const ObjectTruth& object) {
   const PinholeCamera& camera = info.camera.left;

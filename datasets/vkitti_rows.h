@@ -4,6 +4,7 @@
 // both releases have of an object.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ struct VkittiRow {
   bool moving = false;
   std::string type;  ///< "Car" when the truth has none
 };
+
+/// What the column `moving` says: a step of moving_step_m or more to the next frame, in the last from the one
+/// before. None where the poses do not tell.
+std::optional<bool> moves(const SequenceTruth& truth, int id, int frame);
 
 /// Share of the 3-D box's volume outside of the view, on 8 x 8 x 8 points of it; needs size_m.
 double box_truncation(const SequenceInfo& info, const ObjectTruth& object);

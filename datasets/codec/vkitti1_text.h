@@ -38,7 +38,7 @@ struct Vkitti1Object {
   double truncr = 0;                  ///< 0 not truncated .. 1
   double occupr = 0;                  ///< share of the 2-D box that shows the object
   std::string orig_label;             ///< "Car", "Van", "Truck"
-  bool moving = false;                ///< relied on in worlds 0001 and 0002 only
+  bool moving = false;                ///< 0 is relied on in worlds 0001 and 0002 only
   std::string model, color;           ///< "Sedan4Door", "Silver"
 };
 

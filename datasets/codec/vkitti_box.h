@@ -12,6 +12,9 @@
 
 namespace sextant {
 
+/// m to the next frame from which on an object is flagged as moving: 0.1 m/s at 10 Hz.
+constexpr double moving_step_m = 0.01;
+
 inline constexpr double vkitti_yaw_offset_rad = 1.57079632679489661923;
 
 struct VkittiAngles {

@@ -88,23 +88,22 @@ CarShape wagon(const Eigen::Vector3f& colour) { return {colour, 4.5, 1.80, 1.50,
 CarShape delivery_van(const Eigen::Vector3f& colour) { return {colour, 5.2, 1.95, 2.25, true}; }
 
 void Cast::moving(const CarShape& shape, const Stance& start, const Drive& advance) {
-  add(shape, true, drive(start, scenario_.n_frames(), advance), 0, scenario_.n_frames());
+  add(shape, drive(start, scenario_.n_frames(), advance), 0, scenario_.n_frames());
 }
 
 void Cast::moving(const CarShape& shape, const std::vector<Stance>& stances, int from, int to) {
-  add(shape, true, stances, from, to);
+  add(shape, stances, from, to);
 }
 
 void Cast::parked(const CarShape& shape, const Stance& at) {
-  add(shape, false, std::vector<Stance>(scenario_.T_world_camera.size(), at), 0, scenario_.n_frames());
+  add(shape, std::vector<Stance>(scenario_.T_world_camera.size(), at), 0, scenario_.n_frames());
 }
 
-void Cast::add(CarShape shape, bool moving, const std::vector<Stance>& stances, int from, int to) {
+void Cast::add(CarShape shape, const std::vector<Stance>& stances, int from, int to) {
   Actor actor{.id = static_cast<int>(scenario_.actors.size()) + 1,
               .type = shape.height_m > 1.9 ? "Van" : "Car"};
   shape.seed = 1000 + static_cast<uint32_t>(actor.id);
   actor.shape = shape;
-  actor.moving = moving;
   for (int frame = 0; frame < static_cast<int>(stances.size()); ++frame) {
     const bool there = frame >= from && frame <= to;
     actor.T_world_object.push_back(there ? std::optional(pose(stances[frame], 0.0)) : std::nullopt);

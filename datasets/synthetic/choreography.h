@@ -69,7 +69,7 @@ class Cast {
   void parked(const CarShape& shape, const Stance& at);
 
  private:
-  void add(CarShape shape, bool moving, const std::vector<Stance>& stances, int from, int to);
+  void add(CarShape shape, const std::vector<Stance>& stances, int from, int to);
 
   Scenario& scenario_;
 };

@@ -318,7 +318,7 @@ SequenceTruth Renderer::truth(int first, int last) const {
       object.top = boxes[body].top;
       object.right = boxes[body].right;
       object.bottom = boxes[body].bottom;
-      object.moving = actor.moving;
+      object.moving = actor.moves(frame);
       object.size_m = Vector3d(actor.shape.width_m, actor.shape.height_m, actor.shape.length_m);
       object.type = actor.type;
       truth.objects[frame].push_back(std::move(object));

@@ -20,7 +20,6 @@ Scenario small_scenario() {
   s.world = make_street({.z_to_m = 60, .seed = 3});
   Actor car, van;
   car.id = 7;
-  car.moving = true;
   van.id = 3;
   van.type = "Van";
   van.shape = {.length_m = 4.9, .width_m = 1.9, .height_m = 2.0, .van = true};

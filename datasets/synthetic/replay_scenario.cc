@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 constexpr double usual_camera_height_m = 1.65;  // KITTI's; also that of Virtual KITTI
 constexpr double near_ground_m = 25;    // an object's wheels nearer than that tell the height of the camera
 constexpr double sight_m = 60;          // objects farther away may be hidden by houses
-constexpr double moving_step_m = 0.05;  // a frame
 
 /// Usual width, height, length (m) of what labels name.
 Vector3d usual_size_m(const std::string& type) {
@@ -46,15 +45,6 @@ Actor make_actor(const ObjectTruth& object, int n_frames) {
   return actor;
 }
 
-bool moves(const Actor& actor) {
-  for (size_t i = 1; i < actor.T_world_object.size(); ++i) {
-    const auto& before = actor.T_world_object[i - 1];
-    const auto& after = actor.T_world_object[i];
-    if (before && after && (after->translation() - before->translation()).norm() > moving_step_m) return true;
-  }
-  return false;
-}
-
 std::vector<Actor> make_actors(const SequenceTruth& truth, int first, int last,
                                const std::vector<SE3>& T_world_camera) {
   const int n_frames = last - first + 1;
@@ -69,10 +59,7 @@ std::vector<Actor> make_actors(const SequenceTruth& truth, int first, int last,
     }
   }
   std::vector<Actor> list;
-  for (auto& [id, actor] : actors) {
-    actor.moving = moves(actor);
-    list.push_back(std::move(actor));
-  }
+  for (auto& [id, actor] : actors) list.push_back(std::move(actor));
   return list;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "sextant/base/registry.h"
+#include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/datasets/synthetic/choreography.h"
 
 namespace sextant::synthetic {
@@ -22,7 +23,22 @@ std::span<const Entry> entries() {
   return table;
 }
 
+/// m; empty where the actor is missing in one of the frames.
+std::optional<double> step_m(const Actor& actor, int from, int to) {
+  const int n = static_cast<int>(actor.T_world_object.size());
+  if (from < 0 || to >= n) return std::nullopt;
+  const auto& before = actor.T_world_object[static_cast<size_t>(from)];
+  const auto& after = actor.T_world_object[static_cast<size_t>(to)];
+  if (!before || !after) return std::nullopt;
+  return (after->translation() - before->translation()).norm();
+}
+
 }  // namespace
+
+bool Actor::moves(int frame) const {
+  const auto ahead = step_m(*this, frame, frame + 1);
+  return (ahead ? *ahead : step_m(*this, frame - 1, frame).value_or(0)) >= moving_step_m;
+}
 
 Scenario make_scenario(const std::string& name) {
   Scenario scenario = find_entry(entries(), name, "scenario").make();

@@ -27,8 +27,11 @@ struct Actor {
   int id = 0;  ///< in masks and truth; 1..65535
   CarShape shape;
   std::string type = "Car";                        ///< the truth's word: "Car", "Van"
-  bool moving = false;                             ///< the truth's flag
   std::vector<std::optional<SE3>> T_world_object;  ///< one a frame; empty while it is not there
+
+  /// The truth's flag, as Virtual KITTI's: a step of 1 cm or more to the next frame; before it leaves, from the
+  /// one before.
+  bool moves(int frame) const;
 };
 
 struct Scenario {

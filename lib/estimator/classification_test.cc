@@ -75,6 +75,7 @@ const MotionEstimate background_at_rest = known_to(SE3(), Vector6d::Constant(1e-
 TEST(MotionLikelihood, CountsDeviationsBeyondTheSmallestSpeed) {
   ClassificationOptions options;
   options.test = MotionTest::likelihood;
+  options.smallest_speed_mps = 0.3;
   Vector6d deviations = Vector6d::Constant(1e-6);
   deviations.head<3>().setConstant(0.01);
   const MotionEstimate body = known_to(SE3(Eigen::Quaterniond::Identity(), {0, 0, 0.09}), deviations);
