@@ -49,7 +49,7 @@ def compare(found, wanted, what, may_lack=False, skip=None):
 
 
 # What a process that was killed may leave: all of it is removed or gone on with by the next.
-UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.incomplete/.*)$")
+UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.incomplete/.*|\.finished/.*)$")
 
 
 class ShardFaults:
@@ -159,6 +159,10 @@ class ShardFaults:
             out = self.fresh("packed")
             self.run(self.command("sweep", self.plans["summary"], "--out", out, "--cache", cache, "--jobs", 2, "--quiet"))
             compare(contents(out), self.whole["summary"], "sweep from a pack made after kill -9")
+            self.run(self.command("cache", "prune", "--cache", cache))
+            left = sorted(path.suffix for path in cache.iterdir())
+            if left != [".json", ".pack"]:
+                raise Broken(f"cache prune after kill -9 leaves {sorted(path.name for path in cache.iterdir())}")
 
         start = time.monotonic()
         self.run(words())
