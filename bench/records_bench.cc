@@ -141,7 +141,7 @@ void simdjson_lines(benchmark::State& state) {
       simdjson::ondemand::document document =
           parser.iterate(simdjson::padded_string_view(line, size, left + simdjson::SIMDJSON_PADDING)).value();
       records.push_back(read_document(document.get_object().value()));
-      if (!document.at_end()) throw simdjson::simdjson_error(simdjson::TRAILING_CONTENT);
+      if (!document.current_location().error()) throw simdjson::simdjson_error(simdjson::TAPE_ERROR);
       begin += size + 1;
     }
   }
