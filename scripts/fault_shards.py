@@ -276,6 +276,15 @@ class ShardFaults:
         shutil.rmtree(foreign / "shards" / "2")
         refused(self.merge_words(foreign, foreign / "merged"), str(foreign / "shards" / "2"))
         refused(self.command("merge", foreign / "shards/1", foreign / "shards/3", "--out", foreign / "merged"), "shards 2, 4 of 4")
+        for keep, name in (("records", "records.jsonl"), ("summary", "summary.bin")):
+            cut = self.fresh("cut")
+            shutil.copytree(self.shards(keep)[0] / "shards", cut / "shards")
+            file = cut / "shards" / "2" / name
+            os.truncate(file, file.stat().st_size // 2)
+            refused(self.merge_words(cut, cut / "merged"), str(file))
+            refused(self.command("report", cut / "shards" / "2", "--quiet"), str(file))
+            if (cut / "merged").exists():
+                raise Broken("a refused merge has left a folder")
         slurm = self.fresh("submitted")
         script = self.root / "scripts/slurm_sweep"
         submit = [script, self.plans["records"], "--out", slurm, "--shards", n, "--program", self.program, "--dry-run"]
@@ -285,4 +294,4 @@ class ShardFaults:
         if (foreign / "merged").exists():
             raise Broken("a refused merge has left a folder")
         compare(contents(folder), before, "shards after what was refused")
-        return "13 kinds"
+        return "17 kinds"
