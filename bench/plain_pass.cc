@@ -35,6 +35,7 @@ void read(const char* path, Totals& totals) {
   if (!file) throw std::runtime_error(std::string(path) + ": cannot open");
   std::vector<char> block(block_bytes + simdjson::SIMDJSON_PADDING);
   simdjson::ondemand::parser parser;
+  parser.threaded = false;
   for (size_t kept = 0;;) {
     file.read(block.data() + kept, static_cast<std::streamsize>(block_bytes - kept));
     const size_t size = kept + static_cast<size_t>(file.gcount());

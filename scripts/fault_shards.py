@@ -49,7 +49,7 @@ def compare(found, wanted, what, may_lack=False, skip=None):
 
 
 # What a process that was killed may leave: all of it is removed or gone on with by the next.
-UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.incomplete/.*)$")
+UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.incomplete/.*|\.finished/.*)$")
 
 
 class ShardFaults:
@@ -159,6 +159,10 @@ class ShardFaults:
             out = self.fresh("packed")
             self.run(self.command("sweep", self.plans["summary"], "--out", out, "--cache", cache, "--jobs", 2, "--quiet"))
             compare(contents(out), self.whole["summary"], "sweep from a pack made after kill -9")
+            self.run(self.command("cache", "prune", "--cache", cache))
+            left = sorted(path.suffix for path in cache.iterdir())
+            if left != [".json", ".pack"]:
+                raise Broken(f"cache prune after kill -9 leaves {sorted(path.name for path in cache.iterdir())}")
 
         start = time.monotonic()
         self.run(words())
@@ -272,6 +276,15 @@ class ShardFaults:
         shutil.rmtree(foreign / "shards" / "2")
         refused(self.merge_words(foreign, foreign / "merged"), str(foreign / "shards" / "2"))
         refused(self.command("merge", foreign / "shards/1", foreign / "shards/3", "--out", foreign / "merged"), "shards 2, 4 of 4")
+        for keep, name in (("records", "records.jsonl"), ("summary", "summary.bin")):
+            cut = self.fresh("cut")
+            shutil.copytree(self.shards(keep)[0] / "shards", cut / "shards")
+            file = cut / "shards" / "2" / name
+            os.truncate(file, file.stat().st_size // 2)
+            refused(self.merge_words(cut, cut / "merged"), str(file))
+            refused(self.command("report", cut / "shards" / "2", "--quiet"), str(file))
+            if (cut / "merged").exists():
+                raise Broken("a refused merge has left a folder")
         slurm = self.fresh("submitted")
         script = self.root / "scripts/slurm_sweep"
         submit = [script, self.plans["records"], "--out", slurm, "--shards", n, "--program", self.program, "--dry-run"]
@@ -281,4 +294,4 @@ class ShardFaults:
         if (foreign / "merged").exists():
             raise Broken("a refused merge has left a folder")
         compare(contents(folder), before, "shards after what was refused")
-        return "13 kinds"
+        return "17 kinds"

@@ -73,7 +73,7 @@ void add_cache_command(CLI::App& app) {
   list->add_flag("--json", flags->json, "Print as JSON");
   list->footer("Example:\n  sextant cache ls");
   list->callback([flags] { list_packs(*flags); });
-  CLI::App* prune = cache->add_subcommand("prune", "Remove those that are outdated or damaged");
+  CLI::App* prune = cache->add_subcommand("prune", "Remove those that are outdated, damaged or half made");
   add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");

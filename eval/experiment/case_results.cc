@@ -3,7 +3,6 @@
 
 #include "sextant/base/byte_stream.h"
 #include "sextant/base/error.h"
-#include "sextant/eval/records/journal.h"
 
 namespace sextant {
 namespace {
@@ -59,8 +58,7 @@ class RecordsReader : public CaseResultReader {
 
 class SummariesReader : public CaseResultReader {
  public:
-  explicit SummariesReader(const fs::path& folder)
-      : name_((folder / summary_file_name).string()), file_(folder / summary_file_name) {}
+  explicit SummariesReader(const fs::path& path) : name_(path.string()), file_(path) {}
 
   std::optional<CaseResult> next() override {
     std::optional<SummaryReader::Block> block = file_.next();
@@ -76,6 +74,33 @@ class SummariesReader : public CaseResultReader {
  private:
   std::string name_;
   SummaryReader file_;
+};
+
+class JournalReader : public CaseResultReader {
+ public:
+  JournalReader(const Journal& journal, KeepOfCases keep, const NoiseOfCases& noise)
+      : journal_(journal), keep_(keep), counted_(noise), at_(journal.blocks().begin()) {}
+
+  std::optional<CaseResult> next() override {
+    if (at_ == journal_.blocks().end()) return std::nullopt;
+    const auto& [number, block] = *at_++;
+    CaseResult result{number, journal_.content(block), block.n_records, block.noise};
+    if (keep_ == KeepOfCases::summary) {
+      const JournalCase in_journal = decode_journal_case(result.content, fmt::format("journal: case {}", number));
+      if (counted_.is_counted(number)) noise_[counted_.source_and_level(number)].add(in_journal.noise);
+      result.content = std::string(in_journal.summary);
+    }
+    return result;
+  }
+
+  ExactNoises noise() const override { return noise_; }
+
+ private:
+  const Journal& journal_;
+  KeepOfCases keep_;
+  const NoiseOfCases& counted_;
+  std::map<uint64_t, Journal::Block>::const_iterator at_;
+  ExactNoises noise_;
 };
 
 }  // namespace
@@ -138,8 +163,39 @@ std::vector<std::string> CaseResultWriter::names() const {
 }
 
 std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, KeepOfCases keep) {
-  if (keep == KeepOfCases::summary) return std::make_unique<SummariesReader>(folder);
+  if (keep == KeepOfCases::summary) return open_summaries(folder / summary_file_name);
   return std::make_unique<RecordsReader>(folder);
+}
+
+std::unique_ptr<CaseResultReader> open_summaries(const fs::path& file) { return std::make_unique<SummariesReader>(file); }
+
+std::unique_ptr<CaseResultReader> open_journal(const Journal& journal, KeepOfCases keep, const NoiseOfCases& noise) {
+  return std::make_unique<JournalReader>(journal, keep, noise);
+}
+
+MergedCases::MergedCases(std::vector<std::unique_ptr<CaseResultReader>> readers) : readers_(std::move(readers)) {
+  for (size_t reader = 0; reader < readers_.size(); ++reader) advance(reader);
+}
+
+void MergedCases::advance(size_t reader) {
+  std::optional<CaseResult> result = readers_[reader]->next();
+  if (!result) return;
+  const std::pair key(result->number, reader);
+  next_.emplace(key, std::move(*result));
+}
+
+std::optional<MergedCases::Next> MergedCases::next() {
+  if (next_.empty()) return std::nullopt;
+  auto first = next_.extract(next_.begin());
+  const size_t reader = first.key().second;
+  advance(reader);
+  return Next{reader, std::move(first.mapped())};
+}
+
+std::vector<ExactNoises> MergedCases::noises() const {
+  std::vector<ExactNoises> noises;
+  for (const auto& reader : readers_) noises.push_back(reader->noise());
+  return noises;
 }
 
 }  // namespace sextant

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 #include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/records/case_summary.h"
+#include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/summary_file.h"
 
@@ -45,8 +47,7 @@ class CaseResultWriter {
 
   /// Cases come in order of number. Throws Error that names the case.
   void add(const CaseResult& result);
-  /// Of cases whose summaries are kept, one by one or of a whole shard.
-  void add_noise(uint64_t number, const ExactNoise& noise) { exact_noise_[noise_.source_and_level(number)].add(noise); }
+  /// Of cases whose summaries are kept.
   void add_noise(const ExactNoises& noises);
   void close();
 
@@ -63,7 +64,7 @@ class CaseResultWriter {
   std::optional<SummaryWriter> summary_;
 };
 
-/// Reads those of a finished sweep, from its first case to its last.
+/// Reads those of a sweep, from its first case to its last.
 class CaseResultReader {
  public:
   virtual ~CaseResultReader() = default;
@@ -73,5 +74,30 @@ class CaseResultReader {
   virtual ExactNoises noise() const { return {}; }
 };
 std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, KeepOfCases keep);
+/// Of one file of summaries.
+std::unique_ptr<CaseResultReader> open_summaries(const std::filesystem::path& file);
+/// Of a journal, which does not change meanwhile.
+std::unique_ptr<CaseResultReader> open_journal(const Journal& journal, KeepOfCases keep, const NoiseOfCases& noise);
+
+/// The cases of several readers in order of number.
+class MergedCases {
+ public:
+  explicit MergedCases(std::vector<std::unique_ptr<CaseResultReader>> readers);
+
+  struct Next {
+    size_t reader;
+    CaseResult result;
+  };
+  /// Nothing after the last. Where several have a number, that of the earlier reader comes first.
+  std::optional<Next> next();
+  /// Of each reader, after the last case.
+  std::vector<ExactNoises> noises() const;
+
+ private:
+  void advance(size_t reader);
+
+  std::vector<std::unique_ptr<CaseResultReader>> readers_;
+  std::map<std::pair<uint64_t, size_t>, CaseResult> next_;  ///< by number and reader
+};
 
 }  // namespace sextant

@@ -172,6 +172,31 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
   return files;
 }
 
+/// What processes that were killed while they made a pack have left. While another makes one, nothing is removed: its
+/// temporary file cannot be told from theirs. Returns the bytes set free.
+uint64_t remove_left_over(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> left;  // before the locks: whoever writes one of these now holds a lock now
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find(".pack.tmp") != std::string::npos || name.find(".json.tmp") != std::string::npos)
+      left.push_back(entry.path());
+  }
+  bool is_in_use = false;
+  for (const fs::path& file : files_of(folder, ".making")) {
+    const std::optional<FileLock> lock = FileLock::take(file);
+    is_in_use = is_in_use || !lock;
+    if (lock) fs::remove(file, error);
+  }
+  uint64_t freed = 0;
+  if (is_in_use) return freed;
+  for (const fs::path& file : left) {
+    const uint64_t bytes = fs::file_size(file, error);
+    if (fs::remove(file, error)) freed += bytes;
+  }
+  return freed;
+}
+
 }  // namespace
 
 fs::path default_cache_folder() {
@@ -229,7 +254,7 @@ std::vector<PackCache::Entry> PackCache::list() const {
 }
 
 uint64_t PackCache::prune(bool all) const {
-  uint64_t freed = 0;
+  uint64_t freed = remove_left_over(folder_);
   std::error_code error;
   for (const Entry& entry : list()) {
     if (entry.valid && !all) continue;

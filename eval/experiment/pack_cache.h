@@ -50,7 +50,8 @@ class PackCache {
   };
   /// All packs, in order of source; those that no request leads to come last, without a source.
   std::vector<Entry> list() const;
-  /// Removes packs that are no longer valid, or all of them. Returns the bytes set free.
+  /// Removes packs that are no longer valid, or all of them, and what was left by processes that were killed while they made
+  /// one. Returns the bytes set free.
   uint64_t prune(bool all) const;
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "sextant/base/error.h"
+#include "sextant/base/file_lock.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/pack_cache.h"
@@ -162,6 +163,24 @@ TEST_F(PackTest, PruneKeepsWhatIsValid) {
   EXPECT_GT(cache_.prune(true), 0U);
   EXPECT_TRUE(cache_.list().empty());
   EXPECT_TRUE(fs::is_empty(cache_.folder()));
+}
+
+TEST_F(PackTest, PruneTakesWhatKilledProcessesLeft) {
+  const PackCache::Packed present = load();
+  const std::vector<fs::path> left = {present.file.string() + ".tmpelsewhere.7.0",
+                                      cache_.folder() / "0123.json.tmpelsewhere.7.1"};
+  for (const fs::path& path : left) write_file(path, "half of it");
+  const fs::path lock_file = cache_.folder() / "0123.json.making";
+  {
+    const std::optional<FileLock> making = FileLock::take(lock_file);
+    ASSERT_TRUE(making);
+    EXPECT_EQ(cache_.prune(false), 0U) << "somebody makes a pack: these may be theirs";
+    for (const fs::path& path : left) EXPECT_TRUE(fs::exists(path)) << path;
+  }
+  EXPECT_EQ(cache_.prune(false), 20U);
+  for (const fs::path& path : left) EXPECT_FALSE(fs::exists(path)) << path;
+  EXPECT_FALSE(fs::exists(lock_file));
+  EXPECT_TRUE(load().was_there);
 }
 
 TEST_F(PackTest, AFolderThatCannotBeMadeIsAnError) {

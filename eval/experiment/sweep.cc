@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
 #include <set>
 
 #include "sextant/base/error.h"
@@ -10,6 +11,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
@@ -169,21 +171,16 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
   return json;
 }
 
-/// Writes results and run.json of a journal that has all cases; returns how many records they were.
-uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& programs, const Journal& journal) {
+/// Writes results and run.json of cases that are all there; returns how many records they were.
+uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& programs, uint64_t n_cases,
+                       MergedCases cases) {
   OutputFolder files(config.out);
-  CaseResultWriter results(files, config.plan.json(), journal.blocks().size());
-  const NoiseOfCases noise(config.plan.json());
-  for (const auto& [number, block] : journal.blocks()) {
+  CaseResultWriter results(files, config.plan.json(), n_cases);
+  while (const auto next = cases.next()) {
     check_interrupt();
-    std::string content = journal.content(block);
-    if (config.plan.keep == KeepOfCases::summary) {
-      const JournalCase in_journal = decode_journal_case(content, fmt::format("journal: case {}", number));
-      if (noise.is_counted(number)) results.add_noise(number, in_journal.noise);
-      content = std::string(in_journal.summary);
-    }
-    results.add({number, std::move(content), block.n_records, block.noise});
+    results.add(next->result);
   }
+  for (const ExactNoises& noise : cases.noises()) results.add_noise(noise);
   results.close();
   Json provenance = sweep_provenance(config, runner, results);
   provenance["programs"] = programs;
@@ -206,6 +203,7 @@ SweepOutcome sweep(const SweepConfig& config) {
   outcome.n_cases = numbers.size();
   const fs::path journal_path = config.out / "journal.jsonl";
   if (is_finished_sweep(config.out)) {  // before
+    FinishedCases::remove(config.out);  // where it was killed at its very end
     outcome.n_before = numbers.size();
     outcome.n_records = json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
     return outcome;
@@ -213,17 +211,21 @@ SweepOutcome sweep(const SweepConfig& config) {
   {
     Json owner = plan;
     owner.erase("programs");
-    Journal journal(journal_path, sha256(json_line(owner)), [&](uint64_t number, std::string_view content) {
-      return std::ranges::binary_search(numbers, number) && runner.has_left(config.plan.at(number), content);
+    const std::string owner_id = sha256(json_line(owner));
+    FinishedCases finished(config.out, owner_id);
+    Journal journal(journal_path, owner_id, [&](uint64_t number, std::string_view content) {
+      return std::ranges::binary_search(numbers, number) && !finished.contains(number) &&
+             runner.has_left(config.plan.at(number), content);
     });
     remove_temporaries(config.out);
     std::vector<uint64_t> open;
     std::ranges::copy_if(numbers, std::back_inserter(open),
-                         [&](uint64_t n) { return !journal.blocks().contains(n); });
+                         [&](uint64_t n) { return !journal.blocks().contains(n) && !finished.contains(n); });
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();
     std::vector<std::vector<std::string>> problems(open.size());
     const NoiseOfCases noise(config.plan.json());
+    std::mutex mutex;
     Progress progress("cases", static_cast<int>(open.size()), config.quiet);
     parallel_for(static_cast<int>(open.size()), config.jobs, [&](int i) {
       check_interrupt();
@@ -231,7 +233,10 @@ SweepOutcome sweep(const SweepConfig& config) {
       CaseOutcome done = runner.run(c);
       if (config.plan.keep == KeepOfCases::summary) {
         const NoiseVerification* added = noise.is_counted(c.number) ? &done.noise : nullptr;
-        journal.append_bytes(c.number, encode_journal_case(summarize_case(done.records), added));
+        const std::string summary = encode_journal_case(summarize_case(done.records), added);
+        const std::scoped_lock lock(mutex);
+        journal.append_bytes(c.number, summary);
+        if (journal.bytes() >= config.journal_bytes) finished.take_from(journal, noise);
       } else {
         const bool is_noisy = !config.plan.levels[c.level].noise.none();
         journal.append(c.number, done.records.size(), write_records(done.records), is_noisy ? done.noise.sums() : Json());
@@ -242,9 +247,13 @@ SweepOutcome sweep(const SweepConfig& config) {
     outcome.wall_time_s = seconds_since(start);
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
-    outcome.n_records = write_results(config, runner, claimed["programs"], journal);
+    auto readers = finished.readers();
+    readers.push_back(open_journal(journal, config.plan.keep, noise));
+    outcome.n_records =
+        write_results(config, runner, claimed["programs"], numbers.size(), MergedCases(std::move(readers)));
   }
   fs::remove(journal_path);
+  FinishedCases::remove(config.out);
   return outcome;
 }
 

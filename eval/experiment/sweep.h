@@ -6,6 +6,7 @@
 //   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records, or
 //                  {"case","bytes","sha256"} and the summary. A block that was cut off (kill -9, full disk) is
 //                  dropped on resuming, and its case done again
+//   .finished/     while it runs with "keep": "summary": what the journal held when it had grown to journal_bytes (finished_cases.h)
 //   records.jsonl  at the end: all records in order of case
 //   cases.jsonl    per case {"case","records"}: how many lines are its own; with noise "noise", the sums of
 //                  what was added (as in the journal)
@@ -38,6 +39,7 @@ struct SweepConfig {
   /// instead of running them. Empty: they run.
   std::filesystem::path rescored;
   bool allow_mixed = false;  ///< resumes what another version of the program began; run.json names both
+  uint64_t journal_bytes = uint64_t{32} << 20U;  ///< of summaries, before they are moved out of it
   bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
 };
 

@@ -9,7 +9,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/experiment/case_results.h"
-#include "sextant/eval/records/journal.h"
+#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/eval/records/summary_file.h"
@@ -97,6 +97,7 @@ Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
     }
     for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json", "journal.jsonl"})
       fs::remove(folder / file);
+    FinishedCases::remove(folder);
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
   }
@@ -180,30 +181,22 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   std::vector<std::unique_ptr<CaseResultReader>> readers;
   const KeepOfCases keep = kept(plan["plan"], (folders.front() / "plan.json").string());
   for (const fs::path& folder : folders) readers.push_back(open_case_results(folder, keep));
-  using Next = std::pair<size_t, CaseResult>;  // the shard, and its case
-  std::map<uint64_t, Next> next;               // of every shard that has one, by number
-  const auto advance = [&](size_t shard) {
-    std::optional<CaseResult> result = readers[shard]->next();
-    if (!result) return;
-    const uint64_t number = result->number;
-    if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folders[shard].string(), number, n_cases);
-    const auto [other, is_new] = next.try_emplace(number, shard, std::move(*result));
-    if (is_new) return;
-    fail("{}: case {} is in an earlier folder too: give each shard once",
-         folders[std::max(shard, other->second.first)].string(), number);
-  };
-  for (size_t shard = 0; shard < folders.size(); ++shard) advance(shard);
+  MergedCases cases(std::move(readers));
   OutputFolder files(out);
   CaseResultWriter results(files, plan["plan"], n_cases);
-  for (; outcome.n_cases < n_cases; ++outcome.n_cases) {
+  while (const auto next = cases.next()) {
     check_interrupt();
-    if (next.empty() || next.begin()->first != outcome.n_cases)
-      fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
-    const auto [shard, result] = std::move(next.extract(next.begin()).mapped());
-    advance(shard);
-    results.add(result);
+    const std::string folder = folders[next->reader].string();
+    const uint64_t number = next->result.number;
+    if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folder, number, n_cases);
+    if (number < outcome.n_cases) fail("{}: case {} is in an earlier folder too: give each shard once", folder, number);
+    if (number > outcome.n_cases) break;
+    results.add(next->result);
+    ++outcome.n_cases;
   }
-  for (const auto& reader : readers) results.add_noise(reader->noise());
+  if (outcome.n_cases < n_cases)
+    fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
+  for (const ExactNoises& noise : cases.noises()) results.add_noise(noise);
   results.close();
   outcome.n_records = results.n_records();
 

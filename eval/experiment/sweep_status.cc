@@ -7,8 +7,8 @@
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
-#include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
@@ -48,7 +48,7 @@ ShardStatus read_shard(const fs::path& folder, uint64_t number) {
   const bool open = fs::exists(journal);
   const char* index = fs::exists(folder / summary_file_name) ? summary_file_name : "cases.jsonl";
   const fs::path file = open ? journal : folder / index;
-  shard.cases_done = count_cases(file);
+  shard.cases_done = count_cases(file) + (open ? FinishedCases::count(folder) : 0);
   shard.seconds = seconds_between(folder / "plan.json", file);
   if (is_finished_sweep(folder)) {
     shard.state = ShardStatus::State::done;

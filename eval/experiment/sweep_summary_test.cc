@@ -8,6 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/case_results.h"
+#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/experiment/sweep_status.h"
@@ -127,6 +128,65 @@ TEST_F(SweepSummary, ResumesFromAnyCutOfTheJournal) {
     EXPECT_EQ(bytes("cut"), bytes("whole")) << cut;
     EXPECT_EQ(noise_of("cut"), noise_of("whole")) << cut;
   }
+}
+
+TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
+  sweep(config("whole"));
+  const SweepConfig small = [&] {
+    SweepConfig of = config("small");
+    of.journal_bytes = fs::file_size(file("whole") / summary_file_name) / 4;
+    return of;
+  }();
+  // All cases are done, and the results cannot be moved into place: what has been moved out of the journal is there.
+  const fs::path in_the_way = file("small") / "run.json" / "in the way";
+  fs::create_directories(in_the_way);
+  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(file("small") / ".finished")) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  ASSERT_GE(files.size(), 2U);
+  EXPECT_LT(fs::file_size(file("small") / "journal.jsonl"), 2 * small.journal_bytes);
+  const uint64_t n_first = SummaryReader(files.front()).n_cases();
+  const fs::path kept = file("kept");
+  fs::remove_all(file("small") / "run.json");
+  fs::copy(file("small"), kept, fs::copy_options::recursive);
+  const auto resume = [&](uint64_t n_before, const char* what) {
+    EXPECT_EQ(sweep(small).n_before, n_before) << what;
+    EXPECT_EQ(bytes("small"), bytes("whole")) << what;
+    EXPECT_EQ(noise_of("small"), noise_of("whole")) << what;
+    EXPECT_FALSE(fs::exists(file("small") / ".finished")) << what;
+    fs::remove_all(file("small"));
+    fs::copy(kept, file("small"), fs::copy_options::recursive);
+  };
+  EXPECT_GE(FinishedCases::count(file("small")), files.size());
+  resume(12, "whole");
+  std::string damaged = read_file(files.front());
+  damaged[damaged.size() / 2] ^= 1;
+  write_file(files.front(), damaged);
+  resume(12 - n_first, "a damaged file");
+  write_file(files.front(), damaged.substr(0, damaged.size() / 2));
+  resume(12 - n_first, "a file that was cut off");
+  write_file(files.front().parent_path() / "next.tmp", "half of it");
+  resume(12, "a file that was being made");
+}
+
+TEST_F(SweepSummary, WhatBecameAFileStaysInTheJournalWhereThatWasNotEmptied) {
+  sweep(config("whole"));
+  SweepConfig small = config("small");
+  fs::create_directories(file("small") / "run.json" / "in the way");
+  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  const std::string journal = read_file(file("small") / "journal.jsonl");
+  small.journal_bytes = 1;
+  fs::remove(file("small") / "journal.jsonl");
+  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  EXPECT_EQ(fs::file_size(file("small") / "journal.jsonl"), 0U);
+  write_file(file("small") / "journal.jsonl", journal);  // killed between the two
+  fs::remove_all(file("small") / "run.json");
+  EXPECT_EQ(sweep(small).n_before, 12U);
+  EXPECT_EQ(bytes("small"), bytes("whole"));
+  EXPECT_EQ(noise_of("small"), noise_of("whole"));
 }
 
 TEST_F(SweepSummary, DamagedFilesAreNamed) {

@@ -2,24 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <set>
+#include <optional>
 
 #include "sextant/base/parallel_for.h"
 
 namespace sextant {
 namespace {
 
-struct Pair {
-  const Record* base;
-  const Record* fresh;
-};
+std::string short_case(const SubjectCases& cases, size_t row) {
+  return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
+}
 
-std::string short_case(const Record& r) { return fmt::format("seed {} frame {}", r.seed, r.frame); }
-
-std::string full_case(const Record& r) {
-  return fmt::format("{} {}", to_string(subject_of(r)), short_case(r));
+std::string full_case(const SubjectCases& cases, size_t row) {
+  return fmt::format("{} {}", to_string(cases.subject), short_case(cases, row));
 }
 
 /// Findings of one kind, of which the first few are told one by one.
@@ -44,57 +40,61 @@ class Tally {
   size_t n_ = 0;
 };
 
-/// Pairs of the same subject, in order.
-std::vector<std::vector<Pair>> pair_up(const std::vector<Record>& base, const std::vector<Record>& fresh,
-                                       const SamenessPolicy& same, std::vector<Mismatch>& findings) {
+/// A subject that both sides have, and its cases that they share.
+struct PairedCases {
+  const SubjectCases& base;
+  const SubjectCases& fresh;
+  std::vector<RowPair> rows;
+};
+
+std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
+                                 const std::vector<SubjectCases>& fresh, const SamenessPolicy& same,
+                                 std::vector<Mismatch>& findings) {
   Tally missing("cases", same.cases), added("new_cases", same.new_cases);
-  std::vector<std::vector<Pair>> subjects;
-  auto b = base.begin(), f = fresh.begin();
-  while (b != base.end() || f != fresh.end()) {
-    const int order = b == base.end() ? 1 : (f == fresh.end() ? -1 : compare_cases(*b, *f));
-    if (order < 0) {
-      missing.add(full_case(*b++), "there", "missing");
-    } else if (order > 0) {
-      added.add(full_case(*f++), "missing", "there");
-    } else {
-      if (subjects.empty() || compare_subjects(*subjects.back().front().base, *b) != 0)
-        subjects.emplace_back();
-      subjects.back().push_back({&*b++, &*f++});
-    }
+  std::vector<PairedCases> shared;
+  for (const SubjectPair& pair : pair_subjects(base, fresh)) {
+    PairedRows rows = pair_rows(pair);
+    for (const size_t row : rows.only_base) missing.add(full_case(*pair.base, row), "there", "missing");
+    for (const size_t row : rows.only_fresh) added.add(full_case(*pair.fresh, row), "missing", "there");
+    if (!rows.both.empty()) shared.push_back({*pair.base, *pair.fresh, std::move(rows.both)});
   }
   missing.move_to(findings);
   added.move_to(findings);
-  return subjects;
+  return shared;
 }
 
-bool is_estimated(const Record& r) { return r.status == Status::ok || r.status == Status::no_truth; }
+std::optional<double> number_at(const NumberColumn* column, size_t row) {
+  return column == nullptr || !column->has(row) ? std::nullopt : std::optional(column->numbers[row]);
+}
 
 /// What the truth alone decides must not change.
-void check_truth(const Pair& pair, Tally& truth) {
+void check_truth(const PairedCases& cases, Tally& truth) {
   constexpr double rounding = 1e-9;
-  for (const MetricDefinition* metric : metrics_for(truth_only)) {
-    const std::string& key = metric->name;
-    const auto a = pair.base->values.find(key), b = pair.fresh->values.find(key);
-    const bool in_a = a != pair.base->values.end(), in_b = b != pair.fresh->values.end();
-    const bool same = in_a == in_b && (!in_a || std::abs(a->second - b->second) <=
-                                                    rounding * std::max(1.0, std::abs(a->second)));
-    if (same) continue;
-    truth.add(fmt::format("{} {}", full_case(*pair.base), key),
-              in_a ? fmt::format("{}", a->second) : "missing",
-              in_b ? fmt::format("{}", b->second) : "missing");
+  const std::vector<ColumnPair> columns = pair_columns(cases.base.truth, cases.fresh.truth);
+  for (const auto& [b, f] : cases.rows) {
+    for (const ColumnPair& column : columns) {
+      const std::optional<double> before = number_at(column.base, b), after = number_at(column.fresh, f);
+      const bool same =
+          before.has_value() == after.has_value() &&
+          (!before || std::abs(*before - *after) <= rounding * std::max(1.0, std::abs(*before)));
+      if (same) continue;
+      const auto said = [](const std::optional<double>& x) { return x ? fmt::format("{}", *x) : "missing"; };
+      truth.add(fmt::format("{} {}", full_case(cases.base, b), column.name), said(before), said(after));
+    }
   }
 }
 
-StatusRow compare_statuses(const std::vector<Pair>& pairs, const AccuracyPolicy& policy) {
-  StatusRow row{.subject = subject_of(*pairs.front().base), .n = static_cast<int>(pairs.size())};
-  for (const Pair& pair : pairs) {
-    const bool before = is_estimated(*pair.base), after = is_estimated(*pair.fresh);
-    if (pair.base->status == pair.fresh->status && pair.base->gate == pair.fresh->gate) continue;
+StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
+  const SubjectCases &base = cases.base, &fresh = cases.fresh;
+  StatusRow row{.subject = base.subject, .n = static_cast<int>(cases.rows.size())};
+  for (const auto& [b, f] : cases.rows) {
+    const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
+    if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
     if (before && after) continue;  // ok and no_truth: see check_truth()
     (before ? row.n_lost : after ? row.n_gained : row.n_other)++;
     if (row.example.empty() || (before && row.n_lost == 1)) {
-      row.example = fmt::format("{}: {} -> {}", short_case(*pair.base), to_string(pair.base->status),
-                                to_string(pair.fresh->status));
+      row.example = fmt::format("{}: {} -> {}", short_case(base, b), to_string(base.statuses[b]),
+                                to_string(fresh.statuses[f]));
     }
   }
   if (row.n_lost > row.n_gained + policy.max_lost) row.verdict = GateVerdict::regressed;
@@ -102,62 +102,67 @@ StatusRow compare_statuses(const std::vector<Pair>& pairs, const AccuracyPolicy&
   return row;
 }
 
-/// Cases of one error that both sides have, and what differs in which errors there are.
-std::map<std::string, std::vector<Pair>> pairs_by_metric(const std::vector<Pair>& pairs, Tally& missing,
-                                                         Tally& added) {
-  std::map<std::string, std::vector<Pair>> by_metric;
-  for (const Pair& pair : pairs) {
-    if (!is_estimated(*pair.base) || !is_estimated(*pair.fresh)) continue;
-    for (const auto& [key, value] : pair.base->errors) {
-      if (pair.fresh->errors.contains(key)) {
-        by_metric[key].push_back(pair);
-      } else {
-        missing.add(fmt::format("{} {}", full_case(*pair.base), key), "there", "missing");
-      }
-    }
-    for (const auto& [key, value] : pair.fresh->errors) {
-      if (!pair.base->errors.contains(key))
-        added.add(fmt::format("{} {}", full_case(*pair.base), key), "missing", "there");
+/// Which errors there are of the cases that both have estimated.
+void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>& errors, Tally& missing,
+                        Tally& added) {
+  for (const auto& [b, f] : cases.rows) {
+    if (!cases.base.is_estimated(b) || !cases.fresh.is_estimated(f)) continue;
+    for (const ColumnPair& error : errors) {
+      const bool before = error.base != nullptr && error.base->has(b),
+                 after = error.fresh != nullptr && error.fresh->has(f);
+      if (before == after) continue;
+      const std::string what = fmt::format("{} {}", full_case(cases.base, b), error.name);
+      if (before) missing.add(what, "there", "missing");
+      if (after) added.add(what, "missing", "there");
     }
   }
-  return by_metric;
 }
+
+/// One error of a subject that both sides have.
+struct PairedErrors {
+  const PairedCases& cases;
+  const NumberColumn& base;
+  const NumberColumn& fresh;
+};
 
 /// Fewer seeds cannot reach p = 0.05 by signed ranks.
 constexpr size_t enough_seeds = 6;
 
-/// What is independent: the seeds; of too few seeds every case by itself.
-std::vector<uint64_t> clusters_of(const std::vector<Pair>& pairs) {
-  std::vector<uint64_t> seeds;
-  for (const Pair& pair : pairs) seeds.push_back(pair.base->seed);
-  if (std::set(seeds.begin(), seeds.end()).size() < enough_seeds) std::iota(seeds.begin(), seeds.end(), 0);
-  return seeds;
+/// What is independent: the seeds, which come in order; of too few seeds every case by itself.
+void label_clusters(std::vector<uint64_t>& seeds) {
+  size_t n = 0;
+  for (size_t i = 0; i < seeds.size() && n < enough_seeds; ++i) n += i == 0 || seeds[i] != seeds[i - 1];
+  if (n < enough_seeds) std::iota(seeds.begin(), seeds.end(), 0);
 }
 
-/// Everything but the corrected p and the verdict.
-AccuracyRow measure(const std::string& metric, const std::vector<Pair>& pairs, const AccuracyPolicy& policy) {
-  const MetricPolicy rules = policy.of(metric);
-  AccuracyRow row;
+/// Everything but the corrected p and the verdict; nothing where no case has it on both sides.
+std::optional<AccuracyRow> measure(const PairedErrors& errors, const AccuracyPolicy& policy) {
+  AccuracyRow row{.subject = errors.cases.base.subject, .metric = errors.base.name};
+  const MetricPolicy rules = policy.of(row.metric);
   std::vector<double> differences;
+  std::vector<uint64_t> clusters;
   double sum = 0;
-  for (const Pair& pair : pairs) {
-    const double before = pair.base->errors.at(metric), after = pair.fresh->errors.at(metric);
+  for (const auto& [b, f] : errors.cases.rows) {
+    if (!errors.cases.base.is_estimated(b) || !errors.cases.fresh.is_estimated(f)) continue;
+    if (!errors.base.has(b) || !errors.fresh.has(f)) continue;
+    const double before = errors.base.numbers[b], after = errors.fresh.numbers[f];
     const bool changed =
         std::abs(after - before) > std::max(rules.absolute, rules.relative * std::abs(before));
     const double difference = changed ? after - before : 0;
     if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
     differences.push_back(difference);
+    clusters.push_back(errors.cases.base.seeds[b]);
     sum += before;
   }
-  row.subject = subject_of(*pairs.front().base);
-  row.metric = metric;
-  row.n = static_cast<int>(pairs.size());
+  if (differences.empty()) return std::nullopt;
+  row.n = static_cast<int>(differences.size());
   row.base = sum / row.n;
   PairedComparison& comparison = row;
   if (row.n_worse + row.n_better == 0) {
     comparison.interval = Interval{0, 0};
   } else {
-    comparison = compare_pairs(differences, clusters_of(pairs),
+    label_clusters(clusters);
+    comparison = compare_pairs(differences, clusters,
                                {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
   }
   return row;
@@ -187,40 +192,35 @@ GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
 
 }  // namespace
 
-Subject subject_of(const Record& r) { return {r.dataset, r.sequence, r.estimator, r.noise, r.body, r.level}; }
-
-std::string to_string(const Subject& s) {
-  const std::string level = s.noise == "none" ? "" : fmt::format(" level {}", s.level);
-  return fmt::format("{} {} {}{} {}", s.dataset, s.sequence, s.estimator, level, s.body);
-}
-
-AccuracyComparison compare_accuracy(const std::vector<Record>& base, const std::vector<Record>& fresh,
-                                    const Policy& policy, int jobs) {
+AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
+                                    const std::vector<SubjectCases>& fresh, const Policy& policy, int jobs) {
   AccuracyComparison out;
   Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
       added("new_cases", policy.same.new_cases);
-  struct Task {
-    std::string metric;
-    std::vector<Pair> pairs;
-  };
-  std::vector<Task> tasks;
-  for (const std::vector<Pair>& pairs : pair_up(base, fresh, policy.same, out.findings)) {
-    out.n_cases += static_cast<int>(pairs.size());
-    for (const Pair& pair : pairs) check_truth(pair, truth);
-    const StatusRow statuses = compare_statuses(pairs, policy.accuracy);
+  const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
+  std::vector<PairedErrors> tasks;
+  for (const PairedCases& cases : shared) {
+    out.n_cases += static_cast<int>(cases.rows.size());
+    check_truth(cases, truth);
+    const StatusRow statuses = compare_statuses(cases, policy.accuracy);
     if (!statuses.example.empty()) out.statuses.push_back(statuses);
-    for (auto& [metric, both] : pairs_by_metric(pairs, missing, added)) {
-      if (policy.accuracy.of(metric).direction != Direction::ignore) tasks.push_back({metric, std::move(both)});
+    const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
+    check_which_errors(cases, errors, missing, added);
+    for (const auto& [name, before, after] : errors) {
+      if (before != nullptr && after != nullptr && policy.accuracy.of(name).direction != Direction::ignore)
+        tasks.push_back({cases, *before, *after});
     }
   }
   truth.move_to(out.findings);
   missing.move_to(out.findings);
   added.move_to(out.findings);
-  out.rows.resize(tasks.size());
+  std::vector<std::optional<AccuracyRow>> rows(tasks.size());
   parallel_for(static_cast<int>(tasks.size()), jobs, [&](int i) {
-    const Task& task = tasks[static_cast<size_t>(i)];
-    out.rows[static_cast<size_t>(i)] = measure(task.metric, task.pairs, policy.accuracy);
+    rows[static_cast<size_t>(i)] = measure(tasks[static_cast<size_t>(i)], policy.accuracy);
   });
+  for (std::optional<AccuracyRow>& row : rows) {
+    if (row) out.rows.push_back(std::move(*row));
+  }
   correct(out.rows, policy.accuracy.alpha);
   for (AccuracyRow& row : out.rows) row.verdict = judge(row, policy.accuracy);
   return out;

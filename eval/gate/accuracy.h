@@ -27,14 +27,6 @@
 
 namespace sextant {
 
-struct Subject {
-  std::string dataset, sequence, estimator, noise, body;
-  double level = 0;
-};
-Subject subject_of(const Record& record);
-/// "synthetic s18 joint_flow level 0.1 object:2".
-std::string to_string(const Subject& subject);
-
 /// p is none where nothing changed, p_corrected also where p could never reach alpha.
 struct AccuracyRow : PairedComparison {
   Subject subject;
@@ -63,8 +55,8 @@ struct AccuracyComparison {
   int n_cases = 0;  ///< on both sides
 };
 
-/// Both in order of case.
-AccuracyComparison compare_accuracy(const std::vector<Record>& base, const std::vector<Record>& fresh,
-                                    const Policy& policy, int jobs);
+/// Both in order of subject.
+AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
+                                    const std::vector<SubjectCases>& fresh, const Policy& policy, int jobs);
 
 }  // namespace sextant

@@ -17,22 +17,14 @@ std::pair<Side, Side> read_sides(const std::filesystem::path& base, const std::f
   return {first.get(), std::move(second)};
 }
 
-/// Both at once: there are millions of numbers to free.
-void release(Side& first, Side& second, int jobs) {
-  std::future<void> one =
-      std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { first.runs.clear(); });
-  second.runs.clear();
-  one.wait();
-}
-
 /// Of repetitions the first is judged; the others must hold the same cases.
 void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
   for (const RunFolder& run : side.runs) {
-    const size_t n = side.runs.front().records.size();
-    if (run.records.size() == n) continue;
+    const size_t n = side.runs.front().n_cases;
+    if (run.n_cases == n) continue;
     findings.push_back(mismatch(policy.same.cases, "cases", run.path + ": repetition",
                                 fmt::format("{} cases in the first", n),
-                                fmt::format("{} here", run.records.size())));
+                                fmt::format("{} here", run.n_cases)));
   }
 }
 
@@ -46,7 +38,7 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
   check_repetitions(base, policy, out.findings);
   check_repetitions(fresh, policy, out.findings);
   AccuracyComparison accuracy =
-      compare_accuracy(base.runs.front().records, fresh.runs.front().records, policy, jobs);
+      compare_accuracy(base.runs.front().subjects, fresh.runs.front().subjects, policy, jobs);
   out.n_cases = accuracy.n_cases;
   std::ranges::move(accuracy.findings, std::back_inserter(out.findings));
   if (!policy.accuracy.judge) return;
@@ -69,7 +61,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
                          const Policy& policy, int jobs) {
   Comparison out{.base = base.string(), .fresh = fresh.string()};
   try {
-    auto [first, second] = read_sides(base, fresh, jobs);
+    const auto [first, second] = read_sides(base, fresh, jobs);
     out.findings = compare_provenance(first, second, policy);
     compare_records(first, second, policy, jobs, out);
     if (policy.speed.judge) {
@@ -81,7 +73,6 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
       out.findings.push_back(
           mismatch(Strictness::must, "cases", "everything", "nothing to compare", "nothing to compare"));
     }
-    release(first, second, jobs);
   } catch (const Error& error) {
     out.findings.insert(out.findings.begin(), mismatch(Strictness::must, "input", error.what(), "", ""));
   }

@@ -36,7 +36,7 @@ Table subject_table(const std::string& title, const std::string& caption) {
 
 /// The subject's cells, then these.
 void add_row(const Subject& s, std::vector<Cell> more, Table& table) {
-  std::vector<Cell> cells = {s.dataset, s.sequence, s.estimator, s.noise, s.level, s.body};
+  std::vector<Cell> cells = {s.dataset.str(), s.sequence.str(), s.estimator.str(), s.noise.str(), s.level, s.body.str()};
   std::ranges::move(more, std::back_inserter(cells));
   table.add_row(std::move(cells));
 }

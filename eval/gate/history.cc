@@ -8,7 +8,6 @@
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
 #include "sextant/eval/records/version.h"
-#include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/change_points.h"
 #include "sextant/stats/summary.h"
 
@@ -84,30 +83,36 @@ std::string label_of(const fs::path& path, const Side& side) {
   return label;
 }
 
-std::string group_of(const Record& r) {
-  Subject subject = subject_of(r);
-  subject.body = r.is_ego() ? "camera" : "objects";
+std::string group_of(Subject subject) {
+  subject.body = subject.body == "ego" ? "camera" : "objects";
   return to_string(subject);
 }
 
 void add_errors(const RunFolder& run, Point& point) {
   std::map<Key, std::vector<double>> samples;
-  for (const Record& r : run.records) {
-    if (!has_truth(r)) continue;
-    const std::string group = group_of(r);
-    const bool estimated = r.status == Status::ok;
-    samples[{group, "coverage"}].push_back(estimated ? 1 : 0);
+  for (const SubjectCases& cases : run.subjects) {
+    const std::string group = group_of(cases.subject);
+    std::vector<double>& coverage = samples[{group, "coverage"}];
+    for (size_t row = 0; row < cases.size(); ++row) {
+      if (cases.have_truth[row]) coverage.push_back(cases.statuses[row] == Status::ok ? 1 : 0);
+    }
     for (const MetricDefinition* metric : metrics_for(compared)) {
-      const auto error = find_number(r.errors, metric->name);
-      if (estimated && error) samples[{group, metric->name}].push_back(*error);
+      const NumberColumn* errors = find_column(cases.errors, metric->name);
+      if (errors == nullptr) continue;
+      std::vector<double>& sample = samples[{group, metric->name}];
+      for (size_t row = 0; row < cases.size(); ++row) {
+        if (cases.have_truth[row] && cases.statuses[row] == Status::ok && errors->has(row))
+          sample.push_back(errors->numbers[row]);
+      }
     }
   }
+  std::erase_if(samples, [](const auto& of) { return of.second.empty(); });
   for (const auto& [key, values] : samples) point[key] = mean(values);
 }
 
-void add_times(const Side& side, const std::vector<Record>& reference, Point& point) {
+void add_times(const Side& side, const std::vector<SubjectCases>& reference, Point& point) {
   if (!side.runs.empty()) {
-    for (const auto& [name, time] : run_times(side.runs.front().records, reference))
+    for (const auto& [name, time] : run_times(side.runs.front().subjects, reference))
       point[{name, "time"}] = time.reference_ms * time.ratio;
   }
   std::map<Key, std::vector<double>> samples;
@@ -155,14 +160,15 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   History history;
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
-  std::vector<Record> reference;  // of the times of runs: the first
+  std::vector<SubjectCases> reference;  // of the times of runs: the first
   for (size_t i = 0; i < points.size(); ++i) {
-    const Side side = read_side(points[i]);
+    Side side = read_side(points[i]);
     history.labels.push_back(label_of(points[i], side));
     Point point;
     if (!side.runs.empty()) add_errors(side.runs.front(), point);
-    if (reference.empty() && !side.runs.empty()) reference = side.runs.front().records;
-    add_times(side, reference, point);
+    const bool is_first = reference.empty() && !side.runs.empty();
+    add_times(side, is_first ? side.runs.front().subjects : reference, point);
+    if (is_first) reference = std::move(side.runs.front().subjects);
     for (const auto& [key, value] : point) {
       auto& values = all[key];
       values.resize(points.size());

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* noon = "2026-01-31T12:00:00";
 
-Subject subject(const std::string& body) { return {"synthetic", "s18", "joint_flow", "depth", body, 0.1}; }
+Subject subject(const std::string& body) { return {"synthetic", "s18", body, "joint_flow", "depth", 0.1}; }
 
 /// A row of every verdict, and names that have to be escaped.
 Comparison every_verdict() {

@@ -163,10 +163,6 @@ class Comparer {
   std::vector<Mismatch>& findings_;
 };
 
-bool has_times(const RunFolder& run) {
-  return std::ranges::any_of(run.records, [](const Record& r) { return !r.time_ms.empty(); });
-}
-
 void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& policy,
                   std::vector<Mismatch>& findings) {
   if (base.provenance.is_null() && fresh.provenance.is_null()) {
@@ -181,7 +177,7 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   comparer.compare("data", same.data, data_of(a), data_of(b), is_pack);
   comparer.compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
                    leaves_of(configuration_of(b), ""), is_new_option);
-  const bool times = policy.speed.judge && has_times(base) && has_times(fresh);
+  const bool times = policy.speed.judge && base.has_times && fresh.has_times;
   const Strictness machine_rule = times ? same.machine : Strictness::note;
   comparer.compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
                    leaves_of(b.value("machine", Json()), ""));

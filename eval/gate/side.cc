@@ -3,44 +3,32 @@
 #include <algorithm>
 
 #include "sextant/base/files.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {
 
-template <typename T>
-int three_way(const T& a, const T& b) {
-  return a < b ? -1 : (b < a ? 1 : 0);
-}
-
-std::string case_name(const Record& r) {
-  return fmt::format("{} {} {} noise '{}' level {} seed {} frame {} {}", r.dataset, r.sequence, r.estimator,
-                     r.noise, r.level, r.seed, r.frame, r.body);
-}
-
-/// Each record is moved once; a record is a few hundred bytes.
-std::vector<Record> in_order(std::vector<Record> records) {
-  const auto rises = [](const Record& a, const Record& b) { return compare_cases(a, b) < 0; };
-  if (std::ranges::is_sorted(records, rises)) return records;
-  std::vector<const Record*> order;
-  for (const Record& record : records) order.push_back(&record);
-  std::ranges::sort(order, [](const Record* a, const Record* b) { return compare_cases(*a, *b) < 0; });
-  std::vector<Record> sorted;
-  sorted.reserve(records.size());
-  for (const Record* record : order)
-    sorted.push_back(std::move(records[static_cast<size_t>(record - records.data())]));
-  return sorted;
+std::string case_name(const Subject& s, const SeedFrame& at) {
+  return fmt::format("{} {} {} noise '{}' level {} seed {} frame {} {}", s.dataset, s.sequence, s.estimator,
+                     s.noise, s.level, at.first, at.second, s.body);
 }
 
 /// Errors are magnitudes. Beyond the largest one sums of squares overflow.
-void check_errors(const std::vector<Record>& records, const std::string& file) {
+void check_errors(const Record& r, const std::string& file) {
   constexpr double largest = 1e100;
-  for (const Record& r : records) {
-    for (const auto& [key, value] : r.errors) {
-      if (value < 0 || value > largest)
-        fail("{}: {}: error {} = {}: expected 0 .. {}", file, case_name(r), key, value, largest);
-    }
+  for (const auto& [key, value] : r.errors) {
+    if (value < 0 || value > largest)
+      fail("{}: {}: error {} = {}: expected 0 .. {}", file, case_name(Subject::of(r), {r.seed, r.frame}), key,
+           value, largest);
+  }
+}
+
+void check_once(const SubjectCases& cases, const std::string& file) {
+  for (size_t row = 1; row < cases.size(); ++row) {
+    if (cases.case_of(row) == cases.case_of(row - 1))
+      fail("{}: the case '{}' is there twice", file, case_name(cases.subject, cases.case_of(row)));
   }
 }
 
@@ -50,15 +38,17 @@ RunFolder read_run(const fs::path& folder) {
   if (fs::exists(folder / "journal.jsonl")) {
     fail("{}: its sweep is not finished: give its command again first", run.path);
   }
-  run.records = in_order(read_records(folder / "records.jsonl"));
   const std::string file = (folder / "records.jsonl").string();
-  if (run.records.empty()) fail("{}: has no records", file);
-  const auto twice = std::ranges::adjacent_find(
-      run.records, [](const Record& a, const Record& b) { return compare_cases(a, b) == 0; });
-  if (twice != run.records.end()) {
-    fail("{}: the case '{}' is there twice", file, case_name(*twice));
-  }
-  check_errors(run.records, file);
+  SubjectCollector collector;
+  for_each_record(folder / "records.jsonl", [&](const Record& record) {
+    check_errors(record, file);
+    collector.add(record);
+    ++run.n_cases;
+  });
+  if (run.n_cases == 0) fail("{}: has no records", file);
+  run.has_times = collector.has_times();
+  run.subjects = collector.take();
+  for (const SubjectCases& cases : run.subjects) check_once(cases, file);
   if (!fs::exists(folder / "run.json")) return run;
   run.provenance = read_run_json(folder);
   return run;
@@ -86,23 +76,6 @@ void read_folder(const fs::path& folder, Side& side) {
 bool is_empty(const Side& side) { return side.runs.empty() && side.benchmarks.empty(); }
 
 }  // namespace
-
-int compare_subjects(const Record& a, const Record& b) {
-  if (const int c = three_way(a.dataset, b.dataset)) return c;
-  if (const int c = three_way(a.sequence, b.sequence)) return c;
-  if (const int c = three_way(a.estimator, b.estimator)) return c;
-  if (const int c = three_way(a.level, b.level)) return c;
-  if (const int c = three_way(a.noise, b.noise)) return c;
-  if (const int c = three_way(a.body.str().size(), b.body.str().size()))
-    return c;  // object:2 before object:10
-  return three_way(a.body, b.body);
-}
-
-int compare_cases(const Record& a, const Record& b) {
-  if (const int c = compare_subjects(a, b)) return c;
-  if (const int c = three_way(a.seed, b.seed)) return c;
-  return three_way(a.frame, b.frame);
-}
 
 Side read_side(const fs::path& path) {
   Side side;

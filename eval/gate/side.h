@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "sextant/eval/gate/benchmark_file.h"
-#include "sextant/eval/records/record.h"
+#include "sextant/eval/gate/subject_cases.h"
 
 namespace sextant {
 
-/// Records in order of case, and the indices at which a new subject begins. A subject is what is judged as
-/// one: dataset, sequence, estimator, noise, level and body.
 struct RunFolder {
   std::string path;
-  std::vector<Record> records;
+  std::vector<SubjectCases> subjects;  ///< in order
+  size_t n_cases = 0;
+  bool has_times = false;
   Json provenance;  ///< run.json; null when there is none
 };
 
@@ -28,11 +28,7 @@ struct Side {
   std::vector<BenchmarkFile> benchmarks;
 };
 
-/// Order of subjects and cases: < 0, 0, > 0.
-int compare_subjects(const Record& a, const Record& b);
-int compare_cases(const Record& a, const Record& b);
-
-/// Throws Error on a path without results, an empty or damaged file, an unfinished sweep, a case twice.
+/// Streams the records. Throws Error on a path without results, an empty or damaged file, an unfinished sweep, a case twice.
 Side read_side(const std::filesystem::path& path);
 
 }  // namespace sextant

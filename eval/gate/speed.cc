@@ -55,9 +55,6 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
   return samples;
 }
 
-/// Stages whose time is the estimator's; the others are the source's.
-constexpr const char* stages[] = {"refine", "start", "total"};
-
 struct StageTimes {
   std::vector<double> log_ratios;  ///< to the reference, over cases
   std::vector<double> reference_ms;
@@ -67,7 +64,7 @@ Samples run_samples(const Side& side, const Side& base) {
   Samples samples;
   if (base.runs.empty()) return samples;
   for (const RunFolder& run : side.runs) {
-    for (const auto& [name, time] : run_times(run.records, base.runs.front().records)) {
+    for (const auto& [name, time] : run_times(run.subjects, base.runs.front().subjects)) {
       Sample& sample = samples[name];
       sample.ns.push_back(1e6 * time.reference_ms * time.ratio);
       if (!sample.ratios) sample.ratios = time.ratios;
@@ -102,8 +99,8 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
           compare_times(name, sample.ns, other->second.ns, policy.speed, other->second.ratios));
       const SpeedRow& row = out.rows.back();
       if (row.n_base != row.n_new) {
-        out.findings.push_back(sextant::mismatch(Strictness::note, "repetitions", name, std::to_string(row.n_base),
-                                                 std::to_string(row.n_new)));
+        out.findings.push_back(sextant::mismatch(Strictness::note, "repetitions", name,
+                                                 std::to_string(row.n_base), std::to_string(row.n_new)));
       }
     }
   }
@@ -115,23 +112,28 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
 
 }  // namespace
 
-std::map<std::string, RunTime> run_times(const std::vector<Record>& records,
-                                         const std::vector<Record>& reference) {
+std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
+                                         const std::vector<SubjectCases>& reference) {
   std::map<std::string, StageTimes> stages_of;
-  auto r = reference.begin();
-  for (const Record& record : records) {
-    while (r != reference.end() && compare_cases(*r, record) < 0) ++r;
-    if (r == reference.end()) break;
-    if (compare_cases(*r, record) != 0 || record.status != Status::ok || r->status != Status::ok) continue;
-    for (const char* stage : stages) {
-      const auto a = r->time_ms.find(stage), b = record.time_ms.find(stage);
-      if (a == r->time_ms.end() || b == record.time_ms.end() || a->second <= 0 || b->second <= 0) continue;
+  for (const SubjectPair& pair : pair_subjects(reference, subjects)) {
+    if (pair.base == nullptr || pair.fresh == nullptr) continue;
+    const Subject& s = pair.base->subject;
+    const std::vector<RowPair> rows = pair_rows(pair).both;
+    for (const NumberColumn& before : pair.base->times) {
+      const NumberColumn* after = find_column(pair.fresh->times, before.name);
+      if (after == nullptr) continue;
       StageTimes& times =
-          stages_of[fmt::format("{} {} {} {}", record.dataset, record.sequence, record.estimator, stage)];
-      times.log_ratios.push_back(std::log(b->second / a->second));
-      times.reference_ms.push_back(a->second);
+          stages_of[fmt::format("{} {} {} {}", s.dataset, s.sequence, s.estimator, before.name)];
+      for (const auto& [b, f] : rows) {
+        if (pair.base->statuses[b] != Status::ok || pair.fresh->statuses[f] != Status::ok) continue;
+        const double a_ms = before.numbers[b], b_ms = after->numbers[f];
+        if (!(a_ms > 0) || !(b_ms > 0)) continue;
+        times.log_ratios.push_back(std::log(b_ms / a_ms));
+        times.reference_ms.push_back(a_ms);
+      }
     }
   }
+  std::erase_if(stages_of, [](const auto& of) { return of.second.log_ratios.empty(); });
   std::map<std::string, RunTime> result;
   for (const auto& [name, times] : stages_of) {
     const auto at = [&ratios = times.log_ratios](double p) { return std::exp(quantile(ratios, p)); };

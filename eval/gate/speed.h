@@ -52,8 +52,8 @@ struct RunTime {
 };
 
 /// By "dataset sequence estimator stage", over the cases that both have estimated.
-std::map<std::string, RunTime> run_times(const std::vector<Record>& records,
-                                         const std::vector<Record>& reference);
+std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
+                                         const std::vector<SubjectCases>& reference);
 
 SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy);
 

@@ -152,6 +152,12 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
   end_ += block.size();
 }
 
+void Journal::clear() {
+  if (::ftruncate(file_, 0) != 0) fail("{}: cannot empty it: {}", path_.string(), std::strerror(errno));
+  blocks_.clear();
+  end_ = 0;
+}
+
 std::string Journal::content(const Block& block) const {
   std::string bytes(block.bytes, '\0');
   size_t done = 0;

@@ -51,6 +51,9 @@ class Journal {
   void append_bytes(uint64_t number, std::string_view bytes);
 
   const std::map<uint64_t, Block>& blocks() const { return blocks_; }
+  uint64_t bytes() const { return end_; }
+  /// Forgets all cases. Not beside an append() of another thread.
+  void clear();
   std::string content(const Block& block) const;
 
  private:

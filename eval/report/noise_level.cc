@@ -256,7 +256,7 @@ std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const N
   return pairs;
 }
 
-size_t NoiseLevels::Hash::operator()(const NoiseLevelKey& key) const {
+size_t NoiseLevelKey::Hash::operator()(const NoiseLevelKey& key) const {
   size_t hash = std::hash<double>()(key.level);
   for (const Interned& part : {key.dataset, key.sequence, key.body, key.estimator, key.noise})
     hash = (hash ^ std::hash<const void*>()(&part.str())) * 0x9E3779B97F4A7C15U;

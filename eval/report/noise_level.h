@@ -36,6 +36,10 @@ struct NoiseLevelKey {
   bool operator<(const NoiseLevelKey& other) const;
   /// The same but for level and noise: the same curve.
   bool is_same_curve(const NoiseLevelKey& other) const;
+
+  struct Hash {
+    size_t operator()(const NoiseLevelKey& key) const;
+  };
 };
 
 /// `metrics_for(compared)`: the columns. Errors are told by their index here.
@@ -138,12 +142,9 @@ class NoiseLevels {
   const std::vector<Interned>& estimators() const { return estimators_; }
 
  private:
-  struct Hash {
-    size_t operator()(const NoiseLevelKey& key) const;
-  };
   NoiseLevel& level_of(const NoiseLevelKey& key);
 
-  std::unordered_map<NoiseLevelKey, NoiseLevel, Hash> levels_;
+  std::unordered_map<NoiseLevelKey, NoiseLevel, NoiseLevelKey::Hash> levels_;
   std::vector<Interned> estimators_;
 };
 

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <memory>
 #include <numeric>
+#include <tuple>
 
 #include "sextant/base/philox.h"
+#include "sextant/stats/cluster_sums.h"
 #include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
 
@@ -16,6 +20,48 @@ double finite(double value) {
   if (!std::isfinite(value)) fail("bootstrap: the statistic of a resample is {}", value);
   return value;
 }
+
+/// Which clusters each resample has. Those of up to max_clusters are drawn once and kept by the thread, as 2 bytes each: a
+/// report asks hundreds of times for the same ones.
+class Draws {
+ public:
+  Draws(size_t n_clusters, const BootstrapOptions& options) : n_clusters_(n_clusters), seed_(options.seed) {
+    if (n_clusters > max_clusters) return;
+    static thread_local std::tuple<size_t, int, uint64_t> kept_for;
+    static thread_local std::shared_ptr<const std::vector<uint16_t>> kept;
+    const std::tuple wanted(n_clusters, options.replicates, options.seed);
+    if (kept == nullptr || kept_for != wanted) {
+      kept = std::make_shared<const std::vector<uint16_t>>(draw(options.replicates));
+      kept_for = wanted;
+    }
+    kept_ = kept;
+  }
+
+  void resample(int r, std::span<size_t> chosen) const {
+    if (kept_ != nullptr) {
+      std::ranges::copy(std::span(*kept_).subspan(static_cast<size_t>(r) * n_clusters_, n_clusters_), chosen.begin());
+      return;
+    }
+    PhiloxStream random(seed_, static_cast<uint64_t>(r));
+    for (size_t& index : chosen) index = random.below(n_clusters_);
+  }
+
+ private:
+  std::vector<uint16_t> draw(int replicates) const {
+    static_assert(max_clusters <= std::numeric_limits<uint16_t>::max());
+    std::vector<uint16_t> drawn;
+    drawn.reserve(static_cast<size_t>(replicates) * n_clusters_);
+    for (int r = 0; r < replicates; ++r) {
+      PhiloxStream random(seed_, static_cast<uint64_t>(r));
+      for (size_t i = 0; i < n_clusters_; ++i) drawn.push_back(static_cast<uint16_t>(random.below(n_clusters_)));
+    }
+    return drawn;
+  }
+
+  size_t n_clusters_;
+  uint64_t seed_;
+  std::shared_ptr<const std::vector<uint16_t>> kept_;
+};
 
 /// One row a resample, one column a statistic.
 class Resamples {
@@ -97,10 +143,10 @@ std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t
   std::vector<std::optional<Interval>> intervals(n_statistics);
   if (n_clusters < 2) return intervals;
   Resamples drawn(n_statistics, statistics);
+  const Draws draws(n_clusters, options);
   std::vector<size_t> chosen(n_clusters);
   for (int r = 0; r < options.replicates; ++r) {
-    PhiloxStream random(options.seed, static_cast<uint64_t>(r));
-    for (size_t& index : chosen) index = random.below(n_clusters);
+    draws.resample(r, chosen);
     drawn.add(chosen);
   }
   const double tail = expanded_tail((1 - options.confidence) / 2, n_clusters);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "sextant/base/philox.h"
 #include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
 
@@ -41,6 +42,25 @@ TEST(Bootstrap, IsAPureFunctionOfDataAndSeed) {
   const auto e = bootstrap(values, mean, {.seed = 6});
   EXPECT_NE(d->low, e->low);
   EXPECT_NEAR(a->low, c->low, 0.2);
+}
+
+TEST(Bootstrap, ResampleRIsDrawnFromStreamR) {
+  for (const size_t n_clusters : {size_t{2}, size_t{7}, size_t{2000}, size_t{70001}}) {
+    const BootstrapOptions options{.replicates = 100, .method = BootstrapMethod::percentile, .seed = 0x123456789};
+    uint64_t resample = 0;
+    cluster_bootstrap(
+        n_clusters,
+        [&](std::span<const size_t> clusters) {
+          PhiloxStream random(options.seed, resample++);
+          EXPECT_EQ(clusters.size(), n_clusters);
+          for (const size_t cluster : clusters) {
+            EXPECT_EQ(cluster, random.below(n_clusters));
+          }
+          return 1.0;
+        },
+        options);
+    EXPECT_EQ(resample, 100U);
+  }
 }
 
 TEST(Bootstrap, BcaFollowsTheSkewnessThatPercentileMisses) {

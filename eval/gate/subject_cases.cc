@@ -1,0 +1,202 @@
+#include "sextant/eval/gate/subject_cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "sextant/eval/records/record_truth.h"
+
+namespace sextant {
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+template <typename T>
+int three_way(const T& a, const T& b) {
+  return a < b ? -1 : (b < a ? 1 : 0);
+}
+
+/// Visits what is equal on two sides together, what only one has with null for the other; all in order.
+template <typename Item, typename Compare, typename Visit>
+void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh, const Compare& compare,
+                  const Visit& visit) {
+  auto b = base.begin(), f = fresh.begin();
+  while (b != base.end() || f != fresh.end()) {
+    const int order = b == base.end() ? 1 : (f == fresh.end() ? -1 : compare(*b, *f));
+    const Item* first = order <= 0 ? &*b++ : nullptr;
+    const Item* second = order >= 0 ? &*f++ : nullptr;
+    visit(first, second);
+  }
+}
+
+/// In order of name, as columns are.
+const std::vector<Interned>& truth_names() {
+  static const std::vector<Interned> names = [] {
+    std::vector<Interned> all;
+    for (const MetricDefinition* metric : metrics_for(truth_only)) all.emplace_back(metric->name);
+    std::ranges::sort(all, std::less<>());
+    return all;
+  }();
+  return names;
+}
+
+/// Those whose time is the estimator's; the others are the source's.
+const std::vector<Interned>& stage_names() {
+  static const std::vector<Interned> names = {"refine", "start", "total"};
+  return names;
+}
+
+/// One more row of these columns; numbers are put in order of name.
+class RowWriter {
+ public:
+  RowWriter(std::vector<NumberColumn>& columns, size_t row) : columns_(columns), row_(row) {}
+  ~RowWriter() {
+    for (NumberColumn& column : columns_) column.numbers.resize(row_ + 1, missing);
+  }
+  RowWriter(const RowWriter&) = delete;
+  RowWriter& operator=(const RowWriter&) = delete;
+
+  void put(Interned name, double number) {
+    while (next_ < columns_.size() && columns_[next_].name < name) ++next_;
+    if (next_ == columns_.size() || !(columns_[next_].name == name)) {
+      const auto at = columns_.begin() + static_cast<std::ptrdiff_t>(next_);
+      columns_.insert(at, {name, std::vector<double>(row_, missing)});
+    }
+    columns_[next_++].numbers.push_back(number);
+  }
+
+  void put(const std::vector<Interned>& names, const NamedNumbers& numbers) {
+    for (const Interned name : names) {
+      if (const auto number = numbers.find(name); number != numbers.end()) put(name, number->second);
+    }
+  }
+
+ private:
+  std::vector<NumberColumn>& columns_;
+  size_t row_;
+  size_t next_ = 0;
+};
+
+/// In another order, and without room for more.
+template <typename T>
+void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
+  std::vector<T> ordered;
+  ordered.reserve(values.size());
+  for (const size_t i : order) ordered.push_back(values[i]);
+  values = std::move(ordered);
+}
+
+void sort_cases(SubjectCases& cases) {
+  std::vector<size_t> order(cases.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, {}, [&](size_t row) { return cases.case_of(row); });
+  reorder(order, cases.seeds);
+  reorder(order, cases.frames);
+  reorder(order, cases.statuses);
+  reorder(order, cases.gates);
+  reorder(order, cases.have_truth);
+  for (auto* columns : {&cases.errors, &cases.truth, &cases.times}) {
+    for (NumberColumn& column : *columns) reorder(order, column.numbers);
+  }
+}
+
+}  // namespace
+
+std::string to_string(const Subject& s) {
+  const std::string level = s.noise == "none" ? "" : fmt::format(" level {}", s.level);
+  return fmt::format("{} {} {}{} {}", s.dataset, s.sequence, s.estimator, level, s.body);
+}
+
+int compare_subjects(const Subject& a, const Subject& b) {
+  if (const int c = three_way(a.dataset, b.dataset)) return c;
+  if (const int c = three_way(a.sequence, b.sequence)) return c;
+  if (const int c = three_way(a.estimator, b.estimator)) return c;
+  if (const int c = three_way(a.level, b.level)) return c;
+  if (const int c = three_way(a.noise, b.noise)) return c;
+  if (const int c = three_way(a.body.str().size(), b.body.str().size()))
+    return c;  // object:2 before object:10
+  return three_way(a.body, b.body);
+}
+
+bool NumberColumn::has(size_t row) const { return !std::isnan(numbers[row]); }
+
+const NumberColumn* find_column(const std::vector<NumberColumn>& columns, Interned name) {
+  const auto at = std::ranges::find(columns, name, &NumberColumn::name);
+  return at == columns.end() ? nullptr : &*at;
+}
+
+std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
+                                     const std::vector<NumberColumn>& fresh) {
+  std::vector<ColumnPair> pairs;
+  merge_sorted(
+      base, fresh, [](const NumberColumn& a, const NumberColumn& b) { return three_way(a.name, b.name); },
+      [&](const NumberColumn* a, const NumberColumn* b) {
+        pairs.push_back({(a != nullptr ? a : b)->name, a, b});
+      });
+  return pairs;
+}
+
+std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
+                                       const std::vector<SubjectCases>& fresh) {
+  std::vector<SubjectPair> pairs;
+  merge_sorted(
+      base, fresh,
+      [](const SubjectCases& a, const SubjectCases& b) { return compare_subjects(a.subject, b.subject); },
+      [&](const SubjectCases* a, const SubjectCases* b) {
+        pairs.push_back({a, b});
+      });
+  return pairs;
+}
+
+PairedRows pair_rows(const SubjectPair& pair) {
+  PairedRows rows;
+  const size_t n_base = pair.base == nullptr ? 0 : pair.base->size();
+  const size_t n_fresh = pair.fresh == nullptr ? 0 : pair.fresh->size();
+  for (size_t b = 0, f = 0; b < n_base || f < n_fresh;) {
+    const bool in_base = b < n_base && (f == n_fresh || pair.base->case_of(b) <= pair.fresh->case_of(f));
+    const bool in_fresh = f < n_fresh && (b == n_base || pair.fresh->case_of(f) <= pair.base->case_of(b));
+    if (in_base && in_fresh) {
+      rows.both.push_back({static_cast<uint32_t>(b), static_cast<uint32_t>(f)});
+    } else if (in_base) {
+      rows.only_base.push_back(b);
+    } else {
+      rows.only_fresh.push_back(f);
+    }
+    b += in_base;
+    f += in_fresh;
+  }
+  return rows;
+}
+
+void SubjectCollector::add(const Record& record) {
+  const Subject subject = Subject::of(record);
+  SubjectCases& cases = subjects_[subject];
+  cases.subject = subject;
+  const size_t row = cases.size();
+  cases.seeds.push_back(record.seed);
+  cases.frames.push_back(record.frame);
+  cases.statuses.push_back(record.status);
+  cases.gates.push_back(record.gate);
+  cases.have_truth.push_back(has_truth(record));
+  RowWriter errors(cases.errors, row);
+  for (const auto& [name, number] : record.errors) errors.put(name, number);
+  RowWriter(cases.truth, row).put(truth_names(), record.values);
+  RowWriter(cases.times, row).put(stage_names(), record.time_ms);
+  has_times_ = has_times_ || !record.time_ms.empty();
+}
+
+std::vector<SubjectCases> SubjectCollector::take() {
+  std::vector<SubjectCases> subjects;
+  for (auto& [subject, cases] : subjects_) {
+    sort_cases(cases);
+    subjects.push_back(std::move(cases));
+  }
+  subjects_.clear();
+  std::ranges::sort(subjects, [](const SubjectCases& a, const SubjectCases& b) {
+    return compare_subjects(a.subject, b.subject) < 0;
+  });
+  return subjects;
+}
+
+}  // namespace sextant
