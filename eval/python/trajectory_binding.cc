@@ -60,11 +60,20 @@ std::vector<double> stamps_of(const py::object& value, const std::string& name) 
   return stamps;
 }
 
+/// "10m" and its like; the program's flag for it is called --rpe.
+PairSelection selection_of(const std::string& delta) {
+  try {
+    return PairSelection::parse(delta);
+  } catch (const Error&) {
+    fail("delta: expected a number and a unit: 1f (frames), 10m, 5deg, 0.5rad or 2s, got '{}'", delta);
+  }
+}
+
 /// Of relative errors: the errors, and the pairs (i, j) that they are of.
 py::tuple relative(const py::object& estimate, const py::object& reference, const std::string& delta, bool all_pairs,
                    double tolerance, bool pairs_from_reference, const std::string& relation, const py::object& stamps) {
   Paths paths(estimate, reference);
-  PairSelection selection = PairSelection::parse(delta);
+  PairSelection selection = selection_of(delta);
   selection.all_pairs = all_pairs;
   selection.relative_tolerance = tolerance;
   if (!stamps.is_none()) {

@@ -117,7 +117,7 @@ def name_of(function):
     return getattr(function, "__name__", type(function).__name__).strip("<>")
 
 
-class functions_added:
+class _Added:
     """The functions are known to the program's part as python:NAME within a `with`."""
 
     def __init__(self, functions):
@@ -141,12 +141,12 @@ class functions_added:
 def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
     """The summary of sextant.run with a function."""
     name = name_of(function)
-    with functions_added({name: function}) as inprocess:
+    with _Added({name: function}) as inprocess:
         return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),
                                         json_text("noise", noise), data, level, seeds, jobs or os.cpu_count(), preset, out,
                                         force, quiet))
 
 
 def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, quiet):
-    with functions_added(functions) as inprocess:
+    with _Added(functions) as inprocess:
         return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, quiet))
