@@ -71,7 +71,9 @@ class Command(unittest.TestCase):
         other = sextant.compare(self.folder / "a", self.folder / "b", only="accuracy")
         self.assertFalse(other)
         self.assertEqual(other.verdict, "invalid")
-        self.refuse("no-such", sextant.compare, self.folder / "a", self.folder / "no-such")
+        missing = sextant.compare(self.folder / "a", self.folder / "no-such")
+        self.assertEqual((missing.verdict, missing.exit_code), ("invalid", 2))
+        self.assertIn("no-such: is not there", missing.rows[0].row["subject"])
         self.refuse("plan", sextant.sweep, {"sources": 3}, out=self.folder / "c")
 
     def test_evaluate_ego(self):

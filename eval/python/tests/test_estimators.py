@@ -70,7 +70,9 @@ class Estimators(unittest.TestCase):
         for a, b in zip(mine.rows, inside.rows):
             self.assertEqual(a.labels["estimator"], "least_squares")
             self.assertEqual((a.n_truth, a.n_estimated), (b.n_truth, b.n_estimated))
-            self.assertLess(a.metrics["Et_m"], 2.5 * b.metrics["Et_m"] + 0.01, a.body)
+            self.assertEqual("Et_m" in a.metrics, "Et_m" in b.metrics)
+            if "Et_m" in a.metrics:
+                self.assertLess(a.metrics["Et_m"], 2.5 * b.metrics["Et_m"] + 0.01, a.body)
         records = mine.records()
         self.assertGreater(records.values_nees.notna().sum(), 10)
         self.assertTrue((self.folder / "run1" / "summary.csv").is_file())

@@ -171,7 +171,7 @@ class Export(Folder):
     def test_memory_does_not_grow_with_the_records(self):
         """SEXTANT_EXPORT_RECORDS=1000000 for the number of the documents."""
         wanted = int(os.environ.get("SEXTANT_EXPORT_RECORDS", "60000"))
-        line = (json.dumps(record(errors={f"e{k}_m": 0.125 * k for k in range(10)}, values={f"v{k}": 1 / (k + 3) for k in range(20)},
+        line = (json.dumps(record(errors={f"e{k}_m": 0.125 * k for k in range(10)}, values={f"v{k:02}": 1 / (k + 3) for k in range(20)},
                                   time_ms={f"t{k}": k / 7 for k in range(5)}), separators=(",", ":")) + "\n").encode()
         peaks = {}
         for n in (wanted // 10, wanted):
