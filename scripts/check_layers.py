@@ -71,7 +71,7 @@ LAYERS = {
     "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/profile",
                  "eval/pictures", "eval/view", "eval/export", "eval/logs", "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce"] + _PAPER,
     "eval/python": _MEASUREMENT + ["estimator/solvers", "estimator/estimators", "estimator", "noise", "metrics", "eval/records",
-                                   "eval/experiment", "eval/export", "eval/cli"],
+                                   "eval/experiment", "eval/export", "eval/external", "eval/report", "eval/cli"],
     "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
                   "eval/records", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
                   "eval/report"],
