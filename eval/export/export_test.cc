@@ -12,8 +12,6 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-
 constexpr const char* hostile = "a,\"b\"\n'); DROP TABLE records; --";
 
 class Export : public testing::Test {

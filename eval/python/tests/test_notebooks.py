@@ -44,7 +44,7 @@ class Notebooks(unittest.TestCase):
 
     def test_figure_of_the_paper(self):
         text, notebook = self.execute("figure_of_the_paper")
-        self.assertIn("36 cases", text)
+        self.assertIn("24 cases", text)
         self.assertTrue(any("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])))
 
     def test_all_are_tested(self):
