@@ -16,8 +16,9 @@ void export_as_told(const ExportFlags& flags) {
   const auto format = from_name<ExportFormat>(flags.format, "format");
   const ExportOutcome outcome = export_records(flags.folder, format, flags.out, flags.quiet);
   if (flags.json) {
-    fmt::print("{}", json_text(Json{
-                         {"out", flags.out}, {"records", outcome.n_records}, {"columns", outcome.n_columns}}));
+    fmt::print(
+        "{}",
+        json_text(Json{{"out", flags.out}, {"records", outcome.n_records}, {"columns", outcome.n_columns}}));
   } else if (!flags.quiet) {
     fmt::print("{} records, {} columns\nResults: {}\n", outcome.n_records, outcome.n_columns, flags.out);
   }
@@ -27,10 +28,13 @@ void export_as_told(const ExportFlags& flags) {
 
 void add_export_command(CLI::App& app) {
   const auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command = app.add_subcommand("export", "The records of a run or sweep as one file: CSV, numpy, SQLite");
+  CLI::App* command =
+      app.add_subcommand("export", "The records of a run or sweep as one file: CSV, numpy, SQLite");
   command->add_option("dir", flags->folder, "Folder of a run or sweep")->required()->type_name("DIR");
   command->add_option("--format", flags->format, "What to write")->required()->type_name("csv|npz|sqlite");
-  command->add_option("--out", flags->out, "The file; one that is there is replaced")->required()->type_name("FILE");
+  command->add_option("--out", flags->out, "The file; one that is there is replaced")
+      ->required()
+      ->type_name("FILE");
   command->add_flag("--quiet", flags->quiet, "No progress, nothing printed");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(

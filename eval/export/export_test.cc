@@ -44,21 +44,25 @@ class Export : public testing::Test {
 };
 
 TEST_F(Export, CsvQuotesWhatStrangersWrote) {
-  EXPECT_EQ(read_file(exported(ExportFormat::csv)),
-            "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,errors_Et_m,"
-            "\"errors_x\"\"y,../z\"\n"
-            "d,,,none,0,0,0,ego,ok,,0,0,,0.1,\n"
-            "\"a,\"\"b\"\"\n'); DROP TABLE records; --\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,-0.5\n");
+  EXPECT_EQ(
+      read_file(exported(ExportFormat::csv)),
+      "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,errors_Et_m,"
+      "\"errors_x\"\"y,../z\"\n"
+      "d,,,none,0,0,0,ego,ok,,0,0,,0.1,\n"
+      "\"a,\"\"b\"\"\n'); DROP TABLE records; --\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,-0.5\n");
 }
 
 TEST_F(Export, SqliteHoldsTheSame) {
   sqlite3* base = nullptr;
   ASSERT_EQ(sqlite3_open(exported(ExportFormat::sqlite).c_str(), &base), SQLITE_OK);
   sqlite3_stmt* rows = nullptr;
-  ASSERT_EQ(sqlite3_prepare_v2(base, "SELECT dataset, seed, errors_Et_m, \"errors_x\"\"y,../z\", gate FROM records", -1,
-                               &rows, nullptr),
-            SQLITE_OK);
-  const auto text = [&](int column) { return std::string(reinterpret_cast<const char*>(sqlite3_column_text(rows, column))); };
+  ASSERT_EQ(
+      sqlite3_prepare_v2(base, "SELECT dataset, seed, errors_Et_m, \"errors_x\"\"y,../z\", gate FROM records",
+                         -1, &rows, nullptr),
+      SQLITE_OK);
+  const auto text = [&](int column) {
+    return std::string(reinterpret_cast<const char*>(sqlite3_column_text(rows, column)));
+  };
   ASSERT_EQ(sqlite3_step(rows), SQLITE_ROW);
   EXPECT_EQ(text(0), "d");
   EXPECT_EQ(sqlite3_column_type(rows, 1), SQLITE_INTEGER);

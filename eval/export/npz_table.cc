@@ -19,7 +19,10 @@ constexpr size_t buffer_bytes = size_t{1} << 16U;
 class ColumnStore {
  public:
   ColumnStore(const std::filesystem::path& beside, size_t n_columns, uint64_t column_bytes)
-      : path_(beside.string() + ".columns"), column_bytes_(column_bytes), buffers_(n_columns), written_(n_columns) {
+      : path_(beside.string() + ".columns"),
+        column_bytes_(column_bytes),
+        buffers_(n_columns),
+        written_(n_columns) {
     file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     if (file_ < 0) refuse();
     ::unlink(path_.c_str());
@@ -108,8 +111,8 @@ void add_texts(ZipFile& npz, const std::string& name, const Texts& texts) {
   constexpr uint64_t most_bytes = uint64_t{1} << 30U;
   const uint64_t n_bytes = uint64_t{rows.size()} * longest * sizeof(char32_t);
   if (n_bytes > most_bytes)
-    fail("{}: {} texts of up to {} characters are too many for an array: use csv or sqlite", name, rows.size(),
-         longest);
+    fail("{}: {} texts of up to {} characters are too many for an array: use csv or sqlite", name,
+         rows.size(), longest);
   const std::string header = npy_header(fmt::format("<U{}", longest), fmt::format("({},)", rows.size()));
   npz.begin(name + ".npy", header.size() + n_bytes);
   npz.append(header);

@@ -18,9 +18,13 @@ using Names = std::set<Interned>;
 class ColumnCollector {
  public:
   template <typename... Rule>
-  void field(const char* name, const Interned&, const Rule&...) { put(name, ColumnKind::text); }
+  void field(const char* name, const Interned&, const Rule&...) {
+    put(name, ColumnKind::text);
+  }
   template <typename... Rule>
-  void field(const char* name, const int&, const Rule&...) { put(name, ColumnKind::integer); }
+  void field(const char* name, const int&, const Rule&...) {
+    put(name, ColumnKind::integer);
+  }
   void field(const char* name, const uint64_t&) { put(name, ColumnKind::unsigned_integer); }
   void field(const char* name, const double&) { put(name, ColumnKind::number); }
   void field(const char* name, const Status&) { put(name, ColumnKind::text); }
@@ -30,9 +34,13 @@ class ColumnCollector {
     for (const auto& [key, number] : numbers) names.insert(key);
   }
   template <typename T, typename... Rest>
-  void only_if(bool, const char* name, const T&, const Rest&...) { put(name, ColumnKind::text); }
+  void only_if(bool, const char* name, const T&, const Rest&...) {
+    put(name, ColumnKind::text);
+  }
   template <typename T, typename... Rest>
-  void unless_empty(const char* name, const T&, const Rest&...) { put(name, ColumnKind::text); }
+  void unless_empty(const char* name, const T&, const Rest&...) {
+    put(name, ColumnKind::text);
+  }
 
   void begin(bool is_first) {
     is_first_ = is_first;
@@ -66,9 +74,13 @@ class RowFiller {
   }
 
   template <typename... Rule>
-  void field(const char*, const Interned& text, const Rule&...) { put(text); }
+  void field(const char*, const Interned& text, const Rule&...) {
+    put(text);
+  }
   template <typename... Rule>
-  void field(const char*, const int& count, const Rule&...) { put(int64_t{count}); }
+  void field(const char*, const int& count, const Rule&...) {
+    put(int64_t{count});
+  }
   void field(const char*, const uint64_t& count) { put(count); }
   void field(const char*, const double& number) { put(number); }
   void field(const char*, const Status& status) { put(Interned(to_string(status))); }

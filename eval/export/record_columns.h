@@ -22,9 +22,9 @@ namespace sextant {
 
 enum class ColumnKind {
   text,
-  integer,   ///< int64_t
+  integer,           ///< int64_t
   unsigned_integer,  ///< uint64_t
-  number,    ///< double
+  number,            ///< double
 };
 
 struct RecordColumn {

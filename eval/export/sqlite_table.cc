@@ -31,7 +31,9 @@ class Database {
     expect(code);
   }
 
-  void execute(const std::string& sql) { expect(sqlite3_exec(db_.get(), sql.c_str(), nullptr, nullptr, nullptr)); }
+  void execute(const std::string& sql) {
+    expect(sqlite3_exec(db_.get(), sql.c_str(), nullptr, nullptr, nullptr));
+  }
   std::unique_ptr<sqlite3_stmt, Close> prepare(const std::string& sql) {
     sqlite3_stmt* statement = nullptr;
     expect(sqlite3_prepare_v2(db_.get(), sql.c_str(), -1, &statement, nullptr));
@@ -64,14 +66,16 @@ const char* type_of(ColumnKind kind) {
 
 int bind(sqlite3_stmt* statement, int at, const RecordValue& value) {
   if (const auto* text = std::get_if<Interned>(&value)) {
-    return sqlite3_bind_text64(statement, at, text->str().data(), text->str().size(), SQLITE_STATIC, SQLITE_UTF8);
+    return sqlite3_bind_text64(statement, at, text->str().data(), text->str().size(), SQLITE_STATIC,
+                               SQLITE_UTF8);
   }
   if (const auto* count = std::get_if<int64_t>(&value)) return sqlite3_bind_int64(statement, at, *count);
   if (const auto* number = std::get_if<double>(&value)) return sqlite3_bind_double(statement, at, *number);
   if (const auto* large = std::get_if<uint64_t>(&value)) {
     if (*large <= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()))
       return sqlite3_bind_int64(statement, at, static_cast<int64_t>(*large));
-    const std::string digits = std::to_string(*large);  // beyond SQLite's integers: a text, or it would be rounded
+    const std::string digits =
+        std::to_string(*large);  // beyond SQLite's integers: a text, or it would be rounded
     return sqlite3_bind_text(statement, at, digits.c_str(), -1, SQLITE_TRANSIENT);
   }
   return sqlite3_bind_null(statement, at);

@@ -44,23 +44,23 @@ std::string problem_of(const RowMajor4& m) {
     return fmt::format("the last row {} {} {} {}", m(3, 0), m(3, 1), m(3, 2), m(3, 3));
   constexpr double most = 0.01;
   const double off = off_rotation(m.topLeftCorner<3, 3>());
-  if (off > most) return off == 2 ? "a reflection" : fmt::format("a rotation part that is off orthonormal by {:.3g}", off);
+  if (off > most)
+    return off == 2 ? "a reflection" : fmt::format("a rotation part that is off orthonormal by {:.3g}", off);
   return "";
 }
 
 }  // namespace
 
 py::array checked_array(const py::handle& value, const std::string& name, const ExpectedArray& expected) {
-  const std::string wanted = fmt::format("{}: expected a numpy array of {} with shape {}", name, expected.type,
-                                         expected.in_words);
+  const std::string wanted =
+      fmt::format("{}: expected a numpy array of {} with shape {}", name, expected.type, expected.in_words);
   if (!py::isinstance<py::array>(value)) fail("{}, got {}", wanted, type_name(value));
   const auto array = py::reinterpret_borrow<py::array>(value);
   const std::string type = py::str(array.dtype());
-  if (type != expected.type)
-    fail("{}, got {}: {}.astype(numpy.{})", wanted, type, name, expected.type);
+  if (type != expected.type) fail("{}, got {}: {}.astype(numpy.{})", wanted, type, name, expected.type);
   if (!fits(array, expected.shape)) fail("{}, got shape {}", wanted, shape_text(array));
-  constexpr int needed = static_cast<int>(py::array::c_style) |
-                         static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
+  constexpr int needed =
+      static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
   if ((array.flags() & needed) != needed)
     fail("{}, C-contiguous, got one that is not: numpy.ascontiguousarray({})", wanted, name);
   return array;
@@ -97,7 +97,8 @@ Eigen::Matrix4d motion_of(const py::handle& value, const std::string& name) {
 
 std::vector<SE3> rigid_motions_of(const py::handle& value, const std::string& name) {
   std::vector<SE3> motions;
-  for (const Eigen::Matrix4d& m : motions_of(value, name)) motions.push_back(SE3::from_matrix(m.topRows<3>()));
+  for (const Eigen::Matrix4d& m : motions_of(value, name))
+    motions.push_back(SE3::from_matrix(m.topRows<3>()));
   return motions;
 }
 

@@ -23,7 +23,8 @@ struct ExpectedArray {
 };
 
 /// C-contiguous, aligned, of that type, with at least one element along every axis.
-pybind11::array checked_array(const pybind11::handle& value, const std::string& name, const ExpectedArray& expected);
+pybind11::array checked_array(const pybind11::handle& value, const std::string& name,
+                              const ExpectedArray& expected);
 
 /// "nan at [3, 4] (and 11 more)": the places in an array for which `is_bad` holds; none: an empty text.
 template <typename T, typename Bad>

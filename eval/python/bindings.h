@@ -4,7 +4,6 @@
 
 #include <pybind11/pybind11.h>
 
-
 namespace sextant {
 
 void bind_noise(pybind11::module_& core);

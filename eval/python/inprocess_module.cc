@@ -54,8 +54,8 @@ py::object declared(const std::optional<MeasurementNoise>& noise) {
   if (!noise) return py::none();
   py::list parts;
   for (const auto& part : noise->correlation.parts) parts.append(py::make_tuple(part.length_px, part.share));
-  return py::make_tuple(noise->flow_x_px, noise->flow_y_px, noise->inverse_depth_per_m, noise->flow_outlier_share, parts,
-                        noise->independent_gaussian);
+  return py::make_tuple(noise->flow_x_px, noise->flow_y_px, noise->inverse_depth_per_m,
+                        noise->flow_outlier_share, parts, noise->independent_gaussian);
 }
 
 /// Measurements and what is declared about them: all that an estimator sees.
@@ -85,7 +85,8 @@ class PythonEstimator final : public Estimator {
 
  private:
   /// (status, T_curr_prev, covariance or None, inliers or None, iterations): estimators.py sees to the types.
-  MotionEstimate estimate_of(const py::tuple& answer, const Problem& problem, const StartingPoint& start) const {
+  MotionEstimate estimate_of(const py::tuple& answer, const Problem& problem,
+                             const StartingPoint& start) const {
     MotionEstimate estimate{.T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
     estimate.status = from_name<Status>(answer[0].cast<std::string>(), "status");
     if (estimate.status != Status::ok) return estimate;
@@ -93,8 +94,8 @@ class PythonEstimator final : public Estimator {
     estimate.T_curr_prev = SE3::from_matrix(motion_of(answer[1], of + "T_curr_prev").topRows<3>());
     if (!answer[2].is_none()) {
       const py::array C = finite_numbers(answer[2], of + "covariance", {6, 6}, "(6, 6)");
-      estimate.covariance =
-          Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(static_cast<const double*>(C.data()));
+      estimate.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
+          static_cast<const double*>(C.data()));
     }
     if (!answer[3].is_none()) {
       const auto n = static_cast<py::ssize_t>(problem.points.size());
@@ -154,9 +155,10 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
 }
 
 /// What `sextant run` takes from its flags.
-std::string run_here(const std::vector<std::string>& sources, const std::string& estimator, const std::string& options,
-                     const std::string& noise, const std::string& data_root, double level, int n_seeds, int jobs,
-                     const std::string& preset, const std::string& out, bool force, bool quiet) {
+std::string run_here(const std::vector<std::string>& sources, const std::string& estimator,
+                     const std::string& options, const std::string& noise, const std::string& data_root,
+                     double level, int n_seeds, int jobs, const std::string& preset, const std::string& out,
+                     bool force, bool quiet) {
   const py::gil_scoped_release others_run;
   RunConfig config;
   for (const std::string& source : sources) config.sources.push_back(find_source(source, data_root));
@@ -168,7 +170,8 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
   config.jobs = jobs;
   config.quiet = quiet;
   config.folder = std::filesystem::path(out) / "external";
-  const RunResult result = run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
+  const RunResult result =
+      run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
   return json_line(summary_json(result.records, find_preset(preset)));
 }
 
@@ -200,7 +203,8 @@ PYBIND11_MODULE(_inprocess, inprocess) {
   sextant::add_estimator_kind("python", "python:NAME", sextant::open_function);
   inprocess.def("set_function", [](const std::string& name, py::object function, const std::string& options,
                                    bool chooses_points) {
-    sextant::functions()[name] = {sextant::held(std::move(function)), sextant::parse_json(options, name), chooses_points};
+    sextant::functions()[name] = {sextant::held(std::move(function)), sextant::parse_json(options, name),
+                                  chooses_points};
   });
   inprocess.def("forget_function", [](const std::string& name) { sextant::functions().erase(name); });
   inprocess.def("run", sextant::run_here);

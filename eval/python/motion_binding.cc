@@ -45,7 +45,8 @@ std::optional<Cameras> cameras_of(const py::object& pair, const std::string& nam
   if (!py::isinstance<py::tuple>(pair) || py::len(pair) != 2)
     fail("{}: expected a tuple (previous, current) of arrays (n, 4, 4), got {}", name,
          std::string(py::str(py::type::handle_of(pair).attr("__name__"))));
-  Cameras cameras{rigid_motions_of(pair[py::int_(0)], name + "[0]"), rigid_motions_of(pair[py::int_(1)], name + "[1]")};
+  Cameras cameras{rigid_motions_of(pair[py::int_(0)], name + "[0]"),
+                  rigid_motions_of(pair[py::int_(1)], name + "[1]")};
   expect_count(cameras.before, n, name + "[0]");
   expect_count(cameras.after, n, name + "[1]");
   return cameras;
@@ -60,8 +61,8 @@ Motions seen_from(const Cameras& cameras, const Motions& world) {
 }
 
 /// Errors of motions H in the world, as `sextant evaluate objects` takes them (docs/metrics.md).
-py::dict object_errors(const py::object& estimate, const py::object& truth, const py::object& pose, double dt_s,
-                       const py::object& camera, const py::object& true_camera) {
+py::dict object_errors(const py::object& estimate, const py::object& truth, const py::object& pose,
+                       double dt_s, const py::object& camera, const py::object& true_camera) {
   const Motions H = rigid_motions_of(estimate, "estimate"), H_true = rigid_motions_of(truth, "truth");
   expect_count(H, H_true.size(), "estimate");
   py::dict errors;
@@ -119,7 +120,8 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
     d_curr = static_cast<const double*>(z_curr.data());
   }
   for (py::ssize_t i = 0; i < n; ++i) {
-    points.push_back(uv[2 * i], uv[2 * i + 1], d[i], phi[2 * i], phi[2 * i + 1], d_curr == nullptr ? NAN : d_curr[i]);
+    points.push_back(uv[2 * i], uv[2 * i + 1], d[i], phi[2 * i], phi[2 * i + 1],
+                     d_curr == nullptr ? NAN : d_curr[i]);
   }
   return points;
 }
@@ -127,7 +129,8 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
 /// [J previous depth only, both depths or None], or None.
 py::object bound(const std::array<double, 5>& camera, const py::object& pixels, const py::object& depth,
                  const py::object& flow, const py::object& depth_curr, const py::object& motion,
-                 const std::array<double, 3>& deviations, const std::vector<std::pair<double, double>>& correlation) {
+                 const std::array<double, 3>& deviations,
+                 const std::vector<std::pair<double, double>>& correlation) {
   const PinholeCamera pinhole{camera[0], camera[1], camera[2], camera[3]};
   pinhole.check();
   const Correspondences points = points_of(pixels, depth, flow, depth_curr);
@@ -140,13 +143,15 @@ py::object bound(const std::array<double, 5>& camera, const py::object& pixels, 
   noise.independent_gaussian = correlation.empty();
   const auto found = motion_bound(pinhole, points, X, noise);
   if (!found) return py::none();
-  return py::make_tuple(array_of(found->previous_depth),
-                        found->both_depths ? py::object(array_of(*found->both_depths)) : py::object(py::none()));
+  return py::make_tuple(array_of(found->previous_depth), found->both_depths
+                                                             ? py::object(array_of(*found->both_depths))
+                                                             : py::object(py::none()));
 }
 
 Matrix6d covariance_of(const py::object& value) {
   const py::array array = finite_numbers(value, "covariance", {6, 6}, "(6, 6)");
-  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(static_cast<const double*>(array.data()));
+  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
+      static_cast<const double*>(array.data()));
 }
 
 }  // namespace

@@ -103,8 +103,9 @@ py::object array_or_none(const Image<Pixel>& image) {
   return array;
 }
 
-py::tuple apply(const Noise& noise, const std::array<double, 5>& camera, uint64_t seed, const std::string& dataset,
-                const std::string& sequence, int index, const FrameArrays& arrays, bool keep_missing) {
+py::tuple apply(const Noise& noise, const std::array<double, 5>& camera, uint64_t seed,
+                const std::string& dataset, const std::string& sequence, int index, const FrameArrays& arrays,
+                bool keep_missing) {
   const StereoCamera stereo{{camera[0], camera[1], camera[2], camera[3]}, camera[4]};
   if (!arrays.depth.is_none()) stereo.check();
   const Frame clean = frame_of(arrays, index, keep_missing);
@@ -114,7 +115,8 @@ py::tuple apply(const Noise& noise, const std::array<double, 5>& camera, uint64_
     noisy = noise.apply(clean, stereo, Draws(seed, dataset, sequence));
   }
   return py::make_tuple(array_or_none<float>(noisy.frame.depth_m), array_or_none<float>(noisy.frame.flow),
-                        array_or_none<float>(noisy.frame.backward_flow), array_or_none<uint16_t>(noisy.frame.mask),
+                        array_or_none<float>(noisy.frame.backward_flow),
+                        array_or_none<uint16_t>(noisy.frame.mask),
                         json_line(noisy.achieved.json(noise.options())));
 }
 
@@ -126,9 +128,9 @@ void bind_noise(py::module_& core) {
       .def("options", [](const Noise& noise) { return json_line(noise.options()); })
       .def("name", &Noise::name)
       .def("apply", [](const Noise& noise, const std::array<double, 5>& camera, uint64_t seed,
-                       const std::string& dataset, const std::string& sequence, int frame, const py::object& depth,
-                       const py::object& flow, const py::object& backward_flow, const py::object& mask,
-                       bool keep_missing) {
+                       const std::string& dataset, const std::string& sequence, int frame,
+                       const py::object& depth, const py::object& flow, const py::object& backward_flow,
+                       const py::object& mask, bool keep_missing) {
         return apply(noise, camera, seed, dataset, sequence, frame, {depth, flow, backward_flow, mask},
                      keep_missing);
       });

@@ -17,7 +17,8 @@ namespace {
 
 void expect_as_long(const PoseSeries& estimate, const PoseSeries& reference) {
   if (estimate.size() != reference.size())
-    fail("estimate: expected as many poses as the reference has, {}, got {}", reference.size(), estimate.size());
+    fail("estimate: expected as many poses as the reference has, {}, got {}", reference.size(),
+         estimate.size());
 }
 
 struct Paths {
@@ -44,7 +45,8 @@ py::array_t<double> array_of_path(const PoseSeries& path) {
   return out;
 }
 
-py::array_t<double> absolute(const py::object& estimate, const py::object& reference, const std::string& relation) {
+py::array_t<double> absolute(const py::object& estimate, const py::object& reference,
+                             const std::string& relation) {
   const Paths paths(estimate, reference);
   const auto kind = from_name<PoseRelation>(relation, "relation");
   if (kind == PoseRelation::point_distance_error_ratio)
@@ -70,8 +72,9 @@ PairSelection selection_of(const std::string& delta) {
 }
 
 /// Of relative errors: the errors, and the pairs (i, j) that they are of.
-py::tuple relative(const py::object& estimate, const py::object& reference, const std::string& delta, bool all_pairs,
-                   double tolerance, bool pairs_from_reference, const std::string& relation, const py::object& stamps) {
+py::tuple relative(const py::object& estimate, const py::object& reference, const std::string& delta,
+                   bool all_pairs, double tolerance, bool pairs_from_reference, const std::string& relation,
+                   const py::object& stamps) {
   Paths paths(estimate, reference);
   PairSelection selection = selection_of(delta);
   selection.all_pairs = all_pairs;
@@ -82,7 +85,8 @@ py::tuple relative(const py::object& estimate, const py::object& reference, cons
       fail("stamps: expected {}, one a pose, got {}", paths.estimate.size(), paths.estimate.stamps_s.size());
   }
   const auto kind = from_name<PoseRelation>(relation, "relation");
-  std::vector<PosePair> pairs = select_pairs(pairs_from_reference ? paths.reference : paths.estimate, selection);
+  std::vector<PosePair> pairs =
+      select_pairs(pairs_from_reference ? paths.reference : paths.estimate, selection);
   if (kind == PoseRelation::point_distance_error_ratio) {
     std::erase_if(pairs, [&](const PosePair& pair) { return pair_distance_m(paths.reference, pair) == 0; });
     if (pairs.empty()) fail("reference: moves between no pair of poses: use relation='point_distance'");
@@ -97,16 +101,18 @@ py::tuple relative(const py::object& estimate, const py::object& reference, cons
 }
 
 /// The estimate moved, [s R | t], its scale, and the flatness of the points.
-py::tuple aligned(const py::object& estimate, const py::object& reference, const std::string& method, int first_n,
-                  const std::optional<std::array<double, 3>>& up) {
+py::tuple aligned(const py::object& estimate, const py::object& reference, const std::string& method,
+                  int first_n, const std::optional<std::array<double, 3>>& up) {
   Paths paths(estimate, reference);
   const auto how = from_name<Alignment>(method, "alignment");
   if ((how == Alignment::yaw) != up.has_value())
-    fail("up: expected with align='yaw', and only there: the direction up in both worlds, (0, 0, 1) where z points up");
+    fail(
+        "up: expected with align='yaw', and only there: the direction up in both worlds, (0, 0, 1) where z points up");
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
   if (up) {
     axis = Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]);
-    if (!axis.allFinite() || axis.norm() < 1e-6) fail("up: expected a direction, got a vector of length {}", axis.norm());
+    if (!axis.allFinite() || axis.norm() < 1e-6)
+      fail("up: expected a direction, got a vector of length {}", axis.norm());
     axis.normalize();
   }
   if (first_n < 0) fail("n_to_align: expected 0 (all poses) or more, got {}", first_n);
@@ -134,12 +140,13 @@ py::list kitti(const py::object& estimate, const py::object& reference) {
   return rows;
 }
 
-py::tuple associate(const py::object& reference, const py::object& estimate, double max_difference, double offset) {
+py::tuple associate(const py::object& reference, const py::object& estimate, double max_difference,
+                    double offset) {
   AssociationOptions options;
   options.max_difference_s = max_difference;
   options.offset_s = offset;
-  const Association found =
-      associate_by_time(stamps_of(reference, "reference_stamps"), stamps_of(estimate, "estimate_stamps"), options);
+  const Association found = associate_by_time(stamps_of(reference, "reference_stamps"),
+                                              stamps_of(estimate, "estimate_stamps"), options);
   const auto rows = [](const std::vector<int>& places) {
     return py::array_t<int>(static_cast<py::ssize_t>(places.size()), places.data());
   };

@@ -60,8 +60,7 @@ void ZipFile::finish() {
 }
 
 std::string npy_header(std::string_view type, std::string_view shape) {
-  std::string header =
-      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
   constexpr size_t preamble = 10, block = 64;
   header.append(block - (preamble + header.size() + 1) % block, ' ').push_back('\n');
   std::string out("\x93NUMPY\x01\x00", 8);

@@ -85,6 +85,8 @@ class Frames(Folder):
         self.assertTrue((frame.dtypes[[c for c in frame if c.startswith("errors_")]] == float).all())
 
     def test_refused(self):
+        with self.assertRaisesRegex(sextant.Error, "folder: expected a path, got 3"):
+            sextant.read(3)
         with self.assertRaisesRegex(sextant.Error, "records.jsonl"):
             sextant.read(self.folder)
         self.write([record(), {"schema": 1}])
