@@ -22,6 +22,8 @@ find_library(LIBDEFLATE_LIBRARY deflate REQUIRED)
 find_path(LZ4_INCLUDE_DIR lz4frame.h REQUIRED)
 find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
 find_path(BZIP2_INCLUDE_DIR bzlib.h REQUIRED)
+# `sextant export --format sqlite`.
+find_package(SQLite3 REQUIRED)
 # gnuplot-iostream is one header over Boost's streams.
 find_path(GNUPLOT_IOSTREAM_INCLUDE_DIR gnuplot-iostream.h REQUIRED)
 find_package(Boost REQUIRED COMPONENTS iostreams filesystem system)

@@ -26,10 +26,10 @@ PLACES = [
     ["estimator/start", "estimator/estimators", None, None, "eval/profile"],
     ["estimator", "estimator/reference", None, None, "eval/logs"],
     ["eval/external", None, "eval/experiment", "eval/evaluation", None],
-    ["eval/pictures", "eval/view", "eval/records", None, None],
+    ["eval/pictures", "eval/view", "eval/records", "eval/export", None],
     [None, "eval/report", None, "eval/gate", None],
     ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", None],
-    [None, "eval/reproduce", None, "eval/cli", "eval/fuzz"],
+    [None, "eval/reproduce", "eval/python", "eval/cli", "eval/fuzz"],
     ["base", None, "geometry", None, "stats"],
 ]
 
@@ -46,7 +46,7 @@ WAYS = {
         ("truth", "eval/check"), ("eval/logs", "eval/evaluation")]),
     "records": ("#009e73", 0, [
         ("eval/experiment", "eval/records"), ("eval/evaluation", "eval/records"), ("eval/records", "eval/report"),
-        ("eval/records", "eval/gate"), ("eval/report", "eval/report/tables"), ("eval/report", "eval/report/figures"),
+        ("eval/records", "eval/gate"), ("eval/records", "eval/export"), ("eval/report", "eval/report/tables"), ("eval/report", "eval/report/figures"),
         ("eval/report/tables", "eval/report/claims"), ("eval/report/tables", "eval/reproduce"),
         ("eval/report/figures", "eval/reproduce"), ("eval/report/claims", "eval/reproduce")]),
 }

@@ -26,6 +26,7 @@ class Option;
 namespace sextant {
 
 struct RunConfig;
+struct RunResult;
 struct SweepConfig;
 
 /// Exit codes of every command.
@@ -56,6 +57,7 @@ void add_data_strip_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
 void add_view_command(CLI::App& app);
+void add_export_command(CLI::App& app);
 
 // ---- shared by commands
 
@@ -106,7 +108,9 @@ struct RunOutput {
   bool force = false, quiet = false, json = false;
 };
 void add_run_output_flags(CLI::App& command, RunOutput& output);
-/// Runs, writes the folder `out`, prints the summary.
+/// Runs and writes the folder `out`; goes on after the sources that an earlier run has done.
+RunResult run_into_folder(const RunConfig& config, const RunOutput& output);
+/// The same, and prints the summary.
 void run_and_write(const RunConfig& config, const RunOutput& output);
 /// Sweeps, prints what was done.
 void sweep_and_print(const SweepConfig& config, bool json);

@@ -75,7 +75,7 @@ void add_run_output_flags(CLI::App& command, RunOutput& output) {
   command.add_flag("--force", output.force, "Replace the results of another run in --out");
 }
 
-void run_and_write(const RunConfig& config, const RunOutput& output) {
+RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
   const MetricPreset& preset = find_preset(output.preset);
   const Json configuration = resolved_configuration(config);
   check_output_folder(output.out, configuration, output.force);
@@ -83,14 +83,19 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
   RunJournal journal(output.out, configuration);
   RunConfig resumable = config;
   if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
-  const RunResult result = run(resumable);
+  RunResult result = run(resumable);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
   write_output_folder(output.out, files);
   journal.remove();
+  return result;
+}
 
+void run_and_write(const RunConfig& config, const RunOutput& output) {
+  const MetricPreset& preset = find_preset(output.preset);
+  const RunResult result = run_into_folder(config, output);
   for (const SourceRun& source : result.sources) {
     if (!output.quiet) warn_of_problems(source.problems);
   }
@@ -106,7 +111,7 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
     }
   }
   if (!output.quiet) {
-    fmt::print("{}\n", to_text(summary));
+    fmt::print("{}\n", to_text(summary_table(result.records, preset)));
     fmt::print("{}", consistency_text(result.records));
   }
   fmt::print("Results: {}\n", output.out);

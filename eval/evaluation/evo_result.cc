@@ -1,53 +1,13 @@
 #include "sextant/eval/evaluation/evo_result.h"
 
-#include <minizip/zip.h>
-#include <unistd.h>
-
 #include <cstring>
 
 #include "sextant/base/options.h"
 #include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/records/zip_file.h"
 
 namespace sextant {
 namespace {
-
-/// A zip file under construction; what is not finished is removed.
-class ZipFile {
- public:
-  explicit ZipFile(const std::filesystem::path& path)
-      : path_(path), temporary_(path.string() + fmt::format(".{}.tmp", ::getpid())) {
-    zip_ = zipOpen64(temporary_.c_str(), APPEND_STATUS_CREATE);
-    if (zip_ == nullptr) fail("{}: cannot write", path.string());
-  }
-  ~ZipFile() {
-    if (zip_ != nullptr) zipClose(zip_, nullptr);
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
-  }
-  ZipFile(const ZipFile&) = delete;
-  ZipFile& operator=(const ZipFile&) = delete;
-
-  void add(const std::string& name, std::string_view bytes) {
-    zip_fileinfo info{};
-    info.tmz_date = {0, 0, 0, 1, 0, 1980};  // the same bytes every time
-    const bool good =
-        zipOpenNewFileInZip(zip_, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, 0, 0) == ZIP_OK &&
-        zipWriteInFileInZip(zip_, bytes.data(), static_cast<unsigned>(bytes.size())) == ZIP_OK &&
-        zipCloseFileInZip(zip_) == ZIP_OK;
-    if (!good) fail("{}: cannot write {}", path_.string(), name);
-  }
-  void finish() {
-    const bool good = zipClose(zip_, nullptr) == ZIP_OK;
-    zip_ = nullptr;
-    if (!good) fail("{}: cannot write", path_.string());
-    std::filesystem::rename(temporary_, path_);
-  }
-
- private:
-  std::filesystem::path path_;
-  std::string temporary_;
-  zipFile zip_ = nullptr;
-};
 
 std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
   std::vector<double> path(poses.size(), 0.0), out;
@@ -81,13 +41,7 @@ std::vector<int> rows_of_errors(const EgoResult& result) {
 std::string encode_npy(std::span<const double> values, size_t columns) {
   const std::string shape = columns == 0 ? fmt::format("({},)", values.size())
                                          : fmt::format("({}, {})", values.size() / columns, columns);
-  std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': {}, }}", shape);
-  constexpr size_t preamble = 10, block = 64;
-  header.append(block - (preamble + header.size() + 1) % block, ' ').push_back('\n');
-  std::string out("\x93NUMPY\x01\x00", 8);
-  out.push_back(static_cast<char>(header.size() & 0xff));
-  out.push_back(static_cast<char>(header.size() >> 8));
-  out += header;
+  std::string out = npy_header("<f8", shape);
   const size_t at = out.size();
   out.resize(at + values.size_bytes());
   std::memcpy(out.data() + at, values.data(), values.size_bytes());

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/records/csv_field.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
@@ -43,14 +44,6 @@ Layout lay_out(const Table& table, size_t min_width) {
     }
   }
   return layout;
-}
-
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted(1, '"');
-  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
-  quoted.push_back('"');
-  return quoted;
 }
 
 std::string exact(const Cell& cell) {

@@ -1,0 +1,70 @@
+#include "sextant/eval/export/export.h"
+
+#include <unistd.h>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/progress.h"
+#include "sextant/eval/export/table_writers.h"
+
+namespace sextant {
+namespace {
+
+/// A name beside `path`; what is there at the end is removed.
+class TemporaryName {
+ public:
+  explicit TemporaryName(const fs::path& path) : name_(path.string() + fmt::format(".{}.part", ::getpid())) {
+    remove();
+  }
+  ~TemporaryName() { remove(); }
+  TemporaryName(const TemporaryName&) = delete;
+  TemporaryName& operator=(const TemporaryName&) = delete;
+  const fs::path& name() const { return name_; }
+
+ private:
+  void remove() const {
+    std::error_code ignored;
+    fs::remove(name_, ignored);
+  }
+  fs::path name_;
+};
+
+void check_place(const fs::path& out) {
+  std::error_code ignored;
+  if (fs::is_directory(out, ignored)) fail("{}: is a folder: expected the name of a file", out.string());
+  const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, ignored)) fail("{}: there is no folder {}", out.string(), folder.string());
+}
+
+}  // namespace
+
+ExportOutcome export_records(const fs::path& folder, ExportFormat format, const fs::path& out, bool quiet) {
+  check_place(out);
+  const RecordColumns records(folder);
+  constexpr int step = 1000;
+  Progress progress("thousand records", static_cast<int>(records.n_rows() / step), quiet);
+  const Rows rows = [&](const RowVisitor& visit) {
+    uint64_t n = 0;
+    records.for_each_row([&](std::span<const RecordValue> row) {
+      visit(row);
+      if (++n % step == 0) progress.advance();
+    });
+  };
+  const TemporaryName part(out);
+  switch (format) {
+    case ExportFormat::csv:
+      write_csv(records, rows, part.name());
+      break;
+    case ExportFormat::npz:
+      write_npz(records, rows, part.name());
+      break;
+    case ExportFormat::sqlite:
+      write_sqlite(records, rows, part.name());
+      break;
+  }
+  fs::rename(part.name(), out);
+  sync_folder(out.has_parent_path() ? out.parent_path() : fs::path("."));
+  return {records.n_rows(), records.columns().size()};
+}
+
+}  // namespace sextant

@@ -1,0 +1,185 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/export/table_writers.h"
+#include "sextant/eval/records/zip_file.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t buffer_bytes = size_t{1} << 16U;
+
+/// Columns side by side in one file without a name, each at its own place; gone with the process.
+class ColumnStore {
+ public:
+  ColumnStore(const std::filesystem::path& beside, size_t n_columns, uint64_t column_bytes)
+      : path_(beside.string() + ".columns"),
+        column_bytes_(column_bytes),
+        buffers_(n_columns),
+        written_(n_columns) {
+    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    if (file_ < 0) refuse();
+    ::unlink(path_.c_str());
+  }
+  ~ColumnStore() { ::close(file_); }
+  ColumnStore(const ColumnStore&) = delete;
+  ColumnStore& operator=(const ColumnStore&) = delete;
+
+  template <typename T>
+  void append(size_t column, T value) {
+    std::string& buffer = buffers_[column];
+    buffer.append(reinterpret_cast<const char*>(&value), sizeof value);
+    if (buffer.size() >= buffer_bytes) flush(column);
+  }
+
+  /// Hands the bytes of a column over, piece by piece.
+  template <typename Take>
+  void read(size_t column, const Take& take) {
+    flush(column);
+    std::string piece(buffer_bytes, '\0');
+    for (uint64_t at = 0; at < written_[column];) {
+      const size_t most = std::min<uint64_t>(piece.size(), written_[column] - at);
+      const ssize_t n = ::pread(file_, piece.data(), most, place(column, at));
+      if (n <= 0) refuse();
+      take(std::string_view(piece).substr(0, static_cast<size_t>(n)));
+      at += static_cast<uint64_t>(n);
+    }
+  }
+
+ private:
+  off_t place(size_t column, uint64_t at) const { return static_cast<off_t>(column * column_bytes_ + at); }
+  [[noreturn]] void refuse() const { fail("{}: {}", path_, std::strerror(errno)); }
+  void flush(size_t column) {
+    std::string_view rest = buffers_[column];
+    while (!rest.empty()) {
+      const ssize_t n = ::pwrite(file_, rest.data(), rest.size(), place(column, written_[column]));
+      if (n < 0) refuse();
+      written_[column] += static_cast<uint64_t>(n);
+      rest.remove_prefix(static_cast<size_t>(n));
+    }
+    buffers_[column].clear();
+  }
+
+  std::string path_;
+  uint64_t column_bytes_;
+  int file_ = -1;
+  std::vector<std::string> buffers_;
+  std::vector<uint64_t> written_;
+};
+
+/// Texts of a column in order of first appearance.
+struct Texts {
+  std::vector<Interned> all;
+  std::unordered_map<const std::string*, int32_t> place;
+
+  int32_t of(Interned text) {
+    const auto [it, is_new] = place.emplace(&text.str(), static_cast<int32_t>(all.size()));
+    if (is_new) all.push_back(text);
+    return it->second;
+  }
+};
+
+/// UTF-8 as numpy keeps text: four bytes a character. Records hold UTF-8 alone.
+std::u32string characters_of(const std::string& utf8) {
+  std::u32string out;
+  for (size_t i = 0; i < utf8.size();) {
+    const auto lead = static_cast<unsigned char>(utf8[i]);
+    const size_t n = lead < 0x80 ? 1 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+    char32_t c = n == 1 ? lead : lead & (0xffU >> (n + 1));
+    for (size_t k = 1; k < n && i + k < utf8.size(); ++k)
+      c = c << 6U | (static_cast<unsigned char>(utf8[i + k]) & 0x3fU);
+    out.push_back(c);
+    i += n;
+  }
+  return out;
+}
+
+/// An array of texts: all as long as the longest.
+void add_texts(ZipFile& npz, const std::string& name, const Texts& texts) {
+  std::vector<std::u32string> rows;
+  size_t longest = 1;
+  for (const Interned& text : texts.all) {
+    rows.push_back(characters_of(text));
+    longest = std::max(longest, rows.back().size());
+  }
+  constexpr uint64_t most_bytes = uint64_t{1} << 30U;
+  const uint64_t n_bytes = uint64_t{rows.size()} * longest * sizeof(char32_t);
+  if (n_bytes > most_bytes)
+    fail("{}: {} texts of up to {} characters are too many for an array: use csv or sqlite", name,
+         rows.size(), longest);
+  const std::string header = npy_header(fmt::format("<U{}", longest), fmt::format("({},)", rows.size()));
+  npz.begin(name + ".npy", header.size() + n_bytes);
+  npz.append(header);
+  for (std::u32string& row : rows) {
+    row.resize(longest, U'\0');
+    npz.append({reinterpret_cast<const char*>(row.data()), longest * sizeof(char32_t)});
+  }
+  npz.end();
+}
+
+/// A name in the zip: what may mean something to a file system as %XX.
+std::string member_name(const std::string& column) {
+  std::string out;
+  for (const char c : column) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.';
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
+const char* type_of(ColumnKind kind) {
+  switch (kind) {
+    case ColumnKind::text:
+      return "<i4";
+    case ColumnKind::integer:
+      return "<i8";
+    case ColumnKind::unsigned_integer:
+      return "<u8";
+    case ColumnKind::number:
+      return "<f8";
+  }
+  return "";
+}
+
+}  // namespace
+
+void write_npz(const RecordColumns& records, const Rows& rows, const std::filesystem::path& file) {
+  const std::vector<RecordColumn>& columns = records.columns();
+  ColumnStore store(file, columns.size(), records.n_rows() * sizeof(double));
+  std::vector<Texts> texts(columns.size());
+  rows([&](std::span<const RecordValue> row) {
+    for (size_t i = 0; i < row.size(); ++i) {
+      if (columns[i].kind == ColumnKind::text) {
+        const auto* text = std::get_if<Interned>(&row[i]);
+        store.append(i, text == nullptr ? int32_t{-1} : texts[i].of(*text));
+      } else if (const auto* integer = std::get_if<int64_t>(&row[i])) {
+        store.append(i, *integer);
+      } else if (const auto* unsigned_integer = std::get_if<uint64_t>(&row[i])) {
+        store.append(i, *unsigned_integer);
+      } else {
+        const auto* number = std::get_if<double>(&row[i]);
+        store.append(i, number == nullptr ? NAN : *number);
+      }
+    }
+  });
+  constexpr int fastest = 1;
+  ZipFile npz(file, fastest);
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const std::string name = member_name(columns[i].name);
+    const std::string header = npy_header(type_of(columns[i].kind), fmt::format("({},)", records.n_rows()));
+    npz.begin(name + ".npy", header.size() + records.n_rows() * sizeof(double));
+    npz.append(header);
+    store.read(i, [&](std::string_view bytes) { npz.append(bytes); });
+    npz.end();
+    if (columns[i].kind == ColumnKind::text) add_texts(npz, name + "_names", texts[i]);
+  }
+  npz.finish();
+}
+
+}  // namespace sextant

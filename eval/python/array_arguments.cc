@@ -1,0 +1,128 @@
+#include "sextant/eval/python/array_arguments.h"
+
+#include <Eigen/LU>
+
+#include <cmath>
+#include <cstring>
+
+namespace py = pybind11;
+
+namespace sextant {
+namespace {
+
+std::string type_name(const py::handle& value) {
+  return py::str(py::type::handle_of(value).attr("__name__"));
+}
+
+std::string shape_text(const py::array& array) {
+  std::string text;
+  for (py::ssize_t axis = 0; axis < array.ndim(); ++axis)
+    text += fmt::format("{}{}", axis > 0 ? ", " : "", array.shape(axis));
+  return fmt::format("({}{})", text, array.ndim() == 1 ? "," : "");
+}
+
+bool fits(const py::array& array, const std::vector<py::ssize_t>& shape) {
+  if (array.ndim() != static_cast<py::ssize_t>(shape.size())) return false;
+  for (py::ssize_t axis = 0; axis < array.ndim(); ++axis) {
+    const py::ssize_t wanted = shape[static_cast<size_t>(axis)];
+    if (wanted >= 0 && array.shape(axis) != wanted) return false;
+  }
+  return array.size() > 0;
+}
+
+/// How far R is from a rotation: the largest entry of R'R - I, or 2 where it mirrors.
+double off_rotation(const Eigen::Matrix3d& R) {
+  const Eigen::Matrix3d off = R.transpose() * R - Eigen::Matrix3d::Identity();
+  return R.determinant() < 0 ? 2 : off.cwiseAbs().maxCoeff();
+}
+
+using RowMajor4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+/// What is wrong with it; empty: nothing.
+std::string problem_of(const RowMajor4& m) {
+  if ((m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() != 0)
+    return fmt::format("the last row {} {} {} {}", m(3, 0), m(3, 1), m(3, 2), m(3, 3));
+  constexpr double most = 0.01;
+  const double off = off_rotation(m.topLeftCorner<3, 3>());
+  if (off > most)
+    return off == 2 ? "a reflection" : fmt::format("a rotation part that is off orthonormal by {:.3g}", off);
+  return "";
+}
+
+}  // namespace
+
+py::array checked_array(const py::handle& value, const std::string& name, const ExpectedArray& expected) {
+  const std::string wanted =
+      fmt::format("{}: expected a numpy array of {} with shape {}", name, expected.type, expected.in_words);
+  if (!py::isinstance<py::array>(value)) fail("{}, got {}", wanted, type_name(value));
+  const auto array = py::reinterpret_borrow<py::array>(value);
+  const std::string type = py::str(array.dtype());
+  if (type != expected.type) fail("{}, got {}: {}.astype(numpy.{})", wanted, type, name, expected.type);
+  if (!fits(array, expected.shape)) fail("{}, got shape {}", wanted, shape_text(array));
+  constexpr int needed =
+      static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
+  if ((array.flags() & needed) != needed)
+    fail("{}, C-contiguous, got one that is not: numpy.ascontiguousarray({})", wanted, name);
+  return array;
+}
+
+py::array finite_numbers(const py::handle& value, const std::string& name, std::vector<py::ssize_t> shape,
+                         const std::string& in_words) {
+  py::array array = checked_array(value, name, {"float64", std::move(shape), in_words});
+  const std::string bad = places_of<double>(array, [](double x) { return !std::isfinite(x); });
+  if (!bad.empty()) fail("{}: expected finite numbers, got {}", name, bad);
+  return array;
+}
+
+std::vector<Eigen::Matrix4d> motions_of(const py::handle& value, const std::string& name) {
+  const py::array array = finite_numbers(value, name, {-1, 4, 4}, "(n, 4, 4)");
+  const auto* values = static_cast<const double*>(array.data());
+  std::vector<Eigen::Matrix4d> motions;
+  for (py::ssize_t i = 0; i < array.shape(0); ++i) {
+    const Eigen::Map<const RowMajor4> m(values + 16 * i);
+    if (const std::string problem = problem_of(m); !problem.empty())
+      fail("{}: expected rigid motions [R t; 0 0 0 1], got {} at [{}]", name, problem, i);
+    motions.emplace_back(m);
+  }
+  return motions;
+}
+
+Eigen::Matrix4d motion_of(const py::handle& value, const std::string& name) {
+  const py::array array = finite_numbers(value, name, {4, 4}, "(4, 4)");
+  const Eigen::Map<const RowMajor4> m(static_cast<const double*>(array.data()));
+  if (const std::string problem = problem_of(m); !problem.empty())
+    fail("{}: expected a rigid motion [R t; 0 0 0 1], got {}", name, problem);
+  return m;
+}
+
+std::vector<SE3> rigid_motions_of(const py::handle& value, const std::string& name) {
+  std::vector<SE3> motions;
+  for (const Eigen::Matrix4d& m : motions_of(value, name))
+    motions.push_back(SE3::from_matrix(m.topRows<3>()));
+  return motions;
+}
+
+PoseSeries path_of(const py::handle& value, const std::string& name) {
+  PoseSeries path;
+  for (const Eigen::Matrix4d& m : motions_of(value, name))
+    path.add(m.topLeftCorner<3, 3>(), m.topRightCorner<3, 1>());
+  return path;
+}
+
+py::array_t<double> array_of(const std::vector<double>& values) {
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+template <int n>
+static py::array_t<double> square(const Eigen::Matrix<double, n, n>& matrix) {
+  py::array_t<double> out({n, n});
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) out.mutable_at(i, j) = matrix(i, j);
+  }
+  return out;
+}
+
+py::array_t<double> array_of(const Eigen::Matrix4d& matrix) { return square<4>(matrix); }
+py::array_t<double> array_of(const Matrix6d& matrix) { return square<6>(matrix); }
+
+}  // namespace sextant

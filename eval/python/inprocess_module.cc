@@ -1,0 +1,212 @@
+// Runs and sweeps whose estimators are functions of Python: kind "python:NAME" beside the names inside and "external:".
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <map>
+
+#include "sextant/base/error.h"
+#include "sextant/estimator/pipeline.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/experiment/procedures.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/external/external_estimator.h"
+#include "sextant/eval/python/array_arguments.h"
+#include "sextant/eval/report/run_summary.h"
+
+namespace py = pybind11;
+
+namespace sextant {
+namespace {
+
+/// A function of Python that any thread may hold and let go.
+using Function = std::shared_ptr<const py::object>;
+
+Function held(py::object function) {
+  return {new py::object(std::move(function)), [](const py::object* object) {
+            const py::gil_scoped_acquire gil;
+            delete object;
+          }};
+}
+
+struct PythonFunction {
+  Function call;
+  Json options;
+  bool chooses_points = false;
+};
+
+py::array_t<double> columns_of(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<py::ssize_t>(a.size());
+  py::array_t<double> out({n, py::ssize_t{2}});
+  auto at = out.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < n; ++i) {
+    at(i, 0) = a[static_cast<size_t>(i)];
+    at(i, 1) = b[static_cast<size_t>(i)];
+  }
+  return out;
+}
+
+/// (flow_x_px, flow_y_px, inverse_depth_per_m, flow_outlier_share, [(length_px, share)], independent_gaussian), or None.
+py::object declared(const std::optional<MeasurementNoise>& noise) {
+  if (!noise) return py::none();
+  py::list parts;
+  for (const auto& part : noise->correlation.parts) parts.append(py::make_tuple(part.length_px, part.share));
+  return py::make_tuple(noise->flow_x_px, noise->flow_y_px, noise->inverse_depth_per_m,
+                        noise->flow_outlier_share, parts, noise->independent_gaussian);
+}
+
+/// Measurements and what is declared about them: all that an estimator sees.
+py::tuple arguments_of(const Problem& problem, const StartingPoint& start) {
+  const Correspondences& p = problem.points;
+  const PinholeCamera& c = problem.camera.left;
+  py::array_t<bool> inliers(static_cast<py::ssize_t>(start.inliers.size()));
+  std::copy(start.inliers.begin(), start.inliers.end(), inliers.mutable_data());
+  return py::make_tuple(py::make_tuple(c.fx, c.fy, c.cx, c.cy, problem.camera.bf), columns_of(p.u, p.v),
+                        array_of(p.depth), columns_of(p.flow_u, p.flow_v), array_of(p.depth_curr),
+                        array_of(start.T_curr_prev.matrix()), inliers, declared(problem.noise));
+}
+
+class PythonEstimator final : public Estimator {
+ public:
+  PythonEstimator(std::string name, PythonFunction function)
+      : name_(std::move(name)), function_(std::move(function)) {}
+
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    const auto answer = (*function_.call)(*arguments_of(problem, start)).cast<py::tuple>();
+    return estimate_of(answer, problem, start);
+  }
+  bool chooses_points() const override { return function_.chooses_points; }
+  Json options() const override { return function_.options; }
+
+ private:
+  /// (status, T_curr_prev, covariance or None, inliers or None, iterations): estimators.py sees to the types.
+  MotionEstimate estimate_of(const py::tuple& answer, const Problem& problem,
+                             const StartingPoint& start) const {
+    MotionEstimate estimate{.T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
+    estimate.status = from_name<Status>(answer[0].cast<std::string>(), "status");
+    if (estimate.status != Status::ok) return estimate;
+    const std::string of = "estimator " + name_ + ": ";
+    estimate.T_curr_prev = SE3::from_matrix(motion_of(answer[1], of + "T_curr_prev").topRows<3>());
+    if (!answer[2].is_none()) {
+      const py::array C = finite_numbers(answer[2], of + "covariance", {6, 6}, "(6, 6)");
+      estimate.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
+          static_cast<const double*>(C.data()));
+    }
+    if (!answer[3].is_none()) {
+      const auto n = static_cast<py::ssize_t>(problem.points.size());
+      const py::array used = checked_array(answer[3], of + "inliers", {"bool", {n}, fmt::format("({},)", n)});
+      const auto* first = static_cast<const unsigned char*>(used.data());
+      estimate.inliers.assign(first, first + n);
+    }
+    estimate.iterations = answer[4].cast<int>();
+    estimate.refined_flow_u = problem.points.flow_u;
+    estimate.refined_flow_v = problem.points.flow_v;
+    return estimate;
+  }
+
+  std::string name_;
+  PythonFunction function_;
+};
+
+class PythonSolver final : public PairSolver {
+ public:
+  PythonSolver(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
+      : pipeline_(options, std::move(estimator)) {}
+  FrameResult process(const FramePair& pair) override { return pipeline_.process(pair); }
+
+ private:
+  FrameEstimator pipeline_;
+};
+
+class PythonCaseEstimator final : public CaseEstimator {
+ public:
+  PythonCaseEstimator(const std::string& name, PythonFunction function)
+      : name_(name), estimator_(std::make_shared<PythonEstimator>(name, std::move(function))) {}
+  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+    std::vector<NamedSolver> alone;
+    alone.push_back({"", std::make_unique<PythonSolver>(context.pipeline, estimator_)});
+    return alone;
+  }
+  Json options() const override { return estimator_->options(); }
+  std::string label() const override { return name_; }
+
+ private:
+  std::string name_;
+  std::shared_ptr<const Estimator> estimator_;
+};
+
+/// By name; never destroyed, as the interpreter may be gone before.
+std::map<std::string, PythonFunction>& functions() {
+  static auto* const all = new std::map<std::string, PythonFunction>;
+  return *all;
+}
+
+std::shared_ptr<const CaseEstimator> open_function(const std::string& name, const Json& options) {
+  const auto found = functions().find(name);
+  if (found == functions().end()) fail("estimator 'python:{}': no function of that name was given", name);
+  PythonFunction function = found->second;
+  if (!options.empty()) fail("estimator 'python:{}': takes no options: bind them to the function", name);
+  return std::make_shared<PythonCaseEstimator>(name, std::move(function));
+}
+
+/// What `sextant run` takes from its flags.
+std::string run_here(const std::vector<std::string>& sources, const std::string& estimator,
+                     const std::string& options, const std::string& noise, const std::string& data_root,
+                     double level, int n_seeds, int jobs, const std::string& preset, const std::string& out,
+                     bool force, bool quiet) {
+  const py::gil_scoped_release others_run;
+  RunConfig config;
+  for (const std::string& source : sources) config.sources.push_back(find_source(source, data_root));
+  config.estimator = estimator;
+  config.options = options_tree(options, {});
+  config.noise = Noise::parse(noise);
+  config.level = level;
+  config.n_seeds = n_seeds;
+  config.jobs = jobs;
+  config.quiet = quiet;
+  config.folder = std::filesystem::path(out) / "external";
+  const RunResult result =
+      run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
+  return json_line(summary_json(result.records, find_preset(preset)));
+}
+
+std::string sweep_here(const std::string& plan, const std::string& name, const std::string& data_root,
+                       const std::string& cache, int jobs, const std::string& out, bool quiet) {
+  const py::gil_scoped_release others_run;
+  SweepConfig config;
+  config.plan = parse_plan(plan, name, data_root);
+  config.out = out;
+  config.cache = cache_of(cache);
+  config.jobs = jobs;
+  config.quiet = quiet;
+  const SweepOutcome outcome = sweep(config);
+  return json_line(Json{{"out", out},
+                        {"cases", outcome.n_cases},
+                        {"cases_before", outcome.n_before},
+                        {"records", outcome.n_records},
+                        {"problems", outcome.problems},
+                        {"wall_time_s", outcome.wall_time_s}});
+}
+
+}  // namespace
+}  // namespace sextant
+
+PYBIND11_MODULE(_inprocess, inprocess) {
+  inprocess.doc() = "Runs and sweeps with estimators of this process.";
+  py::module_::import("sextant._core");  // knows Error
+  sextant::add_external_estimators();
+  sextant::add_estimator_kind("python", "python:NAME", sextant::open_function);
+  inprocess.def("set_function", [](const std::string& name, py::object function, const std::string& options,
+                                   bool chooses_points) {
+    sextant::functions()[name] = {sextant::held(std::move(function)), sextant::parse_json(options, name),
+                                  chooses_points};
+  });
+  inprocess.def("forget_function", [](const std::string& name) { sextant::functions().erase(name); });
+  inprocess.def("run", sextant::run_here);
+  inprocess.def("sweep", sextant::sweep_here);
+}

@@ -1,0 +1,175 @@
+#include <pybind11/stl.h>
+
+#include "sextant/eval/python/array_arguments.h"
+#include "sextant/eval/python/bindings.h"
+#include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/crlb.h"
+#include "sextant/metrics/nees.h"
+#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/velocity.h"
+
+namespace py = pybind11;
+
+namespace sextant {
+namespace {
+
+using Motions = std::vector<SE3>;
+
+void expect_count(const Motions& motions, size_t n, const std::string& name) {
+  if (motions.size() != n) fail("{}: expected {} motions, one a step, got {}", name, n, motions.size());
+}
+
+/// E_t (m) and E_R (deg) of each.
+py::tuple pose_changes(const Motions& estimates, const Motions& truths) {
+  std::vector<double> Et_m, ER_deg;
+  for (size_t i = 0; i < estimates.size(); ++i) {
+    const PoseChangeError e = pose_change_error(estimates[i], truths[i]);
+    Et_m.push_back(e.Et_m);
+    ER_deg.push_back(e.ER_deg);
+  }
+  return py::make_tuple(array_of(Et_m), array_of(ER_deg));
+}
+
+py::tuple pose_change_errors(const py::object& estimate, const py::object& truth) {
+  const Motions estimates = rigid_motions_of(estimate, "estimate"), truths = rigid_motions_of(truth, "truth");
+  expect_count(estimates, truths.size(), "estimate");
+  return pose_changes(estimates, truths);
+}
+
+struct Cameras {
+  Motions before, after;
+};
+
+std::optional<Cameras> cameras_of(const py::object& pair, const std::string& name, size_t n) {
+  if (pair.is_none()) return std::nullopt;
+  if (!py::isinstance<py::tuple>(pair) || py::len(pair) != 2)
+    fail("{}: expected a tuple (previous, current) of arrays (n, 4, 4), got {}", name,
+         std::string(py::str(py::type::handle_of(pair).attr("__name__"))));
+  Cameras cameras{rigid_motions_of(pair[py::int_(0)], name + "[0]"),
+                  rigid_motions_of(pair[py::int_(1)], name + "[1]")};
+  expect_count(cameras.before, n, name + "[0]");
+  expect_count(cameras.after, n, name + "[1]");
+  return cameras;
+}
+
+/// inverse(T_k) H T_k-1.
+Motions seen_from(const Cameras& cameras, const Motions& world) {
+  Motions seen;
+  for (size_t i = 0; i < world.size(); ++i)
+    seen.push_back(cameras.after[i].inverse() * world[i] * cameras.before[i]);
+  return seen;
+}
+
+/// Errors of motions H in the world, as `sextant evaluate objects` takes them (docs/metrics.md).
+py::dict object_errors(const py::object& estimate, const py::object& truth, const py::object& pose,
+                       double dt_s, const py::object& camera, const py::object& true_camera) {
+  const Motions H = rigid_motions_of(estimate, "estimate"), H_true = rigid_motions_of(truth, "truth");
+  expect_count(H, H_true.size(), "estimate");
+  py::dict errors;
+  const auto put = [&](const char* Et, const char* ER, const Motions& a, const Motions& b) {
+    const py::tuple both = pose_changes(a, b);
+    errors[Et] = both[0];
+    errors[ER] = both[1];
+  };
+  put("Et_world_m", "ER_world_deg", H, H_true);
+  const auto of_estimate = cameras_of(camera, "camera", H.size());
+  const auto of_truth = cameras_of(true_camera, "true_camera", H.size());
+  if (of_estimate || of_truth) {
+    const Cameras& with = of_estimate ? *of_estimate : *of_truth;
+    put("Et_m", "ER_deg", seen_from(with, H), seen_from(of_truth ? *of_truth : *of_estimate, H_true));
+  }
+  if (pose.is_none()) return errors;
+  const Motions L = rigid_motions_of(pose, "object_pose");
+  expect_count(L, H.size(), "object_pose");
+  if (!(dt_s > 0 && std::isfinite(dt_s))) fail("dt: expected seconds above 0, got {}", dt_s);
+  Motions body, body_true;
+  std::vector<double> v, v_true, Ev;
+  for (size_t i = 0; i < H.size(); ++i) {
+    body.push_back(body_motion(H[i], L[i]));
+    body_true.push_back(body_motion(H_true[i], L[i]));
+    v.push_back(velocity_kmh(body.back(), Eigen::Vector3d::Zero(), dt_s));
+    v_true.push_back(velocity_kmh(body_true.back(), Eigen::Vector3d::Zero(), dt_s));
+    Ev.push_back(velocity_error_kmh(v.back(), v_true.back()));
+  }
+  put("Et_body_m", "ER_body_deg", body, body_true);
+  errors["v_kmh"] = array_of(v);
+  errors["v_gt_kmh"] = array_of(v_true);
+  errors["Ev_kmh"] = array_of(Ev);
+  return errors;
+}
+
+/// Points as Correspondences takes them; flow and pixels are (n, 2).
+Correspondences points_of(const py::object& pixels, const py::object& depth, const py::object& flow,
+                          const py::object& depth_curr) {
+  const py::array p = finite_numbers(pixels, "pixels", {-1, 2}, "(n, 2)");
+  const py::ssize_t n = p.shape(0);
+  const py::array f = finite_numbers(flow, "flow", {n, 2}, fmt::format("({}, 2), as many as pixels", n));
+  const std::string as_many = fmt::format("({},), as many as pixels", n);
+  const py::array z = finite_numbers(depth, "depth", {n}, as_many);
+  const std::string bad = places_of<double>(z, [](double d) { return !(d > 0); });
+  if (!bad.empty()) fail("depth: expected depths above 0 m, got {}", bad);
+  Correspondences points;
+  points.reserve(static_cast<size_t>(n));
+  const auto* uv = static_cast<const double*>(p.data());
+  const auto* phi = static_cast<const double*>(f.data());
+  const auto* d = static_cast<const double*>(z.data());
+  const double* d_curr = nullptr;
+  py::array z_curr;
+  if (!depth_curr.is_none()) {
+    z_curr = checked_array(depth_curr, "depth_curr", {"float64", {n}, as_many});
+    d_curr = static_cast<const double*>(z_curr.data());
+  }
+  for (py::ssize_t i = 0; i < n; ++i) {
+    points.push_back(uv[2 * i], uv[2 * i + 1], d[i], phi[2 * i], phi[2 * i + 1],
+                     d_curr == nullptr ? NAN : d_curr[i]);
+  }
+  return points;
+}
+
+/// [J previous depth only, both depths or None], or None.
+py::object bound(const std::array<double, 5>& camera, const py::object& pixels, const py::object& depth,
+                 const py::object& flow, const py::object& depth_curr, const py::object& motion,
+                 const std::array<double, 3>& deviations,
+                 const std::vector<std::pair<double, double>>& correlation) {
+  const PinholeCamera pinhole{camera[0], camera[1], camera[2], camera[3]};
+  pinhole.check();
+  const Correspondences points = points_of(pixels, depth, flow, depth_curr);
+  const SE3 X = SE3::from_matrix(motion_of(motion, "T_curr_prev").topRows<3>());
+  MeasurementNoise noise;
+  noise.flow_x_px = deviations[0];
+  noise.flow_y_px = deviations[1];
+  noise.inverse_depth_per_m = deviations[2];
+  for (const auto& [length_px, share] : correlation) noise.correlation.parts.push_back({length_px, share});
+  noise.independent_gaussian = correlation.empty();
+  const auto found = motion_bound(pinhole, points, X, noise);
+  if (!found) return py::none();
+  return py::make_tuple(array_of(found->previous_depth), found->both_depths
+                                                             ? py::object(array_of(*found->both_depths))
+                                                             : py::object(py::none()));
+}
+
+Matrix6d covariance_of(const py::object& value) {
+  const py::array array = finite_numbers(value, "covariance", {6, 6}, "(6, 6)");
+  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
+      static_cast<const double*>(array.data()));
+}
+
+}  // namespace
+
+void bind_motions(py::module_& core) {
+  core.def("pose_change_errors", pose_change_errors);
+  core.def("object_errors", object_errors);
+  core.def("motion_bound", bound);
+  core.def("rms_error", [](const py::object& covariance, const py::object& T) {
+    Matrix6d C = covariance_of(covariance);
+    if (!T.is_none()) C = transported(C, SE3::from_matrix(motion_of(T, "T").topRows<3>()));
+    const PoseChangeError e = rms_error(C);
+    return py::make_tuple(e.Et_m, e.ER_deg);
+  });
+  core.def("nees", [](const py::object& estimate, const py::object& covariance, const py::object& truth) {
+    return nees(SE3::from_matrix(motion_of(estimate, "estimate").topRows<3>()), covariance_of(covariance),
+                SE3::from_matrix(motion_of(truth, "truth").topRows<3>()));
+  });
+}
+
+}  // namespace sextant

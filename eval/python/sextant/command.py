@@ -1,0 +1,257 @@
+"""The commands of the program as functions, with typed results. Each takes what the flags of the command take; `progress=True`
+shows how far it is, `progress=f` calls f. What the program refuses is an Error with its message."""
+
+import contextlib
+import dataclasses
+import os
+import pathlib
+import tempfile
+import typing
+
+from . import estimators as functions
+from ._core import Error
+from .arguments import choice, json_text, number, text, whole
+from .program_call import Progress, ProgramError, call, program
+from .records import read
+from .trajectories import ErrorStatistics
+
+__all__ = ["Comparison", "EgoEvaluation", "Export", "Finding", "ObjectEvaluation", "Progress", "ProgramError", "Row", "Run",
+           "Sweep", "compare", "evaluate_ego", "evaluate_objects", "export", "program", "run", "sweep"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One body in a summary. `metrics` by the keys of docs/metrics.md: Et_m, ER_deg, Ev_kmh, ..."""
+    labels: dict  #: dataset, sequence, estimator; or preset, estimator
+    body: str
+    n_truth: int
+    n_estimated: int
+    coverage_percent: typing.Optional[float]
+    metrics: dict
+    other: str = ""  #: steps that are not ok, by status
+
+    @staticmethod
+    def of(row):
+        row = dict(row)
+        labels = {key: row.pop(key) for key in ("preset", "dataset", "sequence", "estimator") if key in row}
+        body = row.pop("body", None) or row.pop("object", "")
+        counts = {key: int(row.pop(key, 0)) for key in ("n_truth", "n_estimated")}
+        coverage, other = row.pop("coverage_percent", None), row.pop("other", None) or ""
+        metrics = {key: value for key, value in row.items() if isinstance(value, (int, float)) and key != "n_pairs"}
+        return Row(labels, body, counts["n_truth"], counts["n_estimated"], coverage, metrics, other)
+
+
+class _Folder:
+    """Of results that lie in a folder."""
+
+    def records(self):
+        """One row a record: sextant.read of the folder."""
+        return read(self.out)
+
+
+@dataclasses.dataclass(frozen=True)
+class Run(_Folder):
+    out: pathlib.Path
+    preset: str
+    aggregate: str
+    rows: typing.List[Row]
+    classification: dict
+    warnings: typing.List[str]
+
+
+@dataclasses.dataclass(frozen=True)
+class Sweep(_Folder):
+    out: pathlib.Path
+    cases: int
+    cases_before: int  #: of them, done by an earlier call
+    n_records: int
+    wall_time_s: float
+    problems: typing.List[str]
+    warnings: typing.List[str]
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """One row of a comparison; `kind`: accuracy, speed, statuses or findings."""
+    kind: str
+    row: dict
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    verdict: str  #: ok, improved, regressed, inconclusive or invalid
+    exit_code: int
+    headline: str
+    cases: int
+    rows: typing.List[Finding]
+
+    def __bool__(self):
+        """Whether nothing has become worse."""
+        return self.verdict in ("ok", "improved")
+
+
+@dataclasses.dataclass(frozen=True)
+class EgoEvaluation:
+    n: int
+    n_matched: int
+    statistics: ErrorStatistics
+    unit: str
+    warnings: typing.List[str]
+    details: dict  #: everything that --json prints
+
+
+@dataclasses.dataclass(frozen=True)
+class ObjectEvaluation:
+    rows: typing.List[Row]  #: per preset and object; object "all": together
+    warnings: typing.List[str]
+    details: dict
+
+
+@dataclasses.dataclass(frozen=True)
+class Export:
+    out: pathlib.Path
+    records: int
+    columns: int
+
+
+def _path(name, value):
+    try:
+        return os.fsdecode(value)
+    except TypeError:
+        raise Error(f"{name}: expected a path, got {value!r} of type {type(value).__name__}") from None
+
+
+def _texts(name, values):
+    if isinstance(values, (str, os.PathLike)):
+        values = [values]
+    try:
+        found = [_path(name, value) for value in values]
+    except TypeError:
+        raise Error(f"{name}: expected a text or a list of them, got {values!r}") from None
+    if not found:
+        raise Error(f"{name}: expected at least one, got none")
+    for value in found:
+        if value.startswith("-"):
+            raise Error(f"{name}: expected no flag, got {value!r}: ./ before the name of a file")
+    return found
+
+
+def _flags(**given):
+    """--name value; True: the flag alone; None and False: nothing."""
+    out = []
+    for name, value in given.items():
+        flag = "--" + name.replace("_", "-")
+        if value is True:
+            out.append(flag)
+        elif value is not None and value is not False:
+            out.append(f"{flag}={value}")
+    return out
+
+
+def _noise_text(noise):
+    return json_text("noise", noise.options if hasattr(noise, "options") else noise)
+
+
+def _read(path):
+    try:
+        return pathlib.Path(_path("plan", path)).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Error(f"plan: cannot read {path}: {error}") from None
+
+
+@contextlib.contextmanager
+def _plan_file(plan):
+    """The name of a file that holds the plan."""
+    if not isinstance(plan, dict):
+        yield _texts("plan", plan)[0]
+        return
+    with tempfile.TemporaryDirectory(prefix="sextant") as folder:
+        file = pathlib.Path(folder) / "plan.json"
+        file.write_text(json_text("plan", plan), encoding="utf-8")
+        yield str(file)
+
+
+def run(sources, *, out, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
+        jobs=None, data=None, force=False, progress=None):
+    """`sextant run`. `estimator` may be a function of a sextant.Problem, which is then run in this process."""
+    sources, out = _texts("sources", sources), _path("out", out)
+    seeds, level = whole("seeds", seeds, 1, 1000000), number("level", level)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
+    data = _path("data", data or os.environ.get("SEXTANT_DATA", ""))
+    if callable(estimator):
+        if procedure is not None:
+            raise Error("procedure: expected None with a function as estimator")
+        summary = functions.run_here(sources, estimator, out=out, options=options,
+                                      noise="none" if noise == "none" else _noise_text(noise), data=data, level=level,
+                                      seeds=seeds, jobs=jobs, preset=text("preset", preset), force=bool(force),
+                                      quiet=not progress)
+        warnings = []
+    else:
+        flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
+                       options=None if options is None else json_text("options", options), procedure=procedure,
+                       preset=text("preset", preset), jobs=jobs, data=data or None, force=bool(force))
+        _, summary, warnings = call(["run", *sources, *flags, "--json"], progress=progress)
+    return Run(pathlib.Path(out), summary["preset"], summary["aggregate"], [Row.of(row) for row in summary["rows"]],
+               summary["classification"], warnings)
+
+
+def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, progress=None):
+    """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME."""
+    out = _path("out", out)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
+    data, cache = _path("data", data or os.environ.get("SEXTANT_DATA", "")), _path("cache", cache or "")
+    if estimators:
+        content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
+        done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else _path("plan", plan),
+                                                         estimators, out=out, data=data, cache=cache, jobs=jobs,
+                                                         quiet=not progress)
+        warnings = []
+    else:
+        with _plan_file(plan) as file:
+            _, done, warnings = call(["sweep", file, *_flags(out=out, cache=cache or None, jobs=jobs, data=data or None),
+                                      "--json"], progress=progress)
+    return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["records"], done["wall_time_s"],
+                 done["problems"], warnings)
+
+
+def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None):
+    """`sextant compare`: has `new` regressed? True where not; what cannot be compared has the verdict invalid."""
+    if only is not None:
+        choice("only", only, ("accuracy", "speed"))
+    allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
+    flags = _flags(policy=None if policy is None else _path("policy", policy), only=only,
+                   out=None if out is None else _path("out", out), jobs=jobs)
+    _, said, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
+                      good=(0, 1, 2, 3))
+    rows = [Finding(kind, row) for kind in ("findings", "statuses", "accuracy", "speed") for row in said[kind]]
+    return Comparison(said["verdict"], said["exit_code"], said["headline"], said["cases"], rows)
+
+
+def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
+                 out=None, save_zip=None, data=None, **flags):
+    """`sextant evaluate ego` of files. Other flags by their names: n_to_align=100, offset=0.2, body_from_camera="..."."""
+    arguments = ["evaluate", "ego", *_texts("reference", reference), *_texts("estimates", estimates),
+                 *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
+                         format=format, out=None if out is None else _path("out", out),
+                         save_zip=None if save_zip is None else _path("save_zip", save_zip), data=data, **flags), "--json"]
+    _, said, warnings = call(arguments)
+    warnings += [warning["text"] for warning in said.get("warnings", [])]
+    return EgoEvaluation(said["n"], said.get("n_matched", said["n"]), ErrorStatistics(**said["stats"]), said["unit"], warnings,
+                         said)
+
+
+def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None):
+    """`sextant evaluate objects` of folders of logs."""
+    arguments = ["evaluate", "objects", *_texts("folders", folders),
+                 *_flags(format=text("format", format), preset=preset, truth=truth, rate=rate, stage=stage,
+                         out=None if out is None else _path("out", out), data=data), "--json"]
+    _, said, _ = call(arguments)
+    rows = [Row.of({"preset": preset_rows["preset"], **row}) for preset_rows in said["presets"] for row in preset_rows["rows"]]
+    return ObjectEvaluation(rows, said["warnings"], said)
+
+
+def export(folder, *, format, out):
+    """`sextant export`: the records of a folder as csv, npz or sqlite."""
+    _, said, _ = call(["export", *_texts("folder", folder),
+                       *_flags(format=choice("format", format, ("csv", "npz", "sqlite")), out=_path("out", out)), "--json"])
+    return Export(pathlib.Path(said["out"]), said["records"], said["columns"])

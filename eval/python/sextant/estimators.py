@@ -1,0 +1,152 @@
+"""Estimators written in Python, run in this process: a function of a Problem.
+
+    def mine(problem):
+        ...
+        return T_curr_prev            # or an Estimate, or the name of a status: "diverged"
+
+    sextant.run("synthetic:s18", estimator=mine, out="out")
+
+It is called for the background and for every moving object of every frame pair, inside Sextant's pipeline: features, RANSAC,
+gates, tracks, noise, truth and metrics are Sextant's. It sees measurements only.
+"""
+
+import dataclasses
+import hashlib
+import json
+import os
+import typing
+
+import numpy
+
+from ._core import Error
+from .arguments import json_text, text
+from .noise import Camera
+
+#: What a function may say instead of a motion.
+STATUSES = ("diverged", "too_few_points", "collinear", "at_infinity", "no_parallax")
+
+
+@dataclasses.dataclass(frozen=True)
+class DeclaredNoise:
+    """Standard deviations that the source declares, as a data sheet would: sigma(z) = z^2 inverse_depth_per_m."""
+    flow_x_px: float
+    flow_y_px: float
+    inverse_depth_per_m: float
+    flow_outlier_share: float
+    correlation: list  #: (length_px, share)
+    independent_gaussian: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """One rigid body between two frames; n points. No truth is in it."""
+    camera: Camera
+    pixels: numpy.ndarray  #: (n, 2), px, previous frame
+    depth: numpy.ndarray  #: (n,), m, previous frame
+    flow: numpy.ndarray  #: (n, 2), px: the point is at pixels + flow in the current frame
+    depth_curr: numpy.ndarray  #: (n,), m, at the pixel nearest to pixels + flow; NaN = none
+    start: numpy.ndarray  #: (4, 4), T_curr_prev of RANSAC or of the propagated motion
+    inliers: numpy.ndarray  #: (n,) bool: the points to use, as the pipeline chose them
+    noise: typing.Optional[DeclaredNoise]  #: None: nothing is known
+
+    def points(self):
+        """(n, 3), m: the points in previous camera coordinates."""
+        c = self.camera
+        rays = numpy.stack([(self.pixels[:, 0] - c.cx) / c.fx, (self.pixels[:, 1] - c.cy) / c.fy,
+                            numpy.ones(len(self.depth))], axis=1)
+        return rays * self.depth[:, None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """T_curr_prev maps the body's points from previous to current camera coordinates."""
+    T_curr_prev: numpy.ndarray  #: (4, 4) float64
+    covariance: typing.Optional[numpy.ndarray] = None  #: (6, 6), of the left twist [rho; omega] (m, rad)
+    inliers: typing.Optional[numpy.ndarray] = None  #: (n,) bool, the points that were used
+    iterations: int = 0
+
+
+def _answer(name, said):
+    """(status, T_curr_prev, covariance, inliers, iterations)."""
+    if isinstance(said, str):
+        if said not in STATUSES:
+            raise Error(f"estimator {name}: expected a motion or one of {', '.join(STATUSES)}, got {said!r}")
+        return said, None, None, None, 0
+    if isinstance(said, numpy.ndarray):
+        said = Estimate(said)
+    if not isinstance(said, Estimate):
+        raise Error(f"estimator {name}: expected a float64 array (4, 4), a sextant.Estimate or a status, "
+                    f"got {type(said).__name__}")
+    return "ok", said.T_curr_prev, said.covariance, said.inliers, int(said.iterations)
+
+
+def adapter(name, function):
+    """What the compiled part calls."""
+
+    def call(camera, pixels, depth, flow, depth_curr, start, inliers, noise):
+        problem = Problem(Camera(*camera), pixels, depth, flow, depth_curr, start, inliers,
+                          None if noise is None else DeclaredNoise(*noise))
+        return _answer(name, function(problem))
+
+    return call
+
+
+def _code(code, digest):
+    digest.update(code.co_code)
+    for constant in code.co_consts:
+        if hasattr(constant, "co_code"):
+            _code(constant, digest)
+        else:
+            digest.update(repr(constant).encode())
+    digest.update(repr(code.co_names).encode())
+
+
+def identity(function):
+    """What run.json says of it, and what keeps the results of two versions apart: names, and a hash of its byte code."""
+    called = getattr(function, "__wrapped__", function)
+    options = {"function": f"{getattr(called, '__module__', '?')}.{getattr(called, '__qualname__', type(called).__name__)}"}
+    code = getattr(called, "__code__", None) or getattr(getattr(type(called), "__call__", None), "__code__", None)
+    if code is not None:
+        digest = hashlib.sha256()
+        _code(code, digest)
+        options["code_sha256"] = digest.hexdigest()
+    return options
+
+
+def name_of(function):
+    return getattr(function, "__name__", type(function).__name__).strip("<>")
+
+
+class _Added:
+    """The functions are known to the program's part as python:NAME within a `with`."""
+
+    def __init__(self, functions):
+        self._functions = functions
+
+    def __enter__(self):
+        from . import _inprocess  # half a second: it holds the whole program
+        for name, function in self._functions.items():
+            if not callable(function):
+                raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
+            _inprocess.set_function(text("name", name), adapter(name, function), json.dumps(identity(function)),
+                                    bool(getattr(function, "chooses_points", False)))
+        return _inprocess
+
+    def __exit__(self, *_):
+        from . import _inprocess
+        for name in self._functions:
+            _inprocess.forget_function(name)
+
+
+def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
+    """The summary of sextant.run with a function."""
+    name = name_of(function)
+    with _Added({name: function}) as inprocess:
+        return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),
+                                        json_text("noise", noise), data, level, seeds, jobs or os.cpu_count(), preset, out,
+                                        force, quiet))
+
+
+def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, quiet):
+    with _Added(functions) as inprocess:
+        return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, quiet))

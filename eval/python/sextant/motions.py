@@ -1,0 +1,70 @@
+"""Errors of motions between two frames, and the smallest that any estimator can have (docs/metrics.md)."""
+
+import dataclasses
+import typing
+
+import numpy
+
+from . import _core
+from ._core import Error
+from .arguments import number
+from .noise import camera_numbers
+
+
+def pose_change_errors(estimate, truth):
+    """E = inverse(estimate) truth of each: arrays E_t [m] and E_R [deg]. Both (n, 4, 4)."""
+    return _core.pose_change_errors(estimate, truth)
+
+
+def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, true_camera=None):
+    """Errors of object motions H in the world, from frame k-1 to k, as `sextant evaluate objects` takes them.
+
+    estimate, truth   (n, 4, 4), H = L_k inverse(L_k-1) with L = T_world_object
+    object_pose       (n, 4, 4), true L of frame k-1: gives Et_body_m, ER_body_deg, v_kmh, v_gt_kmh, Ev_kmh over dt seconds
+    camera            (previous, current) T_world_camera of the estimate, (n, 4, 4) each; true_camera: of the truth, the same
+                      where not given: gives Et_m, ER_deg, as the camera sees the motion
+    Returns a dict of arrays by the keys of records; Et_world_m and ER_world_deg are always there.
+    """
+    return _core.object_errors(estimate, truth, object_pose, number("dt", dt), camera, true_camera)
+
+
+@dataclasses.dataclass(frozen=True)
+class Bound:
+    """Smallest covariance of the left twist [rho; omega] (m, rad) of T_curr_prev, and what it means in E_t and E_R."""
+    previous_depth: numpy.ndarray  #: (6, 6), from flow and the depth of the previous frame
+    both_depths: typing.Optional[numpy.ndarray]  #: with the depth of the current frame too
+
+    def rms(self, T=None, *, both=False):
+        """Root mean square (E_t [m], E_R [deg]); T (4, 4) takes the twist into another frame."""
+        return _core.rms_error(self.both_depths if both else self.previous_depth, T)
+
+
+def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, delta_d_px=0.0, baseline_m=0.0, depth_curr=None,
+                 correlation=()):
+    """Cramer-Rao bound of one body's motion; None where the points do not determine it.
+
+    pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): NaN = none
+    flow_sigma_px     (x, y)
+    delta_d_px        accuracy of disparity; sigma(z) = z^2 / (fx baseline_m) delta_d_px, baseline_m 0: camera.bf instead
+    correlation       [(length_px, share), ...] of errors over the image
+    """
+    numbers = camera_numbers(camera)
+    focal_baseline = numbers[0] * number("baseline_m", baseline_m) if baseline_m else numbers[4]
+    delta = number("delta_d_px", delta_d_px)
+    if delta < 0:
+        raise Error(f"delta_d_px: expected 0 or more, got {delta}")
+    if delta > 0 and not focal_baseline > 0:
+        raise Error(f"camera.bf: expected above 0 with delta_d_px, got {focal_baseline}")
+    sigma = [number("flow_sigma_px", value, above=0) for value in flow_sigma_px]
+    if len(sigma) != 2:
+        raise Error(f"flow_sigma_px: expected two numbers (x, y), got {len(sigma)}")
+    parts = [(number("correlation length", length, above=0), number("correlation share", share, above=0))
+             for length, share in correlation]
+    found = _core.motion_bound(numbers, pixels, depth, flow, depth_curr, T_curr_prev,
+                               [*sigma, delta / focal_baseline if delta else 0.0], parts)
+    return None if found is None else Bound(*found)
+
+
+def nees(estimate, covariance, truth):
+    """Normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None where that is singular."""
+    return _core.nees(estimate, covariance, truth)

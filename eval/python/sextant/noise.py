@@ -1,0 +1,100 @@
+"""The noise of docs/noise.md on arrays: the bits are those that estimators inside the program see."""
+
+import dataclasses
+import json
+import typing
+
+import numpy
+
+from . import _core
+from ._core import Error
+from .arguments import choice, json_text, number, text, whole
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """Rectified stereo camera: focal lengths and centre in px, bf = focal length times baseline in px m."""
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    bf: float = 0.0
+
+    def numbers(self):
+        return [number(f"camera.{field.name}", getattr(self, field.name)) for field in dataclasses.fields(self)]
+
+
+def camera_numbers(camera, name="camera"):
+    if not isinstance(camera, Camera):
+        raise Error(f"{name}: expected a sextant.Camera, got {camera!r} of type {type(camera).__name__}")
+    return camera.numbers()
+
+
+@dataclasses.dataclass(frozen=True)
+class NoisyFrame:
+    """What was given, corrupted; None where nothing was given. Depths that became invalid are NaN."""
+    depth: typing.Optional[numpy.ndarray]
+    flow: typing.Optional[numpy.ndarray]
+    backward_flow: typing.Optional[numpy.ndarray]
+    mask: typing.Optional[numpy.ndarray]
+    achieved: dict  #: requested and achieved, as in run.json
+
+
+_UNUSED_CAMERA = [1.0, 1.0, 0.0, 0.0, 1.0]
+
+
+def _ids(mask):
+    """A mask as uint16; any unsigned type is taken whose ids fit."""
+    unsigned = isinstance(mask, numpy.ndarray) and mask.dtype.kind == "u" and mask.dtype.isnative
+    if not unsigned or mask.dtype == numpy.uint16 or mask.size == 0:
+        return mask
+    if not mask.flags.c_contiguous:
+        raise Error("mask: expected a C-contiguous array, got one that is not: numpy.ascontiguousarray(mask)")
+    if mask.max() > 65535:
+        raise Error(f"mask: expected instance ids up to 65535, got {mask.max()}")
+    return mask.astype(numpy.uint16)
+
+
+class Noise:
+    """Noise as plans and --noise take it: a dict, or JSON text.
+
+    Noise({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}, "correlation": {"model": "spatial", ...}})
+    """
+
+    def __init__(self, options):
+        self._noise = _core.Noise(json_text("noise", options))
+
+    @property
+    def options(self):
+        """Every model that changes something, with all its options."""
+        return json.loads(self._noise.options())
+
+    @property
+    def name(self):
+        return self._noise.name()
+
+    def __repr__(self):
+        return f"Noise({self.options!r})"
+
+    def apply(self, *, seed, dataset, sequence, frame, camera=None, depth=None, flow=None, backward_flow=None, mask=None,
+              missing="error"):
+        """The arrays of one frame with noise on them; they stay as they are.
+
+        depth          float32 (height, width), m
+        flow           float32 (height, width, 2), px to the next frame; backward_flow: to the previous one
+        mask           uint8, uint16, uint32 or uint64 (height, width), instance ids, 0 = background
+        missing        "error": every depth is finite and above 0, every flow finite; "keep": NaN, infinity and a depth of 0 say
+                       that there is no measurement, and stay
+        A draw is a function of seed, dataset, sequence, frame, channel and pixel: `dataset` and `sequence` as in records.
+        """
+        given = {"depth": depth, "flow": flow, "backward_flow": backward_flow, "mask": mask}
+        if all(array is None for array in given.values()):
+            raise Error("depth, flow, backward_flow, mask: expected at least one array, got none")
+        if depth is not None and camera is None:
+            raise Error("camera: expected a sextant.Camera with depth, got None")
+        numbers = _UNUSED_CAMERA if camera is None else camera_numbers(camera)
+        noisy = self._noise.apply(numbers, whole("seed", seed, 0, 2**64 - 1), text("dataset", dataset),
+                                  text("sequence", sequence), whole("frame", frame, 0, 2**31 - 1), depth, flow, backward_flow,
+                                  _ids(mask), choice("missing", missing, ("error", "keep")) == "keep")
+        of_mask = noisy[3] if noisy[3] is None or mask.dtype == numpy.uint16 else noisy[3].astype(mask.dtype)
+        return NoisyFrame(noisy[0], noisy[1], noisy[2], of_mask, json.loads(noisy[4]))

@@ -1,0 +1,157 @@
+"""Starting the program `sextant`, and what it says on the way."""
+
+import codecs
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import selectors
+import shutil
+import signal
+import subprocess
+import sys
+
+from ._core import Error
+
+
+class ProgramError(Error):
+    """The program has refused; its message, and its exit code (2 bad input, 70 internal error, 130 interrupted)."""
+
+    def __init__(self, message, exit_code):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+@dataclasses.dataclass(frozen=True)
+class Progress:
+    """What a function given as `progress` is called with."""
+    what: str
+    done: int
+    total: int
+    left_s: float
+
+
+def program():
+    """The program: $SEXTANT_PROGRAM, else bin/sextant beside the package (of its build or prefix), else that of the PATH."""
+    named = os.environ.get("SEXTANT_PROGRAM")
+    if named:
+        if not os.access(named, os.X_OK) or os.path.isdir(named):
+            raise Error(f"SEXTANT_PROGRAM: expected the program sextant, got {named!r}, which cannot be run")
+        return named
+    here = pathlib.Path(__file__).absolute().parent
+    for folder in list(here.parents)[:4]:
+        beside = folder / "bin" / "sextant"
+        if os.access(beside, os.X_OK) and beside.is_file():
+            return str(beside)
+    found = shutil.which("sextant")
+    if found is None:
+        raise Error("the program sextant is not there: set SEXTANT_PROGRAM, or put it into the PATH")
+    return found
+
+
+_PROGRESS = re.compile(r"\x1b\[K(.+?) (\d+)/(\d+)  [\d.]+/s  ([\d.]+) s left")
+
+
+def _show(progress):
+    end = "\n" if progress.done == progress.total else ""
+    sys.stderr.write(f"\r{progress.what} {progress.done}/{progress.total}, {progress.left_s:.0f} s left \x1b[K{end}")
+    sys.stderr.flush()
+
+
+class _Messages:
+    """Standard error of the program, read as it comes: progress, warnings, and the error that it ends with."""
+
+    def __init__(self, report):
+        self._report = report
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        self._pending = ""
+        self.lines = []
+
+    def take(self, data):
+        self._pending += self._decoder.decode(data)
+        *whole, self._pending = re.split(r"[\n\r]", self._pending)
+        for piece in whole:
+            self._line(piece)
+
+    def end(self):
+        self._line(self._pending)
+        self._pending = ""
+
+    def _line(self, piece):
+        shown = _PROGRESS.search(piece)
+        if shown:
+            if self._report:
+                self._report(Progress(shown[1], int(shown[2]), int(shown[3]), float(shown[4])))
+            piece = piece[:shown.start()] + piece[shown.end():]
+        piece = piece.replace("\x1b[K", "").strip()
+        if piece:
+            self.lines.append(piece)
+
+    def of(self, kind):
+        start = f"sextant: {kind}: "
+        return [line[len(start):] for line in self.lines if line.startswith(start)]
+
+
+def _drain(process, error_end, messages):
+    """Both outputs until both are closed; returns standard output."""
+    out = []
+    with selectors.DefaultSelector() as ready:
+        ready.register(process.stdout.fileno(), selectors.EVENT_READ)
+        ready.register(error_end, selectors.EVENT_READ)
+        while ready.get_map():
+            for key, _ in ready.select():
+                try:
+                    data = os.read(key.fd, 1 << 16)
+                except OSError:  # a terminal whose other end is closed
+                    data = b""
+                if not data:
+                    ready.unregister(key.fd)
+                elif key.fd == error_end:
+                    messages.take(data)
+                else:
+                    out.append(data)
+    messages.end()
+    return b"".join(out)
+
+
+def call(arguments, *, progress=None, good=(0,)):
+    """Runs it; returns (exit code, standard output as JSON, warnings). `progress`: True shows a line on standard error, a function
+    is called with a Progress."""
+    report = _show if progress is True else progress or None
+    if report is not None and not callable(report):
+        raise Error(f"progress: expected True, False or a function, got {progress!r}")
+    for argument in arguments:
+        if "\0" in argument:
+            raise Error(f"an argument of the program has a zero byte: {argument!r}")
+    command = [program(), *arguments]
+    if report is None:  # the program shows no progress where nobody looks
+        error_end, other = os.pipe()
+    else:
+        error_end, other = os.openpty()
+    messages = _Messages(report)
+    try:
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=other)
+        except OSError as error:
+            raise Error(f"{command[0]}: cannot be started: {error.strerror}") from None
+        finally:
+            os.close(other)
+        with process:
+            try:
+                out = _drain(process, error_end, messages)
+            except BaseException:  # Ctrl-C reaches both; the program tidies up
+                process.send_signal(signal.SIGINT)
+                process.wait()
+                raise
+    finally:
+        os.close(error_end)
+    if process.returncode not in good:
+        errors = messages.of("error") or messages.lines or [f"ended with {process.returncode} and no message"]
+        raise ProgramError(errors[-1], process.returncode)
+    try:
+        return process.returncode, json.loads(out), messages.of("warning")
+    except ValueError:
+        if messages.of("error"):
+            raise ProgramError(messages.of("error")[-1], process.returncode) from None
+        raise Error(f"{command[0]}: expected JSON on its standard output, got {out[:200]!r}") from None

@@ -1,0 +1,43 @@
+"""The records of a run or sweep as a pandas frame."""
+
+import json
+import os
+import pathlib
+
+import numpy
+
+from . import _core
+from ._core import Error
+
+
+def read(folder):
+    """One row a record, one flat column a field: dataset, sequence, estimator, noise, level, seed, frame, body, status, ...,
+    errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total (docs/metrics.md).
+
+    Texts are categories, numbers that a record lacks NaN. `attrs["run"]` is run.json.
+    """
+    try:
+        import pandas  # here, as all else does without: a data loader starts in a tenth of the time
+    except ImportError:
+        raise Error("sextant.read needs pandas (Debian: python3-pandas); `sextant export` does not") from None
+    try:
+        folder = pathlib.Path(folder)
+    except TypeError:
+        raise Error(f"folder: expected a path, got {folder!r} of type {type(folder).__name__}") from None
+    columns = {}
+    for name, values, texts in _core.read_records(os.fspath(folder)):
+        if texts is not None:
+            order = sorted(range(len(texts)), key=texts.__getitem__)
+            place = numpy.empty(len(texts) + 1, dtype=numpy.int32)
+            place[order] = numpy.arange(len(texts))
+            place[-1] = -1  # what -1 in `values` finds
+            values = pandas.Categorical.from_codes(place[values], [texts[k] for k in order])
+        columns[name] = values
+    frame = pandas.DataFrame(columns, copy=False)
+    run = folder / "run.json"
+    if run.is_file():
+        try:
+            frame.attrs["run"] = json.loads(run.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise Error(f"{run}: not valid JSON: {error}") from None
+    return frame

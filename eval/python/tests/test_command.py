@@ -1,0 +1,106 @@
+"""The program from Python: typed results, progress, errors with the program's message."""
+
+import json
+import os
+import pathlib
+import stat
+import tempfile
+import unittest
+
+import sextant
+
+SOURCE = "synthetic:s18@0-4"
+
+
+class Command(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+
+    def refuse(self, pattern, call, *arguments, **flags):
+        with self.assertRaisesRegex(sextant.Error, pattern):
+            call(*arguments, **flags)
+
+    def test_run(self):
+        seen = []
+        run = sextant.run(SOURCE, out=self.folder / "a", noise=sextant.Noise({"flow": {"epe_px": 0.3}}), seeds=2,
+                          options={"pipeline": {"max_object_distance_m": 20}}, progress=seen.append)
+        self.assertEqual((run.preset, run.aggregate), ("paper", "mean"))
+        ego = run.rows[0]
+        self.assertEqual((ego.body, ego.labels["sequence"], ego.n_truth, ego.coverage_percent), ("ego", "s18", 8, 100.0))
+        records = run.records()
+        self.assertAlmostEqual(ego.metrics["Et_m"], records[records.body == "ego"].errors_Et_m.mean(), delta=1e-12)
+        configuration = json.dumps(records.attrs["run"])
+        self.assertIn('"max_object_distance_m": 20', configuration)
+        self.assertTrue(seen)
+        self.assertIsInstance(seen[-1], sextant.command.Progress)
+        self.assertEqual(seen[-1].done, seen[-1].total)
+
+    def test_run_refused(self):
+        out = self.folder / "a"
+        self.refuse("did you mean 'joint_flow'", sextant.run, SOURCE, out=out, estimator="joint_flo")
+        self.refuse("did you mean 'depth'", sextant.run, SOURCE, out=out, noise={"dept": {}})
+        self.refuse("no-such", sextant.run, "vdo:no-such", out=out)
+        self.refuse("sources: expected at least one", sextant.run, [], out=out)
+        self.refuse("sources: expected no flag", sextant.run, "--help", out=out)
+        self.refuse("seeds: expected 1 to", sextant.run, SOURCE, out=out, seeds=0)
+        self.refuse("out: expected a path", sextant.run, SOURCE, out=3)
+        self.refuse("progress: expected", sextant.run, SOURCE, out=out, progress=3)
+        with self.assertRaises(sextant.ProgramError) as caught:
+            sextant.run(SOURCE, out=out, preset="papr")
+        self.assertEqual(caught.exception.exit_code, 2)
+        self.assertFalse(out.exists())
+
+    def test_sweep_and_compare(self):
+        plan = {"name": "t", "sources": [SOURCE], "estimators": ["motion_only"],
+                "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 3}
+        first = sextant.sweep(plan, out=self.folder / "a", cache=self.folder / "cache")
+        self.assertEqual((first.cases, first.cases_before, len(first.records())), (6, 0, first.n_records))
+        file = self.folder / "plan.json"
+        file.write_text(json.dumps(plan))
+        again = sextant.sweep(file, out=self.folder / "a", cache=self.folder / "cache")
+        self.assertEqual(again.n_records, first.n_records)
+        same = sextant.compare(self.folder / "a", self.folder / "a", only="accuracy")
+        self.assertTrue(same)
+        self.assertEqual((same.verdict, same.exit_code), ("ok", 0))
+        self.assertTrue(any(finding.row["metric"] == "Et_m" for finding in same.rows if finding.kind == "accuracy"))
+        plan["noise"]["levels"] = [0.1, 2.0]
+        plan["noise"]["base"] = {"flow": {"epe_px": 2}}
+        sextant.sweep(plan, out=self.folder / "b", cache=self.folder / "cache")
+        other = sextant.compare(self.folder / "a", self.folder / "b", only="accuracy")
+        self.assertFalse(other)
+        self.assertEqual(other.verdict, "invalid")
+        missing = sextant.compare(self.folder / "a", self.folder / "no-such")
+        self.assertEqual((missing.verdict, missing.exit_code), ("invalid", 2))
+        self.assertIn("no-such: is not there", missing.rows[0].row["subject"])
+        self.refuse("plan", sextant.sweep, {"sources": 3}, out=self.folder / "c")
+
+    def test_evaluate_ego(self):
+        sextant.run(SOURCE, out=self.folder / "a")
+        files = [self.folder / "a" / f"{name}_camera_tum.txt" for name in ("gt", "est")]
+        said = sextant.evaluate_ego(*files, align="se3", save_zip=self.folder / "evo.zip")
+        self.assertEqual((said.n, said.n_matched, said.unit), (5, 5, "m"))
+        self.assertLess(said.statistics.rmse, 0.1)
+        self.assertTrue((self.folder / "evo.zip").is_file())
+        self.refuse("no-such.txt", sextant.evaluate_ego, files[0], self.folder / "no-such.txt")
+        self.refuse("unknown flag '--aling'", sextant.evaluate_ego, *files, aling="se3")
+
+    def test_the_program_is_found_or_named_in_an_error(self):
+        known = os.environ["SEXTANT_PROGRAM"]
+        self.addCleanup(os.environ.__setitem__, "SEXTANT_PROGRAM", known)
+        os.environ["SEXTANT_PROGRAM"] = str(self.folder)
+        self.refuse("SEXTANT_PROGRAM: expected the program", sextant.run, SOURCE, out=self.folder / "a")
+        broken = self.folder / "broken"
+        broken.write_text("#!/bin/sh\necho hello\n")
+        broken.chmod(broken.stat().st_mode | stat.S_IXUSR)
+        os.environ["SEXTANT_PROGRAM"] = str(broken)
+        self.refuse("expected JSON on its standard output, got b'hello", sextant.run, SOURCE, out=self.folder / "a")
+        broken.write_text("#!/bin/sh\nkill -9 $$\n")
+        self.refuse("ended with -9", sextant.run, SOURCE, out=self.folder / "a")
+        del os.environ["SEXTANT_PROGRAM"]
+        self.assertTrue(sextant.program().endswith("bin/sextant"))  # beside the package of a build
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,159 @@
+"""Estimators written in Python, in process."""
+
+import json
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+
+import sextant
+
+SOURCE = "synthetic:s18@0-4"
+NOISE = {"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.3}}
+
+
+def keep_start(problem):
+    """What RANSAC or the propagated motion says."""
+    return problem.start
+
+
+def least_squares(problem):
+    """Gauss-Newton on the inliers, as the example in C++ (eval/external/example_in_process)."""
+    c, use = problem.camera, problem.inliers
+    points, landed = problem.points()[use], (problem.pixels + problem.flow)[use]
+    T = problem.start.copy()
+    for _ in range(10):
+        q = points @ T[:3, :3].T + T[:3, 3]
+        x, y, z = q.T
+        r = landed - numpy.stack([c.fx * x / z + c.cx, c.fy * y / z + c.cy], axis=1)
+        zero = numpy.zeros_like(x)
+        projection = numpy.stack([numpy.stack([c.fx / z, zero, -c.fx * x / z**2], 1),
+                                  numpy.stack([zero, c.fy / z, -c.fy * y / z**2], 1)], axis=1)
+        cross = numpy.stack([numpy.stack([zero, -z, y], 1), numpy.stack([z, zero, -x], 1), numpy.stack([-y, x, zero], 1)], 1)
+        J = numpy.concatenate([projection, -projection @ cross], axis=2).reshape(-1, 6)
+        hessian = J.T @ J
+        xi = numpy.linalg.solve(hessian, J.T @ r.ravel())
+        T = exponential(xi) @ T
+    return sextant.Estimate(T, covariance=numpy.linalg.inv(hessian) * r.var(), iterations=10)
+
+
+def exponential(xi):
+    """Of a twist [rho; omega], by its series: steps are small."""
+    X = numpy.zeros((4, 4))
+    X[:3, 3] = xi[:3]
+    X[:3, :3] = [[0, -xi[5], xi[4]], [xi[5], 0, -xi[3]], [-xi[4], xi[3], 0]]
+    T, term = numpy.eye(4), numpy.eye(4)
+    for k in range(1, 16):
+        term = term @ X / k
+        T = T + term
+    u, _, v = numpy.linalg.svd(T[:3, :3])
+    T[:3, :3] = u @ v
+    return T
+
+
+class Estimators(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+        self.count = 0
+
+    def run_with(self, function, **other):
+        self.count += 1
+        return sextant.run(SOURCE, out=self.folder / f"run{self.count}", estimator=function, noise=NOISE, **other)
+
+    def test_is_as_good_as_those_inside(self):
+        mine = self.run_with(least_squares, seeds=2)
+        inside = self.run_with("motion_only", seeds=2)
+        self.assertEqual([row.body for row in mine.rows], [row.body for row in inside.rows])
+        for a, b in zip(mine.rows, inside.rows):
+            self.assertEqual(a.labels["estimator"], "least_squares")
+            self.assertEqual((a.n_truth, a.n_estimated), (b.n_truth, b.n_estimated))
+            self.assertEqual("Et_m" in a.metrics, "Et_m" in b.metrics)
+            if "Et_m" in a.metrics:
+                self.assertLess(a.metrics["Et_m"], 2.5 * b.metrics["Et_m"] + 0.01, a.body)
+        records = mine.records()
+        self.assertGreater(records.values_nees.notna().sum(), 10)
+        self.assertTrue((self.folder / "run1" / "summary.csv").is_file())
+
+    def test_sees_measurements_alone(self):
+        seen = []
+
+        def look(problem):
+            seen.append(problem)
+            return problem.start
+
+        self.run_with(look, jobs=1)
+        names = {field for problem in seen for field in vars(problem)}
+        self.assertEqual(names, {"camera", "pixels", "depth", "flow", "depth_curr", "start", "inliers", "noise"})
+        problem = seen[0]
+        n = len(problem.depth)
+        self.assertEqual((problem.pixels.shape, problem.flow.shape, problem.inliers.dtype), ((n, 2), (n, 2), bool))
+        self.assertEqual(problem.noise.flow_x_px, 0.3)
+        self.assertGreater(problem.noise.inverse_depth_per_m, 0)
+        self.assertGreater(len({len(p.depth) for p in seen}), 1, "the camera and objects")
+        # The points carry the noise: with it the exact motion does not fit them.
+        clean = sextant.run(SOURCE, out=self.folder / "clean", estimator=look, jobs=1)
+        self.assertIsNone(seen[-1].noise)
+        self.assertLess(clean.rows[0].metrics["Et_m"], 0.005)
+
+    def test_jobs_and_repetition_give_the_same(self):
+        def without_times(run):
+            frame = run.records()
+            return frame[[name for name in frame if not name.startswith("time_ms")]]
+        first = without_times(self.run_with(keep_start, jobs=1, seeds=3))
+        for jobs in (1, 3):
+            again = without_times(self.run_with(keep_start, jobs=jobs, seeds=3))
+            self.assertTrue(first.equals(again))
+
+    def test_statuses(self):
+        run = self.run_with(lambda problem: "diverged" if len(problem.depth) > 1000 else problem.start)
+        ego = run.rows[0]
+        self.assertEqual((ego.n_truth, ego.n_estimated), (4, 0))
+        self.assertIn("diverged", ego.other)
+
+    def test_its_code_is_part_of_the_configuration(self):
+        out = self.folder / "a"
+        sextant.run(SOURCE, out=out, estimator=keep_start)
+        configuration = json.dumps(sextant.read(out).attrs["run"])
+        self.assertIn("keep_start", configuration)
+        self.assertIn("code_sha256", configuration)
+        sextant.run(SOURCE, out=out, estimator=keep_start)  # the same again may replace it
+
+        def keep_start_2(problem):
+            return 1.0 * problem.start
+
+        keep_start_2.__name__ = "keep_start"
+        with self.assertRaisesRegex(sextant.Error, "another configuration|force"):
+            sextant.run(SOURCE, out=out, estimator=keep_start_2)
+
+    def test_errors_are_the_functions_own(self):
+        def broken(problem):
+            return {}["key"]
+        with self.assertRaises(KeyError):
+            self.run_with(broken, jobs=2, seeds=3)
+        self.assertFalse((self.folder / "run1" / "records.jsonl").exists())
+        for answer, said in ((numpy.eye(3), r"estimator <?lambda>?: T_curr_prev: .*\(4, 4\), got shape \(3, 3\)"),
+                             (numpy.full((4, 4), numpy.nan), "T_curr_prev: expected finite numbers, got nan"),
+                             (2 * numpy.eye(4), "rigid motion"), ("no", "diverged.*got 'no'"), (None, "got NoneType"),
+                             (sextant.Estimate(numpy.eye(4), covariance=numpy.eye(5)), r"covariance: .*got shape \(5, 5\)"),
+                             (sextant.Estimate(numpy.eye(4), inliers=numpy.ones(3, bool)), "inliers: .*got shape")):
+            with self.assertRaisesRegex(sextant.Error, said):
+                self.run_with(lambda problem: answer)
+
+    def test_sweep_beside_those_inside(self):
+        plan = {"name": "t", "sources": [SOURCE], "estimators": ["motion_only", "python:mine"],
+                "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
+        done = sextant.sweep(plan, out=self.folder / "a", cache=self.folder / "cache", estimators={"mine": least_squares})
+        self.assertEqual(done.cases, 8)
+        records = done.records()
+        self.assertEqual(set(records.estimator), {"motion_only", "mine"})
+        again = sextant.sweep(plan, out=self.folder / "a", cache=self.folder / "cache", estimators={"mine": least_squares})
+        self.assertEqual(again.cases_before, 8)
+        with self.assertRaisesRegex(sextant.Error, "python:mine"):
+            sextant.sweep(plan, out=self.folder / "b", cache=self.folder / "cache", estimators={"other": least_squares})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,144 @@
+"""Errors of paths: those of `sextant evaluate ego` to 1e-12."""
+
+import dataclasses
+import itertools
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+
+import sextant
+from paths import path, quaternion, write_kitti
+
+RELATIONS = ["trans_part", "rot_part", "angle_deg", "angle_rad", "full", "point_distance"]
+ALIGNMENTS = ["none", "origin", "se3", "sim3", "scale"]
+
+
+class AsTheProgram(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.reference, cls.estimate = path(), path(noise=1.0)
+        cls.files = [pathlib.Path(cls.folder.name) / name for name in ("gt.txt", "est.txt")]
+        write_kitti(cls.files[0], cls.reference)
+        write_kitti(cls.files[1], cls.estimate)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def program(self, **flags):
+        return sextant.evaluate_ego(*self.files, format="kitti", **flags)
+
+    def same(self, errors, said):
+        self.assertEqual(len(errors), said.n)
+        for name, value in dataclasses.asdict(sextant.statistics(errors)).items():
+            expected = getattr(said.statistics, name)
+            self.assertLessEqual(abs(value - expected), 1e-12 * max(1, abs(expected)), name)
+
+    def test_absolute(self):
+        for relation, align in itertools.product(RELATIONS, ALIGNMENTS):
+            with self.subTest(relation=relation, align=align):
+                errors = sextant.absolute_errors(self.estimate, self.reference, relation=relation, align=align)
+                self.same(errors, self.program(relation=relation, align=align))
+
+    def test_relative(self):
+        for relation, (delta, all_pairs) in itertools.product(
+                RELATIONS + ["point_distance_error_ratio"],
+                [("1f", False), ("7f", True), ("10m", False), ("10m", True), ("5deg", False), ("0.1rad", False)]):
+            with self.subTest(relation=relation, delta=delta, all_pairs=all_pairs):
+                found = sextant.relative_errors(self.estimate, self.reference, relation=relation, delta=delta,
+                                                all_pairs=all_pairs)
+                self.same(found.errors, self.program(relation=relation, rpe=delta, all_pairs=all_pairs))
+                self.assertTrue((found.pairs[:, 0] < found.pairs[:, 1]).all())
+
+    def test_alignment_and_first_poses(self):
+        said = self.program(align="sim3", n_to_align=50)
+        found = sextant.align(self.estimate, self.reference, "sim3", n_to_align=50)
+        numpy.testing.assert_allclose(found.transform, said.details["alignment"], rtol=0, atol=1e-12 * 400)
+        self.same(sextant.absolute_errors(found.poses, self.reference), said)
+
+    def test_yaw(self):
+        said = self.program(align="yaw", up="-y")
+        self.same(sextant.absolute_errors(self.estimate, self.reference, align="yaw", up=(0, -1, 0)), said)
+
+    def test_per_frame_and_kitti_odometry(self):
+        details = self.program().details
+        inverse = numpy.linalg.inv
+        steps = [inverse(poses[:-1]) @ poses[1:] for poses in (self.estimate, self.reference)]
+        Et, ER = sextant.pose_change_errors(*steps)
+        self.assertAlmostEqual(Et.mean(), details["per_frame"]["Et_m"]["mean"], delta=1e-12)
+        self.assertAlmostEqual(ER.mean(), details["per_frame"]["ER_deg"]["mean"], delta=1e-12)
+        whole, *by_length = sextant.kitti_odometry(self.estimate, self.reference)
+        said = details["kitti_odometry"]
+        self.assertEqual(whole.n, said["n"])
+        self.assertAlmostEqual(whole.translation_percent, said["translation_percent"], delta=1e-12)
+        self.assertAlmostEqual(whole.rotation_deg_per_m, said["rotation_deg_per_m"], delta=1e-12)
+        self.assertEqual([row.n for row in by_length if row.n], [row["n"] for row in said["by_length"]])
+        self.assertIsNone(by_length[-1].translation_percent)
+
+    def test_by_time(self):
+        stamps = 100.0 + 0.1 * numpy.arange(len(self.reference))
+        kept = numpy.arange(3, len(stamps), 2)
+        late = stamps[kept] + 0.004
+        rows, of_estimate = sextant.associate(stamps, late)
+        numpy.testing.assert_array_equal(rows, kept)
+        files = []
+        for name, poses, times in (("gt", self.reference, stamps), ("est", self.estimate[kept], late)):
+            files.append(pathlib.Path(self.folder.name) / f"{name}.tum")
+            files[-1].write_text("".join(
+                " ".join(repr(float(x)) for x in [t, *pose[:3, 3], *quaternion(pose[:3, :3])]) + "\n"
+                for t, pose in zip(times, poses)))
+        said = sextant.evaluate_ego(*files, format="tum", rpe="2s", all_pairs=True, align="se3")
+        matched = self.estimate[kept][of_estimate]
+        found = sextant.relative_errors(matched, self.reference[rows], delta="2s", all_pairs=True, align="se3",
+                                        stamps=late[of_estimate])
+        self.assertEqual(said.n_matched, len(rows))
+        self.same(found.errors, said)
+
+
+class Refused(unittest.TestCase):
+    def refuse(self, *parts, call=sextant.absolute_errors, estimate=None, **other):
+        good = path(20)
+        with self.assertRaises(sextant.Error) as caught:
+            call(good if estimate is None else estimate, good, **other)
+        for part in parts:
+            self.assertIn(part, str(caught.exception))
+
+    def test_bad_paths(self):
+        good = path(20)
+        bad = good.copy()
+        bad[7, 0, 3] = numpy.nan
+        self.refuse("estimate", "float64", "got float32", estimate=good.astype(numpy.float32))
+        self.refuse("estimate", "(n, 4, 4)", "got shape (20, 3, 4)", estimate=numpy.ascontiguousarray(good[:, :3]))
+        self.refuse("estimate", "C-contiguous", estimate=good.transpose(0, 2, 1))
+        self.refuse("estimate", "finite", "got nan at [7, 0, 3]", estimate=bad)
+        self.refuse("estimate", "got 7", "20", estimate=good[:7].copy())
+        self.refuse("estimate", "got list", estimate=good.tolist())
+        self.refuse("estimate", "last row", estimate=good * 2)
+        mirrored = good.copy()
+        mirrored[3, :3, 0] *= -1
+        self.refuse("estimate", "reflection at [3]", estimate=mirrored)
+        mirrored[3, :3, :3] = 1.1 * good[3, :3, :3]
+        self.refuse("estimate", "orthonormal", estimate=mirrored)
+
+    def test_bad_words(self):
+        self.refuse("relation", "did you mean 'trans_part'", relation="trans_par")
+        self.refuse("relation", "relative_errors", relation="point_distance_error_ratio")
+        self.refuse("alignment", "did you mean 'sim3'", align="sim4")
+        self.refuse("up", align="yaw")
+        self.refuse("delta", call=sextant.relative_errors, delta="far")
+        self.refuse("1000f", call=sextant.relative_errors, delta="1000f")
+        self.refuse("stamps", call=sextant.relative_errors, delta="1s")
+        self.refuse("stamps", "20", "got 3", call=sextant.relative_errors, delta="1s", stamps=numpy.arange(3.0))
+        self.refuse("stamps", "rise", call=sextant.relative_errors, delta="1s", stamps=-numpy.arange(20.0))
+        still = numpy.tile(numpy.eye(4), (5, 1, 1))
+        with self.assertRaises(sextant.Error):
+            sextant.align(still, still, "se3")
+        with self.assertRaisesRegex(sextant.Error, "errors: expected finite numbers, got nan at \\[1\\]"):
+            sextant.statistics(numpy.array([1.0, numpy.nan]))
+
+
+if __name__ == "__main__":
+    unittest.main()
