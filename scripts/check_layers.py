@@ -67,7 +67,7 @@ LAYERS = {
                                                               "eval/logs"],
     "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/profile",
+    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/experiment", "eval/profile",
                  "eval/pictures", "eval/view", "eval/logs", "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce"] + _PAPER,
     "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
                   "eval/records", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",

@@ -25,6 +25,8 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_view_command,
     add_cache_command,
     add_options_command,
+    add_completion_command,
+    add_man_command,
 });
 
 }  // namespace
