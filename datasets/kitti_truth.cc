@@ -1,3 +1,4 @@
+#include "sextant/base/files.h"
 #include "sextant/datasets/kitti_truth.h"
 
 #include <fmt/ranges.h>
@@ -16,8 +17,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
   Eigen::Matrix4d out = Eigen::Matrix4d::Identity();

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 
 namespace CLI {
 class App;
+class Option;
 }
 
 namespace sextant {
@@ -68,6 +70,18 @@ struct CommonFlags {
   bool quiet = false;
   bool json = false;
 };
+
+/// A flag whose values are the names of an enumeration; another one is an Error that tells the nearest name.
+template <Named E>
+CLI::Option* add_choice(CLI::App& command, const std::string& flag, E& value, const std::string& help) {
+  const auto names = names_of(E{});
+  const std::string kind = flag.substr(flag.find_first_not_of('-'));
+  return add_choice(command, flag, help, {names.begin(), names.end()}, to_string(value),
+                    [&value, kind](const std::string& text) { value = from_name<E>(text, kind); });
+}
+CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
+                        const std::vector<std::string_view>& names, std::string_view preset,
+                        const std::function<void(const std::string&)>& take);
 
 void add_source_argument(CLI::App& command, std::string& source);
 void add_data_flag(CLI::App& command, CommonFlags& flags);

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -29,6 +30,14 @@ void set_option(Json& tree, const std::string& assignment) {
 }
 
 }  // namespace
+
+CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
+                        const std::vector<std::string_view>& names, std::string_view preset,
+                        const std::function<void(const std::string&)>& take) {
+  const std::string known = fmt::format("{}", fmt::join(names, ", "));
+  return command.add_option_function<std::string>(flag, take, help.empty() ? known : help + ": " + known)
+      ->default_str(std::string(preset));
+}
 
 void add_source_argument(CLI::App& command, std::string& source) {
   command.add_option("source", source, "adapter:path[#sequence][@first-last]")

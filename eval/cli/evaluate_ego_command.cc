@@ -11,14 +11,13 @@
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/report_folder.h"
-#include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
 
 struct EgoFlags : CommonFlags {
   EgoFiles files;
-  std::string alignment = "none", relation = "trans_part", rpe;
+  std::string rpe;
   bool all_pairs = false;
   double delta_tolerance = PairSelection{}.relative_tolerance;
   EgoOptions options;
@@ -29,8 +28,6 @@ struct EgoFlags : CommonFlags {
 
 EgoOptions options_of(const EgoFlags& flags) {
   EgoOptions options = flags.options;
-  options.alignment = from_name<Alignment>(flags.alignment, "alignment");
-  options.relation = from_name<PoseRelation>(flags.relation, "relation");
   options.association.start_s = flags.start_s;
   options.association.end_s = flags.end_s;
   if (!flags.up.empty()) options.up = parse_direction(flags.up);
@@ -43,8 +40,6 @@ EgoOptions options_of(const EgoFlags& flags) {
     options.estimate_frame.body_from_camera = parse_body_from_camera(flags.body_from_camera);
   if (!flags.reference_body_from_camera.empty())
     options.reference_frame.body_from_camera = parse_body_from_camera(flags.reference_body_from_camera);
-  opencv_from_axes(options.estimate_frame.axes);
-  opencv_from_axes(options.reference_frame.axes);
   if (options.interpolate_max_gap_s && !(*options.interpolate_max_gap_s > 0))
     fail("--interpolate: expected the longest gap to bridge, above 0 s, got {}",
          *options.interpolate_max_gap_s);
@@ -99,8 +94,7 @@ void evaluate(EgoFlags& flags) {
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
-  command.add_option("--align", flags.alignment, "none, origin, se3, sim3, scale or yaw")
-      ->capture_default_str();
+  add_choice(command, "--align", flags.options.alignment, "");
   command.add_option("--up", flags.up,
                      "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
   command
@@ -108,11 +102,8 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
                   "Poses that se3, sim3, scale and yaw look at, from the start; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
-  command
-      .add_option("--relation", flags.relation,
-                  "trans_part, rot_part, angle_deg, angle_rad, full, point_distance or, with --rpe, "
-                  "point_distance_error_ratio")
-      ->capture_default_str();
+  add_choice(command, "--relation", flags.options.relation,
+             "What of a pose is compared, point_distance_error_ratio with --rpe only");
   command.add_option("--rpe", flags.rpe,
                      "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
@@ -142,12 +133,8 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
 }
 
 void add_frame_flags(CLI::App& command, EgoFlags& flags) {
-  command
-      .add_option("--axes", flags.options.estimate_frame.axes,
-                  "Axes of the estimates' worlds and bodies: opencv, opengl, ned or flu")
-      ->capture_default_str();
-  command.add_option("--ref-axes", flags.options.reference_frame.axes, "The same of the reference")
-      ->capture_default_str();
+  add_choice(command, "--axes", flags.options.estimate_frame.axes, "Axes of the estimates' worlds and bodies");
+  add_choice(command, "--ref-axes", flags.options.reference_frame.axes, "The same of the reference");
   command
       .add_option("--body-from-camera", flags.body_from_camera,
                   "The estimates are poses of a body: T_body_camera, to be multiplied from the right; "

@@ -51,12 +51,9 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
       ->add_option("DIR", flags->files.folders,
                    "Folders of logs, each DIR or SYSTEM=DIR: a run of that system")
       ->required();
-  command->add_option("--format", flags->files.format, "dynosam or vdo")->required();
-  command
-      ->add_option("--stage", flags->files.stage,
-                   "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf*) where a folder holds both")
-      ->type_name("STAGE")
-      ->capture_default_str();
+  add_choice(*command, "--format", flags->files.format, "Whose logs")->required();
+  add_choice(*command, "--stage", flags->files.stage,
+             "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
   command->add_option("--preset", flags->preset, "One metric preset; default: all side by side");
   command->add_option("--truth", flags->files.truth,
                       "SOURCE whose true objects replace the log's; ids are matched by overlap");

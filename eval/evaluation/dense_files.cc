@@ -17,22 +17,20 @@
 namespace sextant {
 namespace {
 
-Image<Flow> read_flow(const std::string& path, const std::string& format) {
+Image<Flow> read_flow(const std::string& path, FlowFormat format) {
   const std::string bytes = read_file(path);
-  if (format == "flo" || (format.empty() && path.ends_with(".flo"))) return decode_flo(bytes, path);
-  if (format == "kitti") return flow_from_kitti(decode_png_rgb16(bytes, path));
-  if (format == "vkitti") return flow_from_vkitti(decode_png_rgb16(bytes, path));
-  if (format.empty())
+  if (format == FlowFormat::flo || (format == FlowFormat::by_name && path.ends_with(".flo")))
+    return decode_flo(bytes, path);
+  if (format == FlowFormat::by_name)
     fail("{}: flow in a PNG may be of kitti or vkitti: give --est-format and --gt-format", path);
-  fail("unknown flow format '{}': expected flo, kitti or vkitti", format);
+  const Image<Rgb16> image = decode_png_rgb16(bytes, path);
+  return format == FlowFormat::kitti ? flow_from_kitti(image) : flow_from_vkitti(image);
 }
 
-Image<float> read_depth(const std::string& path, const std::string& format, double bf) {
+Image<float> read_depth(const std::string& path, DepthFormat format, double bf) {
   const Image<uint16_t> image = decode_png16(read_file(path), path);
-  if (format == "depth256") return depth_from_depth256(image);
-  if (format == "cm") return depth_from_cm(image);
-  if (format != "disparity256")
-    fail("{}: depth format '{}': give disparity256, depth256 or cm", path, format);
+  if (format == DepthFormat::depth256) return depth_from_depth256(image);
+  if (format == DepthFormat::cm) return depth_from_cm(image);
   if (!(bf > 0)) fail("{}: disparities need --bf, focal length times baseline in px m", path);
   return depth_from_disparity256(image, bf);
 }
@@ -47,15 +45,15 @@ Image<uint16_t> read_mask(const std::string& path) {
 }
 
 /// Extensions that files of a format may have: both where none is given.
-std::vector<std::string> extensions_of(const std::string& format) {
-  if (format == "flo") return {".flo"};
-  if (format.empty()) return {".png", ".flo"};
-  return {".png"};
+std::vector<std::string> extensions_of(FlowFormat format) {
+  if (format == FlowFormat::by_name) return {".png", ".flo"};
+  return {format == FlowFormat::flo ? ".flo" : ".png"};
 }
+std::vector<std::string> extensions_of(DepthFormat) { return {".png"}; }
 
 /// Names of the images in a folder, in order. Throws Error where one stands there in two formats.
-std::vector<std::string> names_in(const std::string& folder, const std::string& format, const char* flag) {
-  const std::vector<std::string> extensions = extensions_of(format);
+std::vector<std::string> names_in(const std::string& folder, const std::vector<std::string>& extensions,
+                                  const char* flag) {
   std::set<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -69,17 +67,17 @@ std::vector<std::string> names_in(const std::string& folder, const std::string& 
 }
 
 /// Names of the estimate's images; one empty name where the estimate is a file.
-std::vector<std::string> names_of(const DenseOptions& options) {
+template <typename Format>
+std::vector<std::string> names_in(const DenseFiles<Format>& files) {
   std::error_code error;
-  if (!fs::is_directory(options.estimate, error)) return {""};
-  return names_in(options.estimate, options.estimate_format, "--est-format");
+  if (!fs::is_directory(files.estimate, error)) return {""};
+  return names_in(files.estimate, extensions_of(files.estimate_format), "--est-format");
 }
 
 /// The file of that name in a folder; the path itself for an empty name. Throws Error where there are two.
-std::string file_of(const std::string& path, const std::string& name, const std::string& format,
-                    const char* flag) {
+std::string file_of(const std::string& path, const std::string& name,
+                    const std::vector<std::string>& extensions, const char* flag) {
   if (name.empty()) return path;
-  const std::vector<std::string> extensions = extensions_of(format);
   std::string found;
   for (const std::string& extension : extensions) {
     const fs::path file = fs::path(path) / (name + extension);
@@ -96,11 +94,12 @@ std::string file_of(const std::string& path, const std::string& name, const std:
 }
 
 /// Where the truth has images that the estimate has not, they count in nothing: said below the table.
-void note_missing_images(const DenseOptions& options, Table& table) {
+template <typename Format>
+void note_missing_images(const DenseFiles<Format>& files, Table& table) {
   std::error_code error;
-  if (!fs::is_directory(options.estimate, error) || !fs::is_directory(options.truth, error)) return;
-  const size_t n_truth = names_in(options.truth, options.truth_format, "--gt-format").size();
-  const size_t n = names_of(options).size();
+  if (!fs::is_directory(files.estimate, error) || !fs::is_directory(files.truth, error)) return;
+  const size_t n_truth = names_in(files.truth, extensions_of(files.truth_format), "--gt-format").size();
+  const size_t n = names_in(files).size();
   if (n < n_truth)
     table.notes.push_back(fmt::format(
         "{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n,
@@ -130,25 +129,25 @@ Image<T> reduced(const Image<T>& truth, const Keep& keep) {
 }
 
 /// Calls take(subset, estimate, truth of the subset) for every image and subset.
-template <typename T, typename Read, typename Take>
-void for_subsets(const DenseOptions& options, const Read& read, const Take& take) {
-  for (const std::string& name : names_of(options)) {
-    const std::string path = file_of(options.estimate, name, options.estimate_format, "--est-format");
-    const Image<T> estimate = read(path, options.estimate_format);
+template <typename T, typename Format, typename Read, typename Take>
+void for_subsets(const DenseFiles<Format>& files, const Read& read, const Take& take) {
+  for (const std::string& name : names_in(files)) {
+    const std::string path = file_of(files.estimate, name, extensions_of(files.estimate_format), "--est-format");
+    const Image<T> estimate = read(path, files.estimate_format);
     const Image<T> truth =
-        read(file_of(options.truth, name, options.truth_format, "--gt-format"), options.truth_format);
+        read(file_of(files.truth, name, extensions_of(files.truth_format), "--gt-format"), files.truth_format);
     check_size(estimate, truth, path);
     take("all", estimate, truth);
-    if (!options.visible_truth.empty()) {
+    if (!files.visible_truth.empty()) {
       const std::string visible_path =
-          file_of(options.visible_truth, name, options.truth_format, "--gt-format");
-      const Image<T> visible = read(visible_path, options.truth_format);
+          file_of(files.visible_truth, name, extensions_of(files.truth_format), "--gt-format");
+      const Image<T> visible = read(visible_path, files.truth_format);
       check_size(visible, truth, visible_path);
       take("noc", estimate, reduced(truth, [&](size_t i) { return has_value(visible.data()[i]); }));
       take("occ", estimate, reduced(truth, [&](size_t i) { return !has_value(visible.data()[i]); }));
     }
-    if (options.mask.empty()) continue;
-    const std::string mask_path = file_of(options.mask, name, "png", "");
+    if (files.mask.empty()) continue;
+    const std::string mask_path = file_of(files.mask, name, {".png"}, "");
     const Image<uint16_t> mask = read_mask(mask_path);
     check_size(mask, truth, mask_path);
     const std::set<uint16_t> labels(mask.data(), mask.data() + mask.size());
@@ -158,8 +157,9 @@ void for_subsets(const DenseOptions& options, const Read& read, const Take& take
   }
 }
 
-void check_any(int64_t n, const DenseOptions& options) {
-  if (n == 0) fail("{}: no pixel has both an estimate and truth in {}", options.estimate, options.truth);
+template <typename Format>
+void check_any(int64_t n, const DenseFiles<Format>& files) {
+  if (n == 0) fail("{}: no pixel has both an estimate and truth in {}", files.estimate, files.truth);
 }
 
 Cell finite_cell(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
@@ -167,12 +167,9 @@ Cell percent(double share) { return finite_cell(100 * share); }
 
 }  // namespace
 
-Table evaluate_flow(const DenseOptions& options) {
+Table evaluate_flow(const DenseFiles<FlowFormat>& files) {
   std::map<std::string, std::vector<DenseFlowError>> errors;
-  const auto read = [](const std::string& path, const std::string& format) {
-    return read_flow(path, format);
-  };
-  for_subsets<Flow>(options, read,
+  for_subsets<Flow>(files, read_flow,
                     [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
                       errors[subset].push_back(dense_flow_error(estimate, truth));
                     });
@@ -185,20 +182,20 @@ Table evaluate_flow(const DenseOptions& options) {
        Column::number("fl_percent", "Fl [%]", 3)}};
   for (const auto& [subset, images] : errors) {
     const DenseFlowError e = pooled(images);
-    if (subset == "all") check_any(e.n, options);
+    if (subset == "all") check_any(e.n, files);
     table.add_row({subset, e.n, e.n_truth, percent(e.coverage), finite_cell(e.epe_px), finite_cell(e.x_px),
                    finite_cell(e.y_px), percent(e.outlier_share)});
   }
-  note_missing_images(options, table);
+  note_missing_images(files, table);
   return table;
 }
 
-Table evaluate_depth(const DenseOptions& options) {
+Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf) {
   std::map<std::string, std::pair<std::vector<Image<float>>, std::vector<Image<float>>>> images;
-  const auto read = [&](const std::string& path, const std::string& format) {
-    return read_depth(path, format, options.bf);
+  const auto read = [&](const std::string& path, DepthFormat format) {
+    return read_depth(path, format, bf);
   };
-  for_subsets<float>(options, read,
+  for_subsets<float>(files, read,
                      [&](const std::string& subset, const Image<float>& estimate, const Image<float>& truth) {
                        images[subset].first.push_back(estimate);
                        images[subset].second.push_back(truth);
@@ -214,12 +211,12 @@ Table evaluate_depth(const DenseOptions& options) {
   for (const auto& [subset, pair] : images) {
     const auto& [estimates, truths] = pair;
     const DepthError e = depth_error(estimates, truths);
-    if (subset == "all") check_any(e.n, options);
+    if (subset == "all") check_any(e.n, files);
     Cell disparity, d1;
-    if (options.bf > 0) {
+    if (bf > 0) {
       std::vector<DenseDisparityError> each;
       for (size_t i = 0; i < truths.size(); ++i)
-        each.push_back(dense_disparity_error(estimates[i], truths[i], options.bf));
+        each.push_back(dense_disparity_error(estimates[i], truths[i], bf));
       const DenseDisparityError all = pooled(each);
       disparity = finite_cell(all.mean_px);
       d1 = percent(all.outlier_share);
@@ -227,7 +224,7 @@ Table evaluate_depth(const DenseOptions& options) {
     table.add_row({subset, e.n, e.n_truth, percent(e.coverage), finite_cell(e.mean_m), finite_cell(e.rmse_m),
                    percent(e.relative), percent(e.bias), percent(e.within_125), disparity, d1});
   }
-  note_missing_images(options, table);
+  note_missing_images(files, table);
   return table;
 }
 

@@ -2,7 +2,7 @@
 
 // Flow and depth images of any system against the truth, from files or folders of files with equal names.
 //
-//   flow   flo | kitti | vkitti         .flo is found by its name; the two kinds of PNG must be told apart
+//   flow   flo | kitti | vkitti         auto: .flo by its name; the two kinds of PNG must be told apart
 //          in a folder an image may stand once: as .png and .flo only where the format decides
 //   depth  disparity256 | depth256 | cm   16-bit PNG; disparity needs bf (px m)
 //
@@ -11,22 +11,28 @@
 
 #include <string>
 
-#include "sextant/base/options.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
 
-struct DenseOptions {
-  std::string estimate, truth;                ///< files, or folders
-  std::string estimate_format, truth_format;  ///< empty: by name
-  std::string mask;                           ///< file or folder; may be empty
-  std::string visible_truth;                  ///< truth of the pixels visible in both (noc); may be empty
-  double bf = 0;                              ///< px m, for disparity
+enum class FlowFormat { by_name, flo, kitti, vkitti };
+constexpr Names<4> names_of(FlowFormat) { return {"auto", "flo", "kitti", "vkitti"}; }
+enum class DepthFormat { disparity256, depth256, cm };
+constexpr Names<3> names_of(DepthFormat) { return {"disparity256", "depth256", "cm"}; }
+
+template <Named Format>
+struct DenseFiles {
+  std::string estimate, truth;  ///< files, or folders
+  Format estimate_format{}, truth_format{};
+  std::string mask;           ///< file or folder; may be empty
+  std::string visible_truth;  ///< truth of the pixels visible in both (noc); may be empty
 };
 
 /// One row per subset ("all", "noc", "occ", "mask 3"): over all images together. Throws Error on files that
 /// are missing, damaged or of another size, and when no pixel has both estimate and truth.
-Table evaluate_flow(const DenseOptions& options);
-Table evaluate_depth(const DenseOptions& options);
+Table evaluate_flow(const DenseFiles<FlowFormat>& files);
+/// bf: focal length times baseline, px m, for disparities; 0: not known.
+Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf);
 
 }  // namespace sextant

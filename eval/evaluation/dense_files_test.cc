@@ -31,10 +31,10 @@ TEST(DenseFiles, FlowOverMasksAndOcclusion) {
   visible(0, 0) = Flow{};
   Image<uint16_t> mask(4, 1);
   mask(0, 0) = mask(1, 0) = 7;
-  DenseOptions o;
+  DenseFiles<FlowFormat> o;
   o.estimate = folder.write("est.flo", encode_flo(estimate));
   o.truth = folder.write("gt.png", encode_png(kitti_from_flow(true_flow())));
-  o.truth_format = "kitti";
+  o.truth_format = FlowFormat::kitti;
   o.visible_truth = folder.write("noc.png", encode_png(kitti_from_flow(visible)));
   o.mask = folder.write("mask.png", encode_png(mask));
   const Table table = evaluate_flow(o);
@@ -54,7 +54,7 @@ TEST(DenseFiles, FlowOverMasksAndOcclusion) {
 
 TEST(DenseFiles, FoldersArePooledOverPixels) {
   const TempFolder folder;
-  DenseOptions o;
+  DenseFiles<FlowFormat> o;
   for (int i = 0; i < 2; ++i) {
     Image<Flow> estimate(4, 3, Flow{2, 0});
     if (i == 1) estimate = Image<Flow>(4, 3, Flow{2, 3});
@@ -63,7 +63,7 @@ TEST(DenseFiles, FoldersArePooledOverPixels) {
   }
   o.estimate = folder.path() / "est";
   o.truth = folder.path() / "gt";
-  o.truth_format = "vkitti";
+  o.truth_format = FlowFormat::vkitti;
   EXPECT_NEAR(row(evaluate_flow(o), "all")["epe_px"], 1.5, 1e-4);
   std::filesystem::remove(folder.path() / "gt" / "1.png");
   expect_error([&] { evaluate_flow(o); }, "has no 1.png");
@@ -71,7 +71,7 @@ TEST(DenseFiles, FoldersArePooledOverPixels) {
 
 TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   const TempFolder folder;
-  DenseOptions o;
+  DenseFiles<FlowFormat> o;
   const Image<Flow> estimate(4, 1, Flow{2, 1}), other(4, 1, Flow{2, 8});
   folder.write("est/0.flo", encode_flo(estimate));
   folder.write("est/0.png", encode_png(kitti_from_flow(other)));
@@ -80,10 +80,10 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   o.estimate = folder.path() / "est";
   o.truth = folder.path() / "gt";
   expect_error([&] { evaluate_flow(o); }, "holds 0.png and 0.flo: give --est-format");
-  o.estimate_format = "flo";
+  o.estimate_format = FlowFormat::flo;
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 1);
   EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
-  o.estimate_format = "kitti";
+  o.estimate_format = FlowFormat::kitti;
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
   EXPECT_THAT(evaluate_flow(o).notes, ElementsAre(HasSubstr("1 of 2 images of the truth")));
   folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
@@ -94,13 +94,12 @@ TEST(DenseFiles, Depth) {
   const TempFolder folder;
   Image<float> truth(2, 1, 10.0F), estimate(2, 1, 10.0F);
   estimate(1, 0) = 8;
-  DenseOptions o;
+  DenseFiles<DepthFormat> o;
   o.estimate = folder.write("est.png", encode_png(depth256_from_depth(estimate)));
   o.truth = folder.write("gt.png", encode_png(cm_from_depth(truth)));
-  o.estimate_format = "depth256";
-  o.truth_format = "cm";
-  o.bf = 400;
-  const Json all = row(evaluate_depth(o), "all");
+  o.estimate_format = DepthFormat::depth256;
+  o.truth_format = DepthFormat::cm;
+  const Json all = row(evaluate_depth(o, 400), "all");
   EXPECT_EQ(all["mean_m"], 1);
   EXPECT_NEAR(all["rmse_m"], std::sqrt(2), 1e-12);
   EXPECT_EQ(all["relative_percent"], 10);
@@ -116,7 +115,7 @@ TEST(DenseFiles, BadInputIsTold) {
   const std::string wide = folder.write("b.flo", encode_flo(Image<Flow>(5, 1, Flow{1, 1})));
   const std::string none = folder.write("c.flo", encode_flo(Image<Flow>(4, 1)));
   const auto error = [](const std::string& estimate, const std::string& truth) {
-    DenseOptions o;
+    DenseFiles<FlowFormat> o;
     o.estimate = estimate;
     o.truth = truth;
     return error_of([&] { evaluate_flow(o); });

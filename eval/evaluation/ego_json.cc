@@ -55,7 +55,7 @@ Json matrix_json(const Eigen::Matrix4d& m) {
 /// What was changed about a side's poses; nothing for a camera in opencv axes.
 void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
   if (frame.is_default()) return;
-  json["frames"][prefix + "axes"] = frame.axes;
+  json["frames"][prefix + "axes"] = to_string(frame.axes);
   json["frames"][prefix + "body_from_camera"] = matrix_json(frame.matrix());
 }
 

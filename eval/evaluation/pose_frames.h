@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 
+#include "sextant/geometry/axes.h"
 #include "sextant/geometry/pose_series.h"
 
 namespace sextant {
@@ -28,10 +29,10 @@ struct BodyFromCamera {
 };
 
 struct PoseFrame {
-  std::string axes = "opencv";
+  Axes axes = Axes::opencv;
   std::optional<BodyFromCamera> body_from_camera;
 
-  bool is_default() const { return axes == "opencv" && !body_from_camera; }
+  bool is_default() const { return axes == Axes::opencv && !body_from_camera; }
   /// T_body_camera as it is applied.
   Eigen::Matrix4d matrix() const;
 };
@@ -42,7 +43,6 @@ BodyFromCamera parse_body_from_camera(const std::string& text);
 /// The same from the content of a file; `name` begins messages.
 BodyFromCamera decode_body_from_camera(const std::string& content, const std::string& name);
 
-/// Throws Error on unknown axes.
 void to_camera(PoseSeries& poses, const PoseFrame& frame);
 
 /// x, y, z, -x, -y, -z, or three numbers: a unit vector. Throws Error.

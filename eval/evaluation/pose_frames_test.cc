@@ -34,7 +34,7 @@ TEST(PoseFrame, AxesChangeWorldAndBody) {
   PoseSeries s;
   s.add(Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {0, 3, -2});
   PoseFrame frame;
-  frame.axes = "ned";
+  frame.axes = Axes::ned;
   to_camera(s, frame);
   EXPECT_THAT(s.positions_m[0], EigenNear(Eigen::Vector3d(3, -2, 0), 1e-15)) << "right 3, up 2, forward 0";
   EXPECT_THAT(s.rotations[0] * Eigen::Vector3d::UnitZ(), EigenNear(Eigen::Vector3d(1, 0, 0), 1e-15));
@@ -42,12 +42,12 @@ TEST(PoseFrame, AxesChangeWorldAndBody) {
 }
 
 TEST(PoseFrame, ALeverArmAloneIsAlongTheBodysAxes) {
-  PoseFrame frame{.axes = "flu", .body_from_camera = parse_body_from_camera("1.5, 0, 0.3")};
+  PoseFrame frame{.axes = Axes::flu, .body_from_camera = parse_body_from_camera("1.5, 0, 0.3")};
   const SE3 T = some_motion(3);
   PoseSeries s = one(T);
   to_camera(s, frame);
   EXPECT_THAT(s.positions_m[0],
-              EigenNear(opencv_from_axes("flu") * (T * Eigen::Vector3d(1.5, 0, 0.3)), 1e-14));
+              EigenNear(opencv_from_axes(Axes::flu) * (T * Eigen::Vector3d(1.5, 0, 0.3)), 1e-14));
 }
 
 TEST(PoseFrame, NothingGivenChangesNoBit) {

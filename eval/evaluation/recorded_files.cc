@@ -89,7 +89,7 @@ void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files) 
 
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
-  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, from_name<LogStage>(files.stage, "stage")});
+  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, files.stage});
   for (ObjectLog& log : logs) {
     if (estimate.system.empty()) continue;
     log.estimator = logs.size() == 1 ? estimate.system : estimate.system + "_" + log.estimator;
@@ -142,7 +142,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
     for (ObjectLog& log : logs_of(estimate, files)) {
       if (truth) take_truth(log, *truth);
       const int run = runs[log.estimator]++;
-      std::ranges::move(object_records(log, files.format, name, files.rate_hz, static_cast<uint64_t>(run)),
+      std::ranges::move(object_records(log, std::string(to_string(files.format)), name, files.rate_hz, static_cast<uint64_t>(run)),
                         std::back_inserter(scores.records));
       if (!files.tum.empty()) write_objects(log, run + 1, files);
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));

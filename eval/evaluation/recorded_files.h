@@ -8,6 +8,7 @@
 
 #include "sextant/base/options.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"
 
 namespace sextant {
@@ -35,8 +36,8 @@ void write_tum(const EgoScores& scores, const std::string& folder);
 
 struct ObjectFiles {
   std::vector<std::string> folders;      ///< of logs
-  std::string format;                    ///< dynosam or vdo
-  std::string stage = "any";             ///< ObjectLogRequest::stage
+  LogFormat format = LogFormat::vdo;
+  LogStage stage = LogStage::any;
   std::string truth;                     ///< SOURCE whose objects replace the logs' truth; empty: none
   double rate_hz = 10;                   ///< of frames, for velocities
   std::string tum;                       ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none

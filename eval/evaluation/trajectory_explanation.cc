@@ -159,15 +159,15 @@ struct Candidate {
 std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries& estimate,
                                    const PoseFrame& frame) {
   std::vector<Candidate> out;
-  for (const std::string& name : axes_names()) {
-    if (name == "opencv") continue;
+  for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
+    const std::string name(to_string(axes));
     Candidate of_estimate{"axes", "the estimate seems to be in the axes " + name + ": try --axes " + name,
                           reference, estimate};
     Candidate of_reference{"axes",
                            "the reference seems to be in the axes " + name + ": try --ref-axes " + name,
                            reference, estimate, true};
-    to_camera(of_estimate.estimate, {name, {}});
-    to_camera(of_reference.reference, {name, {}});
+    to_camera(of_estimate.estimate, {axes, {}});
+    to_camera(of_reference.reference, {axes, {}});
     if (frame.is_default()) out.push_back(std::move(of_estimate));
     out.push_back(std::move(of_reference));
   }

@@ -1,3 +1,4 @@
+#include "sextant/base/files.h"
 #include "sextant/eval/experiment/case_results.h"
 
 #include "sextant/base/byte_stream.h"
@@ -6,8 +7,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 class RecordsReader : public CaseResultReader {
  public:

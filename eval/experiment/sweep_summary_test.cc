@@ -17,7 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 class SweepSummary : public SmallPlan, public testing::Test {

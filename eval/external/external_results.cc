@@ -184,7 +184,7 @@ class Reader {
   void read_logs() {
     const std::string folder = folder_.path.string();
     const std::vector<ObjectLog> logs =
-        read_object_logs(folder, {.format = std::string(to_string(set_.objects.format)),
+        read_object_logs(folder, {.format = set_.objects.format == ObjectsFormat::vdo ? LogFormat::vdo : LogFormat::dynosam,
                                   .stage = set_.objects.stage,
                                   .rules = files_.rules(log_file),
                                   .accept = [&](const fs::path& path) { return files_.accepts(path); }});

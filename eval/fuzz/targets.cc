@@ -377,7 +377,7 @@ void trajectory(const std::string& format, Bytes bytes) {
   encode_tum(file.poses);
 }
 
-void object_log(const std::string& format, Bytes bytes) {
+void object_log(LogFormat format, Bytes bytes) {
   const FuzzFolder folder(bytes);
   ObjectLogRequest request;
   request.format = format;
@@ -415,13 +415,26 @@ void external_results(Bytes bytes) {
 }
 
 /// estimate.EXT and truth.EXT, perhaps mask.png.
-void dense(Bytes bytes, const std::string& extension, bool is_flow) {
+template <Named Format>
+DenseFiles<Format> dense_files(const FuzzFolder& folder, const std::string& extension, Format format) {
+  DenseFiles<Format> files{.estimate = folder.path() / ("estimate" + extension),
+                           .truth = folder.path() / ("truth" + extension),
+                           .estimate_format = format,
+                           .truth_format = format,
+                           .mask = {},
+                           .visible_truth = {}};
+  if (fs::exists(folder.path() / "mask.png")) files.mask = folder.path() / "mask.png";
+  return files;
+}
+
+void dense_flow(Bytes bytes, const std::string& extension, FlowFormat format) {
   const FuzzFolder folder(bytes);
-  DenseOptions options{.estimate = folder.path() / ("estimate" + extension),
-                       .truth = folder.path() / ("truth" + extension)};
-  if (fs::exists(folder.path() / "mask.png")) options.mask = folder.path() / "mask.png";
-  if (extension == ".png") options.estimate_format = options.truth_format = is_flow ? "kitti" : "depth256";
-  is_flow ? evaluate_flow(options) : evaluate_depth(options);
+  evaluate_flow(dense_files(folder, extension, format));
+}
+
+void dense_depth(Bytes bytes) {
+  const FuzzFolder folder(bytes);
+  evaluate_depth(dense_files(folder, ".png", DepthFormat::depth256), 0);
 }
 
 std::vector<FuzzTarget> make_targets() {
@@ -472,15 +485,15 @@ std::vector<FuzzTarget> make_targets() {
       {"vkitti2_infos", both_ways(decode_vkitti2_infos, encode_vkitti2_infos)},
       {"source", source},
       {"trajectory_auto", [](Bytes bytes) { trajectory("auto", bytes); }},
-      {"object_log_dynosam", [](Bytes bytes) { object_log("dynosam", bytes); }},
-      {"object_log_vdo", [](Bytes bytes) { object_log("vdo", bytes); }},
+      {"object_log_dynosam", [](Bytes bytes) { object_log(LogFormat::dynosam, bytes); }},
+      {"object_log_vdo", [](Bytes bytes) { object_log(LogFormat::vdo, bytes); }},
       {"body_from_camera", body_from_camera},
       {"direction", direction},
       {"external_config", external_config},
       {"external_results", external_results},
-      {"dense_flow_flo", [](Bytes bytes) { dense(bytes, ".flo", true); }},
-      {"dense_flow_png", [](Bytes bytes) { dense(bytes, ".png", true); }},
-      {"dense_depth", [](Bytes bytes) { dense(bytes, ".png", false); }},
+      {"dense_flow_flo", [](Bytes bytes) { dense_flow(bytes, ".flo", FlowFormat::by_name); }},
+      {"dense_flow_png", [](Bytes bytes) { dense_flow(bytes, ".png", FlowFormat::kitti); }},
+      {"dense_depth", dense_depth},
   };
   for (const TrajectoryFormat& format : trajectory_formats()) {
     table.push_back(

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
 #include "sextant/eval/records/version.h"

@@ -302,11 +302,10 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
 }  // namespace
 
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
-  if (request.format != "vdo" && request.stage != LogStage::any)
+  if (request.format != LogFormat::vdo && request.stage != LogStage::any)
     fail("stage '{}': only results of format vdo have stages", to_string(request.stage));
-  if (request.format == "dynosam") return read_dynosam({folder, request});
-  if (request.format == "vdo") return read_vdo({folder, request}, request.stage);
-  fail("unknown format '{}' of object logs: expected dynosam or vdo", request.format);
+  if (request.format == LogFormat::dynosam) return read_dynosam({folder, request});
+  return read_vdo({folder, request}, request.stage);
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {

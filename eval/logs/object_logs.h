@@ -47,13 +47,16 @@ struct ObjectLog {
   std::vector<std::string> warnings;
 };
 
+enum class LogFormat { dynosam, vdo };
+constexpr Names<2> names_of(LogFormat) { return {"dynosam", "vdo"}; }
+
 /// Of VDO-SLAM; any: the one whose motions are there.
 enum class LogStage { any, initial, refined };
 constexpr Names<3> names_of(LogStage) { return {"any", "initial", "refined"}; }
 
 /// How logs are read.
 struct ObjectLogRequest {
-  std::string format;              ///< dynosam or vdo
+  LogFormat format = LogFormat::vdo;
   LogStage stage = LogStage::any;  ///< of vdo
   ReadRules rules;                 ///< of every file
   /// Which files of the folder count; empty: all.

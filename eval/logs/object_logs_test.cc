@@ -61,7 +61,7 @@ const MetricPreset& preset(const char* name) { return find_preset(name); }
 TEST(ObjectLogs, DynosamUnderEveryPreset) {
   const TempFolder folder;
   write_dynosam(folder, 3);
-  const std::vector<ObjectLog> logs = read_object_logs(folder.path(), {"dynosam"});
+  const std::vector<ObjectLog> logs = read_object_logs(folder.path(), {LogFormat::dynosam});
   ASSERT_EQ(logs.size(), 1);
   EXPECT_EQ(logs[0].estimator, "m");
   const std::vector<Record> records = object_records(logs[0], "dynosam", "s", 1 / dt);
@@ -93,7 +93,7 @@ TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
   const TempFolder folder;
   folder.write("m_object_motion_log.csv",
                fmt::format("1,3,{},0,0,0,0,0,0,1\n2,3,{},{}\n", row(reported), row(reported), row(reported)));
-  const ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
+  const ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
   EXPECT_FALSE(log.motions.at({3, 1}).truth);
   EXPECT_TRUE(log.motions.at({3, 2}).truth);
   EXPECT_THAT(log.warnings, Contains(HasSubstr("exact identity")));
@@ -110,7 +110,7 @@ TEST(ObjectLogs, VdoInTheBodyFrame) {
   folder.write("obj_mot_rgbd_new.txt", estimate);
   folder.write("obj_mot_gt.txt", truth);
   const std::vector<Record> records =
-      object_records(read_object_logs(folder.path(), {"vdo"}).front(), "vdo", "s", 1 / dt);
+      object_records(read_object_logs(folder.path(), {LogFormat::vdo}).front(), "vdo", "s", 1 / dt);
   ASSERT_EQ(records.size(), 7);
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_FALSE(records[0].errors.contains("Et_m")) << "needs poses that this log does not have";
@@ -136,10 +136,10 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   folder.write("initial_stereo_new.txt", early);
   folder.write("refined_stereo_new.txt", late);
   EXPECT_THAT(
-      error_of([&] { read_object_logs(folder.path(), {"vdo"}); }),
+      error_of([&] { read_object_logs(folder.path(), {LogFormat::vdo}); }),
       HasSubstr("obj_mot_stereo_new.txt (initial) and obj_mot_stereo_rf_new.txt (refined): choose one"));
   const auto read = [&](const char* stage) {
-    return read_object_logs(folder.path(), {"vdo", from_name<LogStage>(stage, "stage")}).front();
+    return read_object_logs(folder.path(), {LogFormat::vdo, from_name<LogStage>(stage, "stage")}).front();
   };
   EXPECT_NEAR(object_records(read("initial"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_NEAR(object_records(read("refined"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0, 1e-9);
@@ -147,7 +147,7 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
   expect_error([&] { read("final"); }, "unknown stage 'final'");
   expect_error([&] {
-                read_object_logs(folder.path(), {"dynosam", LogStage::refined});
+                read_object_logs(folder.path(), {LogFormat::dynosam, LogStage::refined});
               }, "only results of format vdo have stages");
   folder.write("b_refined_stereo_new.txt", late);
   expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run a folder");
@@ -185,7 +185,7 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
         camera(k).inverse() * SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-4, 1, 60 - 2.0 * k));
     truth.objects[k] = {right, other};
   }
-  ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
+  ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
   take_truth(log, truth);
   EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
   int ok = 0, not_detected = 0;
@@ -219,7 +219,7 @@ SequenceTruth two_alike() {
 TEST(ObjectLogs, PositionsTellObjectsApartThatMoveAlike) {
   const TempFolder folder;
   write_dynosam(folder, 40);
-  ObjectLog log = read_object_logs(folder.path(), {"dynosam"}).front();
+  ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
   take_truth(log, two_alike());
   EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
 }
@@ -251,7 +251,7 @@ TEST(ObjectLogs, AnUnloggedPoseBeforeAStepFollowsFromItsTruth) {
                                                       row(world_of(body_truth(4), 4))));
   folder.write("m_object_pose_log.csv", fmt::format("4,3,{},{}\n", row(car(4)), row(car(4))));
   const std::vector<Record> records =
-      object_records(read_object_logs(folder.path(), {"dynosam"}).front(), "d", "s", 10);
+      object_records(read_object_logs(folder.path(), {LogFormat::dynosam}).front(), "d", "s", 10);
   ASSERT_EQ(records.size(), 1);
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
 }
@@ -275,24 +275,23 @@ TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
 
 TEST(ObjectLogs, DamageIsTold) {
   const TempFolder folder;
-  const auto error = [&](const char* format) {
+  const auto error = [&](LogFormat format) {
     return error_of([&] { read_object_logs(folder.path(), {format}); });
   };
-  EXPECT_THAT(error("dynosam"), HasSubstr("holds no <module>_object_motion_log.csv"));
-  EXPECT_THAT(error("vdo"), HasSubstr("holds no obj_mot_*.txt"));
-  EXPECT_THAT(error("other"), HasSubstr("expected dynosam or vdo"));
+  EXPECT_THAT(error(LogFormat::dynosam), HasSubstr("holds no <module>_object_motion_log.csv"));
+  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds no obj_mot_*.txt"));
   folder.write("m_object_motion_log.csv", "frame_id\n1,3,0,0\n");
-  EXPECT_THAT(error("dynosam"), HasSubstr("m_object_motion_log.csv:2: expected frame_id,object_id"));
+  EXPECT_THAT(error(LogFormat::dynosam), HasSubstr("m_object_motion_log.csv:2: expected frame_id,object_id"));
   folder.write("m_object_motion_log.csv",
                "frame_id,object_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
                "1,3,0,0,0,1,0,0,0,0,0,1,1,0,0,0\n");
-  EXPECT_THAT(error("dynosam"), HasSubstr(":2: the header names other columns than frame_id,object_id"));
+  EXPECT_THAT(error(LogFormat::dynosam), HasSubstr(":2: the header names other columns than frame_id,object_id"));
   folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(reported), matrix(reported)));
-  EXPECT_THAT(error("vdo"), HasSubstr(":2: label 3 is given twice in frame 1"));
+  EXPECT_THAT(error(LogFormat::vdo), HasSubstr(":2: label 3 is given twice in frame 1"));
   folder.write("a_refined_rgbd.txt", "");
   folder.write("b_refined_rgbd.txt", "");
-  EXPECT_THAT(error("vdo"), HasSubstr("holds several refined_*.txt: keep one run a folder"));
-  expect_error([] { read_object_logs("/nowhere", {"vdo"}); }, "cannot read this folder");
+  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds several refined_*.txt: keep one run a folder"));
+  expect_error([] { read_object_logs("/nowhere", {LogFormat::vdo}); }, "cannot read this folder");
 }
 
 }  // namespace

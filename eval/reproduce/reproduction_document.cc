@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "sextant/base/files.h"
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
@@ -10,8 +11,6 @@
 
 namespace sextant {
 namespace {
-
-namespace fs = std::filesystem;
 
 Json read_data_json(const fs::path& folder) {
   const fs::path path = folder / "data.json";

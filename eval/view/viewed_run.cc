@@ -17,8 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* external_prefix = "external:";
 
 /// The configuration of a run as a plan of one estimator and one level; that of a sweep is one already.

@@ -11,15 +11,15 @@
 // All are right-handed.
 
 #include <Eigen/Core>
-#include <string>
-#include <string_view>
-#include <vector>
+
+#include "sextant/base/names.h"
 
 namespace sextant {
 
-const std::vector<std::string>& axes_names();
+enum class Axes { opencv, opengl, ned, flu };
+constexpr Names<4> names_of(Axes) { return {"opencv", "opengl", "ned", "flu"}; }
 
-/// R with p_opencv = R p_named: a permutation of axes and signs, exact. Throws Error on an unknown name.
-Eigen::Matrix3d opencv_from_axes(std::string_view name);
+/// R with p_opencv = R p_named: a permutation of axes and signs, exact.
+Eigen::Matrix3d opencv_from_axes(Axes axes);
 
 }  // namespace sextant

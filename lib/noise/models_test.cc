@@ -34,7 +34,7 @@ std::unique_ptr<NoiseModel> make(const char* name, const char* json) {
 }
 
 std::string error_of(const char* name, const char* json) {
-  return error_of([&] { make(name, json); });
+  return sextant::error_of([&] { make(name, json); });
 }
 
 MomentSums depth_deviations(const NoiseModel& model, double z_m, Correlation correlation) {

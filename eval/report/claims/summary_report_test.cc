@@ -17,7 +17,6 @@
 namespace sextant {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 /// The records of one case: camera and three objects over five frames; sometimes one is not estimated, a bound is missing.
