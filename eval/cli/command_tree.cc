@@ -6,8 +6,8 @@
 #include <set>
 
 #include "sextant/datasets/synthetic/scenario.h"
-#include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/run_summary.h"
@@ -76,7 +76,7 @@ std::vector<std::string> words_by_name(const std::string& command, const std::st
 /// Types of which nothing can be offered.
 bool is_text(const std::string& type) {
   static const std::set<std::string> texts = {"N",     "K",    "NUMBER", "INT",     "UINT",        "FLOAT",
-                                              "I/N",   "NAME", "STAGE",  "I,J,...", "JSON|@FILE", "VALUE"};
+                                              "I/N",   "NAME", "DIRECTION", "DISTANCE", "I,J,..."};
   return texts.contains(type) || type.starts_with("JSON");
 }
 

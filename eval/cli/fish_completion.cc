@@ -4,7 +4,7 @@
 namespace sextant {
 namespace {
 
-std::string quoted(const std::string& text) {
+std::string in_quotes(const std::string& text) {
   std::string out = "'";
   for (const char c : text) {
     if (c == '\'' || c == '\\') out += '\\';
@@ -20,8 +20,8 @@ std::string offers(const FlagHelp& flag) {
     words += (words.empty() ? "" : " ") + word + (flag.takes == Takes::keys ? "=" : "");
   switch (flag.takes) {
     case Takes::words:
-    case Takes::keys: return " -x -a " + quoted(words);
-    case Takes::source: return " -r -F -a " + quoted(words);
+    case Takes::keys: return " -x -a " + in_quotes(words);
+    case Takes::source: return " -r -F -a " + in_quotes(words);
     case Takes::path: return " -r -F";
     case Takes::text: return " -x";
     case Takes::nothing: break;
@@ -48,17 +48,17 @@ complete -c sextant -f
 std::string fish_completion(const CommandHelp& tree) {
   std::string names, lines;
   for (const CommandHelp* command : all_commands(tree)) {
-    names += " " + quoted(command->name);
+    names += " " + in_quotes(command->name);
     const std::string at = fmt::format("complete -c sextant -n '__sextant_at {}'", command->name);
     for (const CommandHelp& below : command->commands) {
       lines += fmt::format("{} -a {} -d {}\n", at, below.name.substr(below.name.rfind(' ') + 1),
-                           quoted(below.description));
+                           in_quotes(below.description));
     }
     for (const FlagHelp& flag : command->flags) {
       std::string head;
       for (const std::string& name : flag.names)
         head += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-      lines += fmt::format("{}{}{} -d {}\n", at, head, offers(flag), quoted(flag.meaning));
+      lines += fmt::format("{}{}{} -d {}\n", at, head, offers(flag), in_quotes(flag.meaning));
     }
     if (!command->arguments.empty()) {
       std::string what = offers(command->arguments.back());

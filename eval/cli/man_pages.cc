@@ -4,9 +4,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
-#include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/command_tree.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/records/version.h"
 
 namespace sextant {
