@@ -17,9 +17,10 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_MAINTAINER ${SEXTANT_MAINTAINER})
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(long_description "Sextant measures the 6-DoF motion of the camera and of every moving object against the truth,
-with named error definitions, a status for every object in every frame, noise of known size on the measurements,
-and results that are the same bytes every time.")
+set(long_description "Sextant measures the 6-DoF motion of the camera and of every moving
+object against the truth, with named error definitions, a status for every
+object in every frame, noise of known size on the measurements, and results
+that are the same bytes every time.")
 
 # ---- sextant
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME sextant)
@@ -58,7 +59,8 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "sextant (= ${PROJECT_VERSION}), cmake, ninja-build")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "Evaluation of multi-body visual odometry, library
 ${long_description}
-This package holds the headers, the static libraries and what find_package(Sextant) of CMake reads.")
+This package holds the headers, the static libraries and what
+find_package(Sextant) of CMake reads.")
 
 # ---- python3-sextant
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-sextant)
@@ -71,7 +73,8 @@ endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${python_needs}")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Evaluation of multi-body visual odometry, Python package
 ${long_description}
-This package holds the module sextant: results as pandas frames, noise on numpy arrays, errors of poses and objects.")
+This package holds the module sextant: results as pandas frames, noise on
+numpy arrays, errors of poses and objects.")
 
 # ---- what every package has
 get_cmake_property(components COMPONENTS)

@@ -1,5 +1,6 @@
 # Run by `cmake --install`: what Debian wants beside every package: copyright and changelog.
 # In: package, version, maintainer, source, work, data_dir.
+cmake_policy(VERSION 3.22)
 set(doc_dir "${CMAKE_INSTALL_PREFIX}/${data_dir}/doc/${package}")
 set(work ${work}/${package})
 file(MAKE_DIRECTORY ${work})
@@ -29,8 +30,8 @@ string(LENGTH "${head}" length)
 math(EXPR begin "${begin} + ${length}")
 string(SUBSTRING "${log}" ${begin} -1 entry)
 string(REGEX REPLACE "\n## .*" "" entry "${entry}")
-string(REGEX REPLACE "\n*$" "" entry "\n${entry}")
-string(REGEX REPLACE "\n+" "\n" entry "${entry}")
+string(STRIP "${entry}" entry)
+string(REGEX REPLACE "\n+" "\n" entry "\n${entry}")
 string(REPLACE "\n  " "\n    " entry "${entry}")
 string(REPLACE "\n- " "\n  * " entry "${entry}")
 file(WRITE ${work}/changelog "sextant (${version}) unstable; urgency=medium\n${entry}\n\n -- ${maintainer}  ${day}\n")

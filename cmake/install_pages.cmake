@@ -1,5 +1,6 @@
 # Run by `cmake --install`: man pages and completions, which `program` writes, to their places below the prefix.
 # In: program, work (a folder to write in), data_dir.
+cmake_policy(VERSION 3.22)
 file(REMOVE_RECURSE ${work}/man1)
 file(MAKE_DIRECTORY ${work})
 execute_process(COMMAND ${program} man --out ${work}/man1 OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
