@@ -25,7 +25,7 @@ that are the same bytes every time.")
 # ---- sextant
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME sextant)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "Evaluation of multi-body visual odometry\n${long_description}")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${long_description}")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11, fonts-dejavu-core")  # figures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "curl, unzip")  # the scripts that fetch data
 
@@ -34,7 +34,8 @@ set(found ${Eigen3_DIR} ${fmt_DIR} ${nlohmann_json_DIR} ${CLI11_DIR} ${Ceres_DIR
   ${Boost_DIR} ${boost_headers_DIR} ${boost_iostreams_DIR} ${boost_filesystem_DIR} ${boost_system_DIR}
   ${OPENSSL_CRYPTO_LIBRARY} ${JPEG_LIBRARY_RELEASE} ${LIBDEFLATE_LIBRARY} ${LZ4_INCLUDE_DIR}/lz4frame.h
   ${ZSTD_INCLUDE_DIR}/zstd.h ${BZIP2_INCLUDE_DIR}/bzlib.h ${OpenCV_DIR})
-foreach(component ${SEXTANT_OPENCV_COMPONENTS})
+string(REPLACE " " ";" opencv_components "${SEXTANT_OPENCV_COMPONENTS}")
+foreach(component ${opencv_components})
   list(APPEND found ${OpenCV_${component}_HEADER})
 endforeach()
 list(FILTER found EXCLUDE REGEX "NOTFOUND$")
@@ -57,8 +58,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${needs}")
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "sextant (= ${PROJECT_VERSION}), cmake, ninja-build")
-set(CPACK_DEBIAN_DEV_DESCRIPTION "Evaluation of multi-body visual odometry, library
-${long_description}
+set(CPACK_DEBIAN_DEV_DESCRIPTION "${long_description}
 This package holds the headers, the static libraries and what
 find_package(Sextant) of CMake reads.")
 
@@ -71,8 +71,7 @@ if(Python3_VERSION_MINOR)
   string(APPEND python_needs ", python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor})")
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${python_needs}")
-set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Evaluation of multi-body visual odometry, Python package
-${long_description}
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${long_description}
 This package holds the module sextant: results as pandas frames, noise on
 numpy arrays, errors of poses and objects.")
 
