@@ -47,7 +47,7 @@ function(sextant_module NAME)
   endif()
   set_property(GLOBAL APPEND PROPERTY SEXTANT_MODULES ${target})
   sextant_label_threads(${target} "${sources}" ${ARG_DEPENDS})
-  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sextant/${folder})
+  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sextant/${folder} COMPONENT dev)
 
   if(SEXTANT_TESTS AND tests)
     sextant_unite(compiled ${NAME}_test ${tests})

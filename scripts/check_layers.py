@@ -68,7 +68,7 @@ LAYERS = {
                                                               "eval/logs"],
     "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "eval/records", "eval/check", "eval/experiment", "eval/profile",
+    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/experiment", "eval/profile",
                  "eval/pictures", "eval/view", "eval/export", "eval/logs", "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce"] + _PAPER,
     "eval/python": _MEASUREMENT + ["estimator/solvers", "estimator/estimators", "estimator", "noise", "metrics", "eval/records",
                                    "eval/experiment", "eval/export", "eval/external", "eval/report", "eval/cli"],

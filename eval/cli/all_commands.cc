@@ -26,6 +26,8 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_export_command,
     add_cache_command,
     add_options_command,
+    add_completion_command,
+    add_man_command,
 });
 
 }  // namespace

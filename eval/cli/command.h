@@ -58,6 +58,8 @@ void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
 void add_view_command(CLI::App& app);
 void add_export_command(CLI::App& app);
+void add_completion_command(CLI::App& app);
+void add_man_command(CLI::App& app);
 
 // ---- shared by commands
 
@@ -114,6 +116,11 @@ RunResult run_into_folder(const RunConfig& config, const RunOutput& output);
 void run_and_write(const RunConfig& config, const RunOutput& output);
 /// Sweeps, prints what was done.
 void sweep_and_print(const SweepConfig& config, bool json);
+
+/// What --set and --options take with an estimator, apart from the data set's adapter (`source.*`).
+std::vector<OptionHelp> run_options(const std::string& estimator);
+/// Keys of a plan that are options.
+std::vector<OptionHelp> plan_options();
 
 /// "NAME  description" lines of all estimators, for help texts.
 std::string estimator_list();

@@ -34,8 +34,8 @@ void set_option(Json& tree, const std::string& assignment) {
 CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
                         const std::vector<std::string_view>& names, std::string_view preset,
                         const std::function<void(const std::string&)>& take) {
-  const std::string known = fmt::format("{}", fmt::join(names, ", "));
-  return command.add_option_function<std::string>(flag, take, help.empty() ? known : help + ": " + known)
+  return command.add_option_function<std::string>(flag, take, help)
+      ->type_name(fmt::format("{}", fmt::join(names, "|")))
       ->default_str(std::string(preset));
 }
 

@@ -94,9 +94,10 @@ void evaluate(EgoFlags& flags) {
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
-  add_choice(command, "--align", flags.options.alignment, "");
+  add_choice(command, "--align", flags.options.alignment, "How an estimate is laid on the reference");
   command.add_option("--up", flags.up,
-                     "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
+                     "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"")
+      ->type_name("DIRECTION");
   command
       .add_option("--n-to-align", flags.options.n_to_align,
                   "Poses that se3, sim3, scale and yaw look at, from the start; 0: all")
@@ -105,7 +106,8 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
   add_choice(command, "--relation", flags.options.relation,
              "What of a pose is compared, point_distance_error_ratio with --rpe only");
   command.add_option("--rpe", flags.rpe,
-                     "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");
+                     "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s")
+      ->type_name("DISTANCE");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
   command
       .add_option("--delta-tolerance", flags.delta_tolerance,
@@ -162,9 +164,12 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       ->add_option(
           "--format", flags->files.format,
           "Of both; auto: what the header names or the first record fits, where only one format does")
+      ->type_name("FORMAT")
       ->capture_default_str();
-  command->add_option("--ref-format", flags->files.reference_format, "Of the reference, where it differs");
-  command->add_option("--est-format", flags->files.estimate_format, "Of the estimates, where it differs");
+  command->add_option("--ref-format", flags->files.reference_format, "Of the reference, where it differs")
+      ->type_name("FORMAT");
+  command->add_option("--est-format", flags->files.estimate_format, "Of the estimates, where it differs")
+      ->type_name("FORMAT");
   add_metric_flags(*command, *flags);
   add_association_flags(*command, *flags);
   add_frame_flags(*command, *flags);

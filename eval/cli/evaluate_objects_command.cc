@@ -54,9 +54,11 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
   add_choice(*command, "--format", flags->files.format, "Whose logs")->required();
   add_choice(*command, "--stage", flags->files.stage,
              "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
-  command->add_option("--preset", flags->preset, "One metric preset; default: all side by side");
+  command->add_option("--preset", flags->preset, "One metric preset; default: all side by side")
+      ->type_name("NAME");
   command->add_option("--truth", flags->files.truth,
-                      "SOURCE whose true objects replace the log's; ids are matched by overlap");
+                      "SOURCE whose true objects replace the log's; ids are matched by overlap")
+      ->type_name("SOURCE");
   command->add_option("--rate", flags->files.rate_hz, "Frame rate, Hz, for velocities")
       ->capture_default_str();
   add_data_flag(*command, *flags);

@@ -55,20 +55,24 @@ void add_noise_command(CLI::App& app) {
   add_data_flag(*command, flags->common);
   add_option_flags(*command, flags->common);
   add_jobs_flag(*command, flags->common);
-  command->add_option("--out", flags->out, "The profile, NAME.json")->required();
-  command->add_option("--name", flags->name, "What the profile calls itself; default: NAME of --out");
+  command->add_option("--out", flags->out, "The profile, NAME.json")->required()->type_name("FILE.json");
+  command->add_option("--name", flags->name, "What the profile calls itself; default: NAME of --out")
+      ->type_name("NAME");
   command->add_option("--noise", flags->noise, "Noise that is added to the source first: none or JSON")
+      ->type_name("JSON")
       ->capture_default_str();
   command->add_option("--seed", flags->seed, "Of that noise")->capture_default_str();
   command
       ->add_option("--depth-reference", flags->depth,
                    "What disparities are compared with: auto (the data set's truth, else the next frame), next_frame, "
                    "left_right (images of both cameras)")
+      ->type_name("auto|next_frame|left_right")
       ->capture_default_str();
   command->add_option("--max-frames", flags->max_frames, "Frames that are looked at, evenly spread")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--figure", flags->figure, "Folder for the figure: measured and injected correlation");
+  command->add_option("--figure", flags->figure, "Folder for the figure: measured and injected correlation")
+      ->type_name("DIR");
   command->add_flag("--quiet", flags->common.quiet, "No table");
   command->add_flag("--json", flags->common.json, "Print the profile");
   command->footer(

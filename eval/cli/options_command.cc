@@ -26,13 +26,8 @@ Table options_table(const std::string& estimator) {
                    Column::text("default"),
                    Column::text("unit"),
                    Column::text("meaning")};
-  add_rows(describe_options(ExtractionOptions{}, "extraction"), table);
-  add_rows(describe_options(PipelineOptions{}, "pipeline"), table);
-  const std::vector<EstimatorEntry> known = all_estimators();
-  add_rows(find_entry(std::span<const EstimatorEntry>(known), estimator, "estimator").options(), table);
-  add_rows(describe_noise_options(), table);
-  table.add_row({"plan.keep", std::string(to_string(Plan().keep)), Cell(),
-                 "what a sweep keeps of a case, a key of its plan: records, or summary (counts, sums, histograms)"});
+  add_rows(run_options(estimator), table);
+  add_rows(plan_options(), table);
   table.title = "Options of a run with " + estimator;
   table.notes = {"Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
                  "'noise.*' is also what --noise and plans take as JSON: {\"depth\": {\"delta_d_px\": 0.2}}."};
@@ -40,6 +35,24 @@ Table options_table(const std::string& estimator) {
 }
 
 }  // namespace
+
+std::vector<OptionHelp> run_options(const std::string& estimator) {
+  std::vector<OptionHelp> all;
+  const auto add = [&](const std::vector<OptionHelp>& options) {
+    all.insert(all.end(), options.begin(), options.end());
+  };
+  add(describe_options(ExtractionOptions{}, "extraction"));
+  add(describe_options(PipelineOptions{}, "pipeline"));
+  const std::vector<EstimatorEntry> known = all_estimators();
+  add(find_entry(std::span<const EstimatorEntry>(known), estimator, "estimator").options());
+  add(describe_noise_options());
+  return all;
+}
+
+std::vector<OptionHelp> plan_options() {
+  return {{"plan.keep", std::string(to_string(Plan().keep)), "",
+           "what a sweep keeps of a case, a key of its plan: records, or summary (counts, sums, histograms)"}};
+}
 
 void add_options_command(CLI::App& app) {
   struct Flags {

@@ -1,0 +1,68 @@
+# A bare Debian in a folder, made by debootstrap: for scripts that try what a fresh machine sees. Source it after common.sh.
+#
+#   need_bare_root       ends the script with 77 and the line that installs what is missing
+#   make_bare_root DIR   a new root in DIR: unpacked from the cache, which the first call fills
+#   in_root DIR COMMAND  runs a command in it, with no variables of this shell but PATH, LANG and a HOME of its own
+#   remove_root DIR
+#
+# SEXTANT_ROOTS: folder of the cache, default ~/.cache/sextant/roots. SEXTANT_SUITE: default bookworm.
+roots=${SEXTANT_ROOTS:-${XDG_CACHE_HOME:-$HOME/.cache}/sextant/roots}
+suite=${SEXTANT_SUITE:-bookworm}
+mirror=${SEXTANT_DEBIAN_MIRROR:-http://deb.debian.org/debian}
+
+need_bare_root() {
+  local missing=() tool
+  for tool in debootstrap "$@"; do command -v "$tool" >/dev/null || missing+=("$tool"); done
+  if ((${#missing[@]} > 0)); then
+    printf 'skipped; what it needs: apt-get install %s\n' "${missing[*]//dpkg-shlibdeps/dpkg-dev}"
+    exit 77
+  fi
+  if ((EUID != 0)); then
+    echo "skipped; a root by debootstrap needs root: sudo scripts/$(basename "$0")"
+    exit 77
+  fi
+}
+
+make_bare_root() {
+  local root_dir=$1 archive=$roots/$suite.tar
+  mkdir -p "$roots/archives/partial" "$roots/lists/partial" "$root_dir"
+  if [[ ! -e $archive ]]; then
+    say "debootstrap $suite (once; kept in $archive)"
+    debootstrap --variant=minbase --cache-dir="$roots/archives" "$suite" "$root_dir" "$mirror" >"$roots/debootstrap.log" ||
+      { tail -5 "$roots/debootstrap.log" >&2; die "debootstrap failed; the whole output is in $roots/debootstrap.log"; }
+    rm -rf "$root_dir"/var/cache/apt/archives/*.deb
+    tar -C "$root_dir" -cf "$archive.part" . && mv "$archive.part" "$archive"
+  else
+    tar -C "$root_dir" -xf "$archive"
+  fi
+  cp -L /etc/resolv.conf "$root_dir/etc/resolv.conf"
+  mount -t proc proc "$root_dir/proc"
+  mount --bind "$roots/archives" "$root_dir/var/cache/apt/archives"  # packages are fetched once
+  in_root "$root_dir" apt-get -qq update
+}
+
+in_root() {
+  local root_dir=$1
+  shift
+  env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 HOME=/tmp/home DEBIAN_FRONTEND=noninteractive \
+    chroot "$root_dir" "$@"
+}
+
+install_in_root() {  # DIR PACKAGE...
+  local root_dir=$1
+  shift
+  # docker-clean and its like do not lie here, so that what was fetched stays for the next root.
+  in_root "$root_dir" apt-get -qq -y -o Dpkg::Use-Pty=0 -o APT::Keep-Downloaded-Packages=true install \
+    --no-install-recommends "$@" >"$root_dir/tmp/apt.log" 2>&1 ||
+    { tail -5 "$root_dir/tmp/apt.log" >&2; die "installing $* failed"; }
+}
+
+remove_root() {
+  local root_dir=$1
+  umount "$root_dir/var/cache/apt/archives" 2>/dev/null || true
+  umount "$root_dir/proc" 2>/dev/null || true
+  if mountpoint -q "$root_dir/proc" || mountpoint -q "$root_dir/var/cache/apt/archives"; then
+    die "$root_dir: still in use, not removed"
+  fi
+  rm -rf "$root_dir"
+}
