@@ -23,6 +23,7 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_overlay_command,
     add_noise_command,
     add_view_command,
+    add_explain_command,
     add_cache_command,
     add_options_command,
 });

@@ -56,6 +56,7 @@ void add_data_strip_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
 void add_view_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
 
 // ---- shared by commands
 
@@ -103,7 +104,11 @@ void warn_of_problems(std::span<const std::string> problems);
 struct RunOutput {
   std::string preset = "paper";
   std::string out;
+  std::string columns = "first";
+  std::string data_root;  ///< --data; empty where the environment says it
   bool force = false, quiet = false, json = false;
+
+  void take(const CommonFlags& flags);
 };
 void add_run_output_flags(CLI::App& command, RunOutput& output);
 /// Runs, writes the folder `out`, prints the summary.

@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/records/journal.h"
@@ -122,7 +123,8 @@ void remove_temporaries(const fs::path& folder) {
   for (const fs::path& file : left) fs::remove(file);
 }
 
-SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed) {
+SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed,
+                          bool quiet) {
   if (folders.empty()) fail("merge: no folders given");
   Json plan, shards = Json::array();
   uint64_t n_shards = 0;
@@ -195,7 +197,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   for (size_t shard = 0; shard < folders.size(); ++shard) advance(shard);
   OutputFolder files(out);
   CaseResultWriter results(files, plan["plan"], n_cases);
-  for (; outcome.n_cases < n_cases; ++outcome.n_cases) {
+  Progress progress("cases merged", static_cast<int>(n_cases), quiet);
+  for (; outcome.n_cases < n_cases; ++outcome.n_cases, progress.advance()) {
     check_interrupt();
     if (next.empty() || next.begin()->first != outcome.n_cases)
       fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
