@@ -24,6 +24,7 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_noise_command,
     add_view_command,
     add_export_command,
+    add_explain_command,
     add_cache_command,
     add_options_command,
     add_completion_command,

@@ -60,6 +60,7 @@ void add_view_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 void add_man_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
 
 // ---- shared by commands
 
@@ -107,7 +108,11 @@ void warn_of_problems(std::span<const std::string> problems);
 struct RunOutput {
   std::string preset = "paper";
   std::string out;
+  std::string columns = "first";
+  std::string data_root;  ///< --data; empty where the environment says it
   bool force = false, quiet = false, json = false;
+
+  void take(const CommonFlags& flags);
 };
 void add_run_output_flags(CLI::App& command, RunOutput& output);
 /// Runs and writes the folder `out`; goes on after the sources that an earlier run has done.

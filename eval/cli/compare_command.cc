@@ -6,7 +6,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/gate.h"
+#include "sextant/eval/gate/comparison_page.h"
 #include "sextant/eval/gate/outputs.h"
+#include "sextant/eval/report/html/report_folder.h"
 
 namespace sextant {
 namespace {
@@ -57,8 +59,11 @@ void run_compare(const CompareFlags& flags) {
   if (flags.show_policy) return print_policy(policy, flags.json);
   if (flags.base.empty() || flags.fresh.empty()) fail("expected two results: sextant compare BASE NEW");
   const Comparison comparison = compare_paths(flags.base, flags.fresh, policy, flags.jobs);
-  if (!flags.out.empty())
-    write_output_folder(flags.out, comparison_files(comparison, policy, utc_timestamp()));
+  if (!flags.out.empty()) {
+    OutputFiles files = comparison_files(comparison, policy, utc_timestamp());
+    files["report.html"] = report_page(comparison_document(comparison, flags.out), flags.jobs);
+    write_output_folder(flags.out, files);
+  }
   if (flags.json) {
     fmt::print("{}", json_text(comparison_json(comparison, policy)));
   } else if (!flags.quiet) {
@@ -98,7 +103,7 @@ void add_compare_command(CLI::App& app) {
       ->take_all()
       ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
   command
-      ->add_option("--out", flags->out, "Folder for comparison.md, .json, junit.xml, bmf.json, github.json")
+      ->add_option("--out", flags->out, "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json")
       ->type_name("DIR");
   add_jobs_flag(*command, *flags);
   command->add_flag("--all", flags->all, "Also rows that are ok");

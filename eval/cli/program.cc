@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/records/version.h"
@@ -33,6 +35,14 @@ int after_output(int code) {
   if (!failed || code == exit_interrupted || code == exit_internal) return code;
   return report(fmt::format("standard output: cannot write all of it: {}", std::strerror(errno)),
                 exit_bad_input);
+}
+
+/// After long work, what of it took the time.
+void tell_times(std::chrono::steady_clock::time_point start) {
+  constexpr double long_s = 10;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::string parts = time_summary();
+  if (seconds >= long_s && !parts.empty()) fmt::print(stderr, "Time: {:.1f} s; of it {}\n", seconds, parts);
 }
 
 /// Names of files end up in JSON and pages, which hold UTF-8 alone: better now than after all has been
@@ -146,7 +156,9 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
 
   try {
     check_texts(argc, argv);
+    const auto start = std::chrono::steady_clock::now();
     app.parse(argc, argv);
+    tell_times(start);
     return exit_ok;
   } catch (const Finished& finished) {
     return finished.code;

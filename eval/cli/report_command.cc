@@ -40,11 +40,12 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
 }
 
 void run_report(const ReportFlags& flags) {
-  const ReportDocument document = noise_document({flags.folders.begin(), flags.folders.end()}, flags.jobs);
+  const ReportDocument document = noise_document({flags.folders.begin(), flags.folders.end()}, flags.jobs,
+                                                flags.quiet || flags.json, flags.out);
   if (document.sections.empty())
     fail("no pair with truth in any of the {} folders: nothing to report", flags.folders.size());
   if (!flags.out.empty())
-    write_output_folder(flags.out, report_folder(document, {!flags.no_figures, flags.jobs}));
+    write_output_folder(flags.out, report_folder(document, {!flags.no_figures, flags.jobs, flags.quiet || flags.json}));
   if (flags.json || !flags.quiet) print(flags, document);
   if (flags.json || flags.quiet || flags.out.empty() || flags.no_figures) return;
   fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.html").string());

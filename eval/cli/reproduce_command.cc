@@ -44,7 +44,7 @@ void reproduce(const ReproduceFlags& flags) {
   if (!flags.report_only) run_parts(config);
   const ReportDocument document = reproduction_document(config);
   const std::filesystem::path report = config.out / "report";
-  write_output_folder(report, report_folder(document, {true, flags.jobs}));
+  write_output_folder(report, report_folder(document, {true, flags.jobs, flags.quiet}));
   print_outcome(flags, document, report);
 }
 

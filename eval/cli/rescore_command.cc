@@ -15,8 +15,7 @@ struct RescoreFlags : CommonFlags {
 };
 
 void rescore(RescoreFlags& flags) {
-  flags.output.quiet = flags.quiet;
-  flags.output.json = flags.json;
+  flags.output.take(flags);
   std::error_code ignored;
   if (std::filesystem::equivalent(flags.folder, flags.output.out, ignored))
     fail("--out {}: is the folder itself: choose another one", flags.output.out);

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include <cstdlib>
 #include <memory>
 
 #include "sextant/base/error.h"
@@ -10,7 +11,9 @@
 #include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/consistency_text.h"
+#include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/report/run_summary.h"
+#include "sextant/eval/view/run_report.h"
 
 namespace sextant {
 namespace {
@@ -39,8 +42,7 @@ void set_noise(RunConfig& config) {
 }
 
 void run_as_told(RunFlags& flags) {
-  flags.output.quiet = flags.quiet;
-  flags.output.json = flags.json;
+  flags.output.take(flags);
   RunConfig config;
   for (const std::string& source : flags.sources)
     config.sources.push_back(find_source(source, flags.data_root));
@@ -72,7 +74,18 @@ void add_run_output_flags(CLI::App& command, RunOutput& output) {
   command.add_option("--out", output.out, "Folder for the results; made if it does not exist")
       ->required()
       ->type_name("DIR");
+  command.add_option("--columns", output.columns, "Columns of the printed summary: the six that matter first, or all")
+      ->type_name("first|all")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"first", "all"}));
   command.add_flag("--force", output.force, "Replace the results of another run in --out");
+}
+
+void RunOutput::take(const CommonFlags& flags) {
+  quiet = flags.quiet;
+  json = flags.json;
+  const char* everywhere = std::getenv("SEXTANT_DATA");
+  if (everywhere == nullptr || flags.data_root != everywhere) data_root = flags.data_root;
 }
 
 RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
@@ -83,9 +96,18 @@ RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
   RunJournal journal(output.out, configuration);
   RunConfig resumable = config;
   if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
+  WorstFrames worst(preset);
+  resumable.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) { worst.add(pair, of_pair); };
   RunResult result = run(resumable);
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
+  try {
+    files["report.html"] = report_page(run_document({config, result, preset, output.data_root}, worst), config.jobs);
+  } catch (const Error& error) {  // the results of hours do not hang on a program that draws
+    tell("warning", fmt::format("no report.html: {}", error.what()));
+    std::error_code ignored;
+    std::filesystem::remove(std::filesystem::path(output.out) / "report.html", ignored);
+  }
   files["summary.md"] = to_markdown(summary);
   files["summary.csv"] = to_csv(summary);
   write_output_folder(output.out, files);
@@ -111,10 +133,14 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
     }
   }
   if (!output.quiet) {
-    fmt::print("{}\n", to_text(summary_table(result.records, preset)));
+    fmt::print("{}\n", summary_text(summary_table(result.records, preset), output.columns == "all"));
     fmt::print("{}", consistency_text(result.records));
   }
   fmt::print("Results: {}\n", output.out);
+  const std::filesystem::path folder = output.out;
+  if (!std::filesystem::exists(folder / "report.html")) return;
+  fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
+             shell_word(output.out), shell_word((folder / "view").string()));
 }
 
 void add_run_command(CLI::App& app) {

@@ -99,7 +99,7 @@ struct MergeFlags : CommonFlags {
 void run_merge(const MergeFlags& flags) {
   const SweepOutcome outcome =
       merge_sweeps({flags.folders.begin(), flags.folders.end()}, std::filesystem::path(flags.out),
-                   flags.allow_mixed);
+                   flags.allow_mixed, flags.quiet);
   if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
   fmt::print("Results: {}\n", flags.out);
 }

@@ -10,8 +10,7 @@ namespace sextant {
 namespace {
 
 struct ViewFlags : CommonFlags {
-  std::vector<std::string> folders;
-  std::string images, out;
+  std::string first, second, images, out;
   CaseChoice choice;
   double level = 0;
   uint64_t seed = 0;
@@ -24,7 +23,8 @@ void view(ViewFlags& flags, bool with_level, bool with_seed) {
   flags.page.jobs = flags.jobs;
   flags.page.quiet = flags.quiet;
   std::vector<ViewedRun> runs;
-  for (const std::string& folder : flags.folders) {
+  for (const std::string& folder : {flags.first, flags.second}) {
+    if (folder.empty()) continue;
     runs.push_back(flags.images.empty()
                        ? view_run(folder, flags.choice, flags.data_root, flags.jobs, flags.quiet)
                        : view_records(folder, flags.choice, find_source(flags.images, flags.data_root)));
@@ -45,9 +45,8 @@ void view(ViewFlags& flags, bool with_level, bool with_seed) {
 void add_view_command(CLI::App& app) {
   const auto flags = std::make_shared<ViewFlags>();
   CLI::App* command = app.add_subcommand("view", "Walk through one run, or two side by side, in a browser");
-  command->add_option("RUN", flags->folders, "Folders of `sextant run`, `sweep` or `merge`: one, or two of one source")
-      ->required()
-      ->expected(1, 2);
+  command->add_option("RUN", flags->first, "Folder of `sextant run`, `sweep` or `merge`")->required()->type_name("DIR");
+  command->add_option("RUN2", flags->second, "Another one of the same source, to stand beside it")->type_name("DIR");
   command->add_option("--out", flags->out, "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
       ->required()
       ->type_name("DIR|FILE.html");

@@ -67,6 +67,6 @@ SweepEstimate estimate_sweep(const SweepConfig& config);
 /// `allow_mixed`; when a case is missing or there twice. The shards are read along, not held: memory grows with the number
 /// of cases only. run.json has the provenance of every shard.
 SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
-                          bool allow_mixed = false);
+                          bool allow_mixed = false, bool quiet = true);
 
 }  // namespace sextant

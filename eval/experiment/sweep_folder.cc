@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/finished_cases.h"
@@ -123,7 +124,8 @@ void remove_temporaries(const fs::path& folder) {
   for (const fs::path& file : left) fs::remove(file);
 }
 
-SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed) {
+SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed,
+                          bool quiet) {
   if (folders.empty()) fail("merge: no folders given");
   Json plan, shards = Json::array();
   uint64_t n_shards = 0;
@@ -184,6 +186,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   MergedCases cases(std::move(readers));
   OutputFolder files(out);
   CaseResultWriter results(files, plan["plan"], n_cases);
+  Progress progress("cases merged", static_cast<int>(n_cases), quiet);
   while (const auto next = cases.next()) {
     check_interrupt();
     const std::string folder = folders[next->reader].string();
@@ -193,6 +196,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     if (number > outcome.n_cases) break;
     results.add(next->result);
     ++outcome.n_cases;
+    progress.advance();
   }
   if (outcome.n_cases < n_cases)
     fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);

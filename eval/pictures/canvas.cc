@@ -2,6 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/png.h"
 
 namespace sextant {
@@ -14,10 +15,17 @@ cv::Mat bgr_of(const Image<Rgb>& image) {
   return bgr;
 }
 
-std::string png_of(const cv::Mat& bgr) {
+namespace {
+
+Image<Rgb> rgb_of(const cv::Mat& bgr) {
   Image<Rgb> image(bgr.cols, bgr.rows);
   cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data()), cv::COLOR_BGR2RGB);
-  return encode_png(image, {.level = 9});
+  return image;
 }
+
+}  // namespace
+
+std::string png_of(const cv::Mat& bgr) { return encode_png(rgb_of(bgr), {.level = 9}); }
+std::string jpeg_of(const cv::Mat& bgr, int quality) { return encode_jpeg(rgb_of(bgr), quality); }
 
 }  // namespace sextant

@@ -1,6 +1,6 @@
 #pragma once
 
-// Images of ours as OpenCV's, whose channels are blue, green, red; and back, as the bytes of a PNG file.
+// Images of ours as OpenCV's, whose channels are blue, green, red; and back, as the bytes of a PNG or JPEG file.
 
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -11,5 +11,6 @@ namespace sextant {
 
 cv::Mat bgr_of(const Image<Rgb>& image);
 std::string png_of(const cv::Mat& bgr);
+std::string jpeg_of(const cv::Mat& bgr, int quality);
 
 }  // namespace sextant

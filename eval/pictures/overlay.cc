@@ -18,6 +18,7 @@ constexpr double flow_length = 0.25;  // drawn part of each flow vector
 const cv::Scalar white(255, 255, 255);
 const cv::Scalar black(0, 0, 0);
 const cv::Scalar static_colour(233, 180, 86);  // BGR, sky blue
+const cv::Scalar outlier_colour(0, 94, 213);    // vermilion
 const std::array<cv::Scalar, 5> object_colours = {cv::Scalar(0, 159, 230), cv::Scalar(66, 228, 240),
                                                   cv::Scalar(167, 121, 204), cv::Scalar(115, 158, 0),
                                                   cv::Scalar(0, 94, 213)};
@@ -95,6 +96,52 @@ void draw_legend(const std::string& text, cv::Mat& canvas) {
   cv::putText(canvas, text, {46, strip_height / 2 + 9}, cv::FONT_HERSHEY_DUPLEX, 0.8, white, 1, cv::LINE_AA);
 }
 
+/// Points of the body, evenly out of all.
+void draw_points_of_both_kinds(const BodyResult& body, const cv::Scalar& colour, cv::Mat& canvas) {
+  constexpr size_t most = 500;
+  const auto& inliers = body.estimate.inliers;
+  const size_t n = body.points.size(), kept = std::min(n, most);
+  for (size_t k = 0; k < kept; ++k) {
+    const size_t i = k * n / kept;
+    if (!body.points.has_pixels(i)) continue;
+    const bool agrees = i < inliers.size() && inliers[i] != 0;
+    const double u = body.points.u[i], v = body.points.v[i];
+    const cv::Point begin = at(u, v);
+    const cv::Point end = at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]);
+    const cv::Scalar& shade = agrees ? colour : outlier_colour;
+    cv::line(canvas, begin, end, shade, 1, cv::LINE_AA, shift);
+    if (agrees) cv::circle(canvas, begin, 3 << shift, shade, cv::FILLED, cv::LINE_AA, shift);
+    if (agrees) continue;
+    const int arm = 5 << shift;
+    for (const int sign : {-1, 1}) {
+      cv::line(canvas, begin - cv::Point(arm, sign * arm), begin + cv::Point(arm, sign * arm), shade, 2, cv::LINE_AA,
+               shift);
+    }
+  }
+}
+
+/// Around the body's points, in canvas pixels: twice as large, at least a quarter of the picture wide, 16:9.
+cv::Rect region_of(const BodyResult& body, const cv::Size& canvas) {
+  constexpr double room = 2.0, aspect = 16.0 / 9.0;
+  double left = canvas.width, right = 0, top = canvas.height, bottom = 0;
+  for (size_t i = 0; i < body.points.size(); ++i) {
+    if (!body.points.has_pixels(i)) continue;
+    const double x = body.points.u[i] * scale, y = body.points.v[i] * scale + strip_height;
+    left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);
+  }
+  if (left > right) return {0, strip_height, canvas.width, canvas.height - strip_height};
+  const double most_high = canvas.height - strip_height;
+  double width = std::max({room * (right - left), room * aspect * (bottom - top), 0.25 * canvas.width});
+  width = std::min<double>(width, canvas.width);
+  const double height = std::min(width / aspect, most_high);
+  const auto place = [](double middle, double size, double low, double high) {
+    return static_cast<int>(std::clamp(middle - size / 2, low, std::max(low, high - size)));
+  };
+  return {place((left + right) / 2, width, 0, canvas.width),
+          place((top + bottom) / 2, height, strip_height, canvas.height), static_cast<int>(width),
+          static_cast<int>(height)};
+}
+
 const Record* find_record(const std::vector<Record>& records, const std::string& body) {
   const auto it =
       std::find_if(records.begin(), records.end(), [&](const Record& r) { return r.body == body; });
@@ -144,6 +191,21 @@ std::string draw_overlay(const Frame& frame, const FrameResult& result, const st
     cv::resize(cv::Mat(canvas), canvas, {width_px, std::max(height_px, 1)}, 0, 0, cv::INTER_AREA);
   }
   return png_of(canvas);
+}
+
+std::string draw_body(const Frame& frame, const BodyResult& body, int width_px) {
+  SEXTANT_CHECK(!frame.rgb.empty() && width_px > 0);
+  constexpr int quality = 85;
+  cv::Mat canvas = canvas_of(frame);
+  const bool is_camera = body.instance == 0;
+  if (!is_camera && !frame.mask.empty()) draw_contour(frame.mask, body.instance, white, canvas);
+  draw_points_of_both_kinds(body, static_colour, canvas);
+  const cv::Rect whole(0, strip_height, canvas.cols, canvas.rows - strip_height);
+  cv::Mat cut = canvas(is_camera ? whole : region_of(body, canvas.size()));
+  const int height_px = std::max(1, static_cast<int>(std::lround(1.0 * cut.rows * width_px / cut.cols)));
+  cv::Mat small;
+  cv::resize(cut, small, {width_px, height_px}, 0, 0, cv::INTER_AREA);
+  return jpeg_of(small, quality);
 }
 
 }  // namespace sextant

@@ -16,4 +16,9 @@ namespace sextant {
 std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records,
                          int width_px = 0);
 
+/// JPEG bytes: one body of a pair on its previous frame, cut out around its points; the whole frame for the camera.
+/// Points that the estimate agrees with as discs, the others as crosses, all with a quarter of their flow, and the
+/// outline where the frame has masks. `frame` has rgb.
+std::string draw_body(const Frame& frame, const BodyResult& body, int width_px);
+
 }  // namespace sextant

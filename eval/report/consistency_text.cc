@@ -31,7 +31,8 @@ std::string consistency_text(const std::vector<Record>& records) {
   }
   if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
   std::string text =
-      "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells), of the truth\n";
+      "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells),\n"
+      "of the truth\n";
   for (const auto& [body, means] : of_body) {
     text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
                         means[2].text(), means[3].text(), std::max(means[0].n, means[3].n));

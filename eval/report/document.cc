@@ -4,23 +4,11 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {
-
-std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
-  if (verdicts.empty()) return "";
-  Table table{"Summary",
-              count_verdicts(verdicts) + ".",
-              {Column::text("subject"), Column::text("verdict"), Column::text("evidence")}};
-  for (const VerdictLine& line : verdicts) {
-    const bool linked = !line.link.empty();
-    table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,
-                   line.evidence});
-  }
-  return to_markdown(table) + "\n";
-}
 
 /// A bracket of a stranger would end the picture's text.
 std::string alt_text(const std::string& text) {
@@ -30,18 +18,36 @@ std::string alt_text(const std::string& text) {
   return out;
 }
 
+std::string figure_markdown(const Figure& figure) {
+  return fmt::format("![{}](figures/{}.svg)\n\n*{}*\n\n", alt_text(figure.caption), figure.name,
+                     markdown_text(figure.caption));
+}
+
+std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
+  if (verdicts.empty()) return "";
+  Table table{"Summary",
+              count_verdicts(verdicts) + ".",
+              {Column::text("subject"), Column::text("verdict"), Column::text("evidence")}};
+  std::string figures;
+  for (const VerdictLine& line : verdicts) {
+    const bool linked = !line.link.empty();
+    table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,
+                   line.evidence});
+    for (const Figure& figure : line.figures) figures += figure_markdown(figure);
+  }
+  return to_markdown(table) + "\n" + figures;
+}
+
 std::string section_markdown(const ReportSection& section) {
   std::string text =
       fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, markdown_text(section.heading));
   for (const std::string& paragraph : section.paragraphs) text += markdown_text(paragraph) + "\n\n";
+  for (const std::string& command : section.commands) text += fmt::format("    {}\n\n", one_line(command));
   for (const Picture& picture : section.pictures) {
     text += fmt::format("![{}](pictures/{}.png)\n\n*{}*\n\n", alt_text(picture.alt), picture.name,
                         markdown_text(picture.caption));
   }
-  for (const Figure& figure : section.figures) {
-    text += fmt::format("![{}](figures/{}.svg)\n\n*{}*\n\n", alt_text(figure.caption), figure.name,
-                        markdown_text(figure.caption));
-  }
+  for (const Figure& figure : section.figures) text += figure_markdown(figure);
   for (const NamedTable& named : section.tables) {
     // A table's own title is one level below the section's.
     text += fmt::format("<a id=\"{}\"></a>\n\n{}{}\n", named.name, named.table.title.empty() ? "" : "#",
@@ -119,6 +125,26 @@ std::string to_markdown(const ReportDocument& document) {
   return text;
 }
 
+std::vector<Figure> figures_of(const ReportDocument& document) {
+  std::vector<Figure> figures;
+  for (const VerdictLine& line : document.verdicts)
+    figures.insert(figures.end(), line.figures.begin(), line.figures.end());
+  for (const ReportSection& section : document.sections)
+    figures.insert(figures.end(), section.figures.begin(), section.figures.end());
+  return figures;
+}
+
+std::string shell_word(const std::string& text) {
+  const std::string plain = "_-./:@#=,+%";  // '#' begins a comment at the front of a word alone
+  const bool is_plain = !text.empty() && text.front() != '#' && text.front() != '=' && std::ranges::all_of(text, [&](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || plain.find(c) != std::string::npos;
+  });
+  if (is_plain) return text;
+  std::string word = "'";
+  for (const char c : text) c == '\'' ? word += "'\\''" : word += c;
+  return word + "'";
+}
+
 void check_names(const ReportDocument& document) {
   std::set<std::string> names;
   const auto check = [&](const std::string& name) {
@@ -133,9 +159,9 @@ void check_names(const ReportDocument& document) {
   for (const ReportSection& section : document.sections) {
     check(section.name);
     for (const NamedTable& table : section.tables) check(table.name);
-    for (const Figure& figure : section.figures) check(figure.name);
     for (const Picture& picture : section.pictures) check(picture.name);
   }
+  for (const Figure& figure : figures_of(document)) check(figure.name);
 }
 
 }  // namespace sextant

@@ -25,6 +25,9 @@ struct VerdictLine {
   std::string verdict;   ///< in words: "reproduced", "outside", "not measured here"
   std::string evidence;  ///< one line
   std::string link;      ///< "#<name>" of a section or table, a path in the report folder, or empty
+  std::string group{};   ///< lines of one group stand together below this heading; empty: below the summary's
+  std::vector<Figure> figures{};  ///< the answer as a picture, beside the line
+  Table cases{};                  ///< what the verdict is of, folded below the line on the page
 };
 
 /// How a verdict looks. Words decide, so that a table's cell and the summary cannot differ.
@@ -52,8 +55,10 @@ std::vector<Table> parts_of(const NamedTable& named);
 struct Picture {
   std::string name;
   std::string caption;
-  std::string alt;  ///< what is to be seen, for those who cannot
-  std::string png;  ///< bytes
+  std::string alt;     ///< what is to be seen, for those who cannot
+  std::string png;     ///< bytes; of pages that stand for themselves JPEG too
+  std::string link{};  ///< where the picture leads
+  bool small = false;  ///< stands beside others
 };
 
 struct ReportSection {
@@ -63,6 +68,8 @@ struct ReportSection {
   std::vector<NamedTable> tables;
   std::vector<Figure> figures;
   std::vector<Picture> pictures;
+  std::vector<std::string> commands{};  ///< for a shell, one line each; below the paragraphs
+  bool in_summary = false;              ///< the page has it folded below the summary's lines already
 };
 
 struct ReportDocument {
@@ -78,6 +85,12 @@ struct ReportDocument {
 std::string citation();
 
 std::string to_markdown(const ReportDocument& document);
+
+/// Those of the summary, then those of the sections.
+std::vector<Figure> figures_of(const ReportDocument& document);
+
+/// A text as one word of a shell's command line: as it is where nothing in it means anything there, else quoted.
+std::string shell_word(const std::string& text);
 
 /// Throws InternalError where two parts have one name, or a name cannot be a file's.
 void check_names(const ReportDocument& document);

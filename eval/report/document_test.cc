@@ -50,5 +50,14 @@ TEST(Document, MarkdownHoldsNoHtmlAndNoLinesOfStrangers) {
   EXPECT_NE(text.find("![\\](javascript:1) !\\[](pictures/picture.png)"), std::string::npos) << text;
 }
 
+TEST(Document, ShellWordsAreOneWord) {
+  EXPECT_EQ(shell_word("vdo:kitti_03_demo@0-19"), "vdo:kitti_03_demo@0-19");
+  EXPECT_EQ(shell_word("kitti:ROOT#0003"), "kitti:ROOT#0003");
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("#0"), "'#0'");
+  EXPECT_EQ(shell_word("a b"), "'a b'");
+  EXPECT_EQ(shell_word("it's $(x)"), "'it'\\''s $(x)'");
+}
+
 }  // namespace
 }  // namespace sextant

@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
 #include "sextant/stats/summary.h"
@@ -44,8 +45,8 @@ set grid ytics linecolor rgb "#E0E0E0" linewidth 0.5
 set key top left reverse Left samplen 1.5 spacing 1.1 noenhanced
 )";
 
-/// The figure three times over: gnuplot's terminals.
-std::string complete_script(const Figure& figure) {
+/// The figure once for each kind of picture that is asked for.
+std::string complete_script(const Figure& figure, bool svg_alone) {
   const std::string size_cm = fmt::format("{:g}cm,{:g}cm", figure.width_cm, figure.height_cm);
   const auto pixels = [](double cm, double dpi) { return static_cast<int>(cm / 2.54 * dpi); };
   std::string script = fmt::format("# gnuplot {0}.gp draws {0}.svg, {0}.pdf and {0}.png from {0}.csv\n{1}",
@@ -60,6 +61,7 @@ std::string complete_script(const Figure& figure) {
                    pixels(figure.width_cm, 300), pixels(figure.height_cm, 300))},
   }};
   for (const auto& [extension, terminal] : terminals) {
+    if (svg_alone && std::string_view(extension) != "svg") continue;
     script += fmt::format("\nset terminal {}\nset output '{}.{}'\n{}", terminal, figure.name, extension,
                           figure.script);
     script += "unset output\n";
@@ -186,16 +188,19 @@ std::vector<std::string> box_plots(const std::string& x, double width, const std
                   x, "column(\"median\")", width)};
 }
 
-OutputFiles draw(const Figure& figure) {
+namespace {
+
+OutputFiles drawn(const Figure& figure, bool svg_alone) {
   SEXTANT_CHECK(is_name(figure.name));
   const ScratchFolder scratch;
   const std::string script = figure.name + ".gp";
-  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure)}};
+  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure, svg_alone)}};
   for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);
   run_gnuplot(script, scratch.path());
   for (const auto& [extension, end] : endings) {
-    const fs::path drawn = scratch.path() / (figure.name + extension);
-    files[figure.name + extension] = fs::exists(drawn) ? read_file(drawn) : "";
+    if (svg_alone && std::string_view(extension) != ".svg") continue;
+    const fs::path picture = scratch.path() / (figure.name + extension);
+    files[figure.name + extension] = fs::exists(picture) ? read_file(picture) : "";
     if (!ends_with(files[figure.name + extension], end)) {
       fail(
           "gnuplot wrote only a part of {}{}: is the disk of {} full? Make room, or choose another folder "
@@ -203,17 +208,26 @@ OutputFiles draw(const Figure& figure) {
           figure.name, extension, scratch.path().parent_path().string());
     }
   }
-  files[figure.name + ".pdf"] = without_date(std::move(files[figure.name + ".pdf"]));
+  if (!svg_alone) files[figure.name + ".pdf"] = without_date(std::move(files[figure.name + ".pdf"]));
   return files;
 }
 
-OutputFiles draw(const std::vector<Figure>& figures, int jobs) {
-  std::vector<OutputFiles> drawn(figures.size());
-  parallel_for(static_cast<int>(figures.size()), jobs,
-               [&](int i) { drawn[static_cast<size_t>(i)] = draw(figures[static_cast<size_t>(i)]); });
+OutputFiles all_drawn(const std::vector<Figure>& figures, int jobs, bool svg_alone, bool quiet) {
+  Progress progress("figures", static_cast<int>(figures.size()), quiet);
+  std::vector<OutputFiles> each(figures.size());
+  parallel_for(static_cast<int>(figures.size()), jobs, [&](int i) {
+    each[static_cast<size_t>(i)] = drawn(figures[static_cast<size_t>(i)], svg_alone);
+    progress.advance();
+  });
   OutputFiles all;
-  for (OutputFiles& files : drawn) all.merge(files);
+  for (OutputFiles& files : each) all.merge(files);
   return all;
 }
+
+}  // namespace
+
+OutputFiles draw(const Figure& figure) { return drawn(figure, false); }
+OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet) { return all_drawn(figures, jobs, false, quiet); }
+OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs) { return all_drawn(figures, jobs, true, true); }
 
 }  // namespace sextant

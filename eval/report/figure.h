@@ -54,6 +54,8 @@ std::vector<std::string> box_plots(const std::string& x, double width, const std
 /// the package when it is missing, and one when a picture is not whole because the disk is full.
 OutputFiles draw(const Figure& figure);
 /// All of them, on up to `jobs` threads.
-OutputFiles draw(const std::vector<Figure>& figures, int jobs);
+OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet = true);
+/// The same without PDF and PNG, a third of the work: for pages that stand for themselves.
+OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs);
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "sextant/eval/report/step_errors.h"
+#include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
 namespace {
@@ -158,6 +159,26 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
   }
   std::ranges::move(floor_notes(records), std::back_inserter(table.notes));
   return table;
+}
+
+std::string summary_text(const Table& summary, bool all) {
+  constexpr size_t width = 100;
+  if (all) return to_text(summary);
+  std::string text;
+  std::vector<Table> parts = split_rows(summary, {"dataset", "sequence", "estimator"});
+  if (parts.empty()) parts.push_back(summary);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated", "coverage_percent", "Et_m",
+                                         "ER_deg", "Ev_kmh"});
+    part.title = i == 0 ? part.title : "";
+    part.caption = i == 0 ? wrapped(part.caption, width) : "";
+    if (i + 1 < parts.size()) part.notes.clear();
+    if (i + 1 == parts.size())
+      part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
+    for (std::string& note : part.notes) note = wrapped(note, width);
+    text += to_text(part) + (i + 1 < parts.size() ? "\n" : "");
+  }
+  return text;
 }
 
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset) {

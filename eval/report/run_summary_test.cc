@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {
@@ -147,6 +148,28 @@ TEST(Summary, OfNothingIsEmpty) {
   const Json json = summary_json({}, find_preset("paper"));
   EXPECT_TRUE(json["rows"].empty());
   EXPECT_FALSE(json["classification"].contains("precision"));  // no denominator: not 0
+}
+
+TEST(RunSummary, TerminalHasAHundredColumns) {
+  std::vector<Record> records;
+  for (const char* sequence : {"s18", "a much longer name of a sequence that somebody gave"}) {
+    for (const char* body : {"ego", "object:12345"}) {
+      Record r = RecordOf{"synthetic", sequence, "joint_flow_depth", body};
+      r.errors = {{"Et_m", 0.1}, {"ER_deg", 0.2}, {"Ev_kmh", 123.4}, {"epe_refined_px", 0.5}};
+      records.push_back(r);
+      r.frame = 2;
+      r.status = Status::gated;
+      r.gate = Gate::distance;
+      records.push_back(r);
+    }
+  }
+  const Table summary = summary_table(records, find_preset("multimot_code"));
+  const std::string text = summary_text(summary, false);
+  for (const std::string& line : split(text, '\n')) EXPECT_LE(line.size(), 100U) << line;
+  EXPECT_THAT(text, testing::HasSubstr("object:12345"));
+  EXPECT_THAT(text, testing::HasSubstr("E_v [km/h]"));
+  EXPECT_EQ(text.find("EPE before"), std::string::npos);
+  EXPECT_EQ(summary_text(summary, true), to_text(summary));
 }
 
 }  // namespace

@@ -37,9 +37,11 @@ void join_range(Table& table, size_t j) {
 
 /// 0.000178, 0.0886, -51.2, 195, 2430: no exponent where a person would write none.
 std::string rounded_to_digits(double number, int digits) {
+  constexpr double rounding = 1e-9;  // differences of equal numbers
   const double size = std::abs(number);
-  if (size > 0 && size < 1e-5) return fmt::format("{:.{}g}", number, digits);
-  const int before = size > 0 ? static_cast<int>(std::floor(std::log10(size))) + 1 : digits;
+  if (size < rounding) return "0";
+  if (size < 1e-5) return fmt::format("{:.{}g}", number, digits);
+  const int before = static_cast<int>(std::floor(std::log10(size))) + 1;
   return fmt::format("{:.{}f}", number, std::max(0, digits - before));
 }
 
@@ -82,6 +84,35 @@ FoldedTable fold_columns(const Table& table) {
     said_once += shown(cell, table.columns[j]);
   }
   return {without_columns(table, folds), said_once};
+}
+
+std::string wrapped(const std::string& text, size_t width, const std::string& indent) {
+  std::string out;
+  size_t at = 0;  // characters in the present line
+  for (const std::string& line : split(text, '\n')) {
+    if (!out.empty()) out += '\n';
+    at = 0;
+    for (const std::string& word : split(line, ' ')) {
+      const auto length = static_cast<size_t>(std::ranges::count_if(
+          word, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+      const bool is_first = at == 0;
+      if (!is_first && at + 1 + length > width) {
+        out += "\n" + indent;
+        at = indent.size();
+      } else if (!is_first) {
+        out += ' ';
+        ++at;
+      }
+      out += word;
+      at += length;
+    }
+  }
+  return out;
+}
+
+Table with_columns(const Table& table, const std::vector<std::string>& keys) {
+  return without_columns(table,
+                         [&](size_t j) { return std::ranges::find(keys, table.columns[j].key) == keys.end(); });
 }
 
 }  // namespace sextant

@@ -6,8 +6,11 @@
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/report/latex_testing.h"
+#include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
+#include "sextant/eval/reproduce/answer_figure.h"
 #include "sextant/eval/reproduce/stored.h"
 
 namespace sextant {
@@ -55,6 +58,52 @@ TEST_F(ReproduceTest, ReportsWhatWasMeasuredAndWhatIsMissing) {
   EXPECT_THAT(files.at("tables/table_4_ego_motion.csv"), HasSubstr("parts/demo/records.jsonl"));
   EXPECT_THAT(files.at("tables/table_3_sets.csv"), HasSubstr("not measured here"));
   EXPECT_THAT(files.at("tables/claims.csv"), HasSubstr("parts/noise/records.jsonl"));
+}
+
+TEST_F(ReproduceTest, OpensWithTheAnswerThenClaimsOneRowEach) {
+  run_parts(config_);
+  const ReportDocument document = reproduction_document(config_);
+  size_t n_claims = 0, n_figures = 0;
+  for (const VerdictLine& line : document.verdicts) {
+    n_claims += line.group == "Claims";
+    n_figures += line.figures.size();
+    EXPECT_TRUE(line.figures.empty() || line.group == "Tables of the paper") << line.subject;
+  }
+  EXPECT_EQ(n_claims, claims().size());
+  EXPECT_GE(n_figures, 1U);  // Table IV has published values of the sample
+  const std::string html = report_page(document, 1);
+  EXPECT_LT(html.find("answer_table_4_ego_motion"), html.find("<h3>Claims</h3>"));
+  EXPECT_LT(html.find("<h3>Claims</h3>"), html.find("id=\"table_1_classification\""));
+  EXPECT_LT(html.find("id=\"table_1_classification\""), html.find("id=\"table_2_flow_error\""));
+  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // folded above
+  EXPECT_THAT(html, HasSubstr("measured by: scripts/fetch_vkitti1 --rgb --depth --flow --masks &amp;&amp; sextant reproduce"));
+  EXPECT_THAT(html, HasSubstr("<a href=\"../parts/demo/records.jsonl\">"));
+}
+
+TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
+  Table table = published_table("Table X: test", "", {Column::text("estimator")}, 4);
+  const auto row = [&](const std::string& estimator, const std::string& data, double published, double measured) {
+    Measured m;
+    m.value = measured;
+    m.interval = Interval{0.9 * measured, 1.1 * measured};
+    m.one_run = Interval{0.5 * measured, 1.5 * measured};
+    add_published_row({{estimator}, "E_t [m]", published, m, data, "sets"}, table);
+  };
+  row("joint_flow", "scenario", 0.01, 0.05);
+  row("joint_flow", "replay", 0.01, 0.012);  // nearer to the paper's: instead of the scenario
+  row("joint_flow, release", "replay", 0.01, 0.04);
+  row("joint_flow, text", "replay", 0.01, 9);  // another procedure
+  row("motion_only", "replay", 0, 0.04);       // no place on the axis
+  const std::optional<Figure> figure = answer_figure("x", table);
+  ASSERT_TRUE(figure);
+  const std::string csv = to_csv(figure->data);
+  EXPECT_EQ(figure->data.rows.size(), 2U) << csv;
+  EXPECT_THAT(csv, HasSubstr(",1.2,"));
+  EXPECT_THAT(csv, HasSubstr("within"));
+  EXPECT_THAT(csv, HasSubstr("outside"));
+  EXPECT_FALSE(draw(*figure).empty());
+  EXPECT_THAT(answer_text(table), HasSubstr("1 of 5 comparisons"));
+  EXPECT_FALSE(answer_figure("y", Table{"Table Y", "", {Column::text("a")}}));
 }
 
 TEST_F(ReproduceTest, SaysByWhatAndFromWhatTheRecordsWereMade) {

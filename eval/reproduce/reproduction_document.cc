@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <array>
 
 #include "sextant/base/files.h"
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/reproduce/answer_figure.h"
 #include "sextant/eval/reproduce/figures.h"
 #include "sextant/eval/reproduce/reproduce.h"
 #include "sextant/eval/reproduce/reproduction_provenance.h"
@@ -79,13 +81,35 @@ std::vector<std::string> verdicts_of(const Table& table) {
   return verdicts;
 }
 
+/// Rows of published values that were not measured say which command would.
+void name_commands(const PaperTable& entry, Table& table) {
+  const auto place = [&](const char* key) {
+    return static_cast<size_t>(std::ranges::find(table.columns, key, &Column::key) - table.columns.begin());
+  };
+  const size_t verdict = place("verdict"), published = place("published"), data = place("data");
+  if (entry.fetch.empty() || std::max({verdict, published, data}) >= table.columns.size()) return;
+  for (std::vector<Cell>& row : table.rows) {
+    if (row[verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[published])) continue;
+    const auto* why = std::get_if<std::string>(&row[data]);
+    const bool says_why = why != nullptr && !why->empty() && *why != "none";
+    row[data] = fmt::format("{}{} && sextant reproduce --data ROOT --out DIR", says_why ? *why + "; measured by: " : "measured by: ",
+                            entry.fetch);
+  }
+}
+
 void add_paper_tables(const Evidence& evidence, ReportDocument& document) {
   for (const PaperTable& entry : paper_tables()) {
     Table table = entry.make(evidence);
     const std::vector<std::string> verdicts = verdicts_of(table);
     const bool ours = verdicts.empty() && !table.rows.empty();  // no published value to be judged by
-    document.verdicts.push_back({table.title, ours ? "measured" : joint_verdict(verdicts),
-                                 ours ? "no published values" : count_words(verdicts), "#" + entry.name});
+    VerdictLine line{table.title, ours ? "measured" : joint_verdict(verdicts),
+                     ours ? "no published values" : answer_text(table), "#" + entry.name};
+    const bool of_paper = table.title.find("(ours)") == std::string::npos;
+    line.group = of_paper ? "Tables of the paper" : "Tables of ours";
+    auto figure = of_paper ? answer_figure(entry.name, table) : std::nullopt;
+    if (figure) line.figures.push_back(std::move(*figure));
+    document.verdicts.push_back(std::move(line));
+    name_commands(entry, table);
     ReportSection section{entry.name + "-section", table.title};
     if (!entry.exact_data.empty()) {
       section.paragraphs.push_back("The paper measured on: " + entry.exact_data +
@@ -94,6 +118,15 @@ void add_paper_tables(const Evidence& evidence, ReportDocument& document) {
     section.tables.push_back({entry.name, std::move(table), entry.split_by});
     document.sections.push_back(std::move(section));
   }
+}
+
+/// As the paper prints them; then what is ours, as it comes.
+void put_in_paper_order(std::vector<ReportSection>& sections) {
+  static constexpr std::array<const char*, 9> order = {"Fig. 1", "Table I:",  "Fig. 4",    "Table II:", "Table III:",
+                                                       "Fig. 5", "Table IV:", "Table V:", "Fig. 6"};
+  std::ranges::stable_sort(sections, {}, [](const ReportSection& section) {
+    return std::ranges::find_if(order, [&](const char* begin) { return section.heading.starts_with(begin); }) - order.begin();
+  });
 }
 
 }  // namespace
@@ -107,12 +140,13 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   document.abstract =
       "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), "
       "rebuilt from records beside the published values.";
-  document.verdicts = claim_verdicts(checked, "#claims");
   add_paper_tables(evidence, document);
   add_figure_sections(config.out / "parts", evidence, config.jobs, document);
-  document.sections.insert(
-      document.sections.begin(),
-      {"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}});
+  put_in_paper_order(document.sections);
+  std::ranges::move(claim_verdicts(checked, "#claims"), std::back_inserter(document.verdicts));
+  ReportSection claims{"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}};
+  claims.in_summary = true;
+  document.sections.insert(document.sections.begin(), std::move(claims));
   document.sections.push_back({"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}});
   document.provenance = reproduction_provenance(config.out / "parts", evidence);
   document.citation = citation();

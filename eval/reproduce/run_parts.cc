@@ -132,12 +132,14 @@ class PartLines {
   void begin(const Part& part, bool finished) {
     ++at_;
     start_ = Clock::now();
+    name_ = part.name;
     if (quiet_) return;
     fmt::print(stderr, "[{}/{}] {}{}\n", at_, n_, part.title, finished ? " (finished before)" : "");
   }
   void end() {
     const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     total_s_ += seconds;
+    times_.emplace_back(seconds, name_);
     if (quiet_) return;
     const size_t left = n_ - at_;
     const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(left);
@@ -146,10 +148,23 @@ class PartLines {
     fmt::print(stderr, "\n");
   }
 
+  /// What took the time, the longest first.
+  void summary() {
+    constexpr size_t most = 8;
+    constexpr double worth_telling_s = 0.5;
+    std::ranges::stable_sort(times_, std::greater(), &std::pair<double, std::string>::first);
+    std::string text;
+    for (size_t i = 0; i < std::min(most, times_.size()) && times_[i].first >= worth_telling_s; ++i)
+      text += fmt::format("{}{} {:.1f} s", i > 0 ? ", " : "", times_[i].second, times_[i].first);
+    if (!quiet_ && !text.empty()) fmt::print(stderr, "{} parts in {:.1f} s: {}\n", at_, total_s_, text);
+  }
+
  private:
   using Clock = std::chrono::steady_clock;
   size_t n_, at_ = 0;
   bool quiet_;
+  std::string name_;
+  std::vector<std::pair<double, std::string>> times_;
   double total_s_ = 0;
   Clock::time_point start_;
 };
@@ -180,6 +195,7 @@ void run_parts(const ReproduceConfig& config) {
     run_part(*part, config, folder);
     lines.end();
   }
+  lines.summary();
 }
 
 }  // namespace sextant

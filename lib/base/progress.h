@@ -1,7 +1,12 @@
 #pragma once
 
-// A progress line with rate and remaining time on standard error: "frames 12/19  24.1/s  0.3 s left".
-// Shown only on a terminal; silent in a pipe and with `quiet`. Safe to advance from several threads.
+// What long work says of itself on standard error: one line per part with done / total, rate and remaining time.
+//
+//   a terminal   "frames 12/19  24.1/s  0.3 s left", drawn anew in place, gone at the end
+//   else         a plain log: the same as a line of its own after 5, 10, 20, 40, .. s, at least every minute, and
+//                "frames 19/19 in 31.2 s" at the end; nothing of work that takes less than 5 s
+//
+// Silent with `quiet`. Safe to advance from several threads. What each part took is kept for time_summary().
 
 #include <chrono>
 #include <mutex>
@@ -20,15 +25,21 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void draw(Clock::time_point now);
+  std::string line(double elapsed_s) const;
 
   std::string what_;
   int total_;
-  bool shown_;
+  bool quiet_, terminal_;
   std::mutex mutex_;
   int done_ = 0;
+  double next_log_s_;
+  bool logged_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_draw_{};
 };
+
+/// "cases 61.0 s, figures 8.2 s": what took the time since the program began, the longest first; parts of one name
+/// together, those that were quiet or short left out. Empty where nothing is left.
+std::string time_summary();
 
 }  // namespace sextant

@@ -85,8 +85,13 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
     const std::string counts = results.empty()
                                    ? "no records of it"
                                    : fmt::format("{} ({} results)", count_words(verdicts), results.size());
-    lines.push_back({claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
-                     results.empty() ? "" : link});
+    VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
+                     results.empty() ? "" : link, "Claims"};
+    line.cases = claim_table({{claim, results}});
+    for (const char* said : {"statement", "place"}) {  // by the line itself
+      std::ranges::find(line.cases.columns, said, &Column::key)->detail = true;
+    }
+    lines.push_back(std::move(line));
   }
   return lines;
 }

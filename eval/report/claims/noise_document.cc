@@ -1,10 +1,12 @@
 #include "sextant/eval/report/claims/noise_document.h"
 
+#include "sextant/base/progress.h"
 #include "sextant/eval/records/version.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {
@@ -38,19 +40,41 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
   return table;
 }
 
+/// Which records each row is of, as a column that leads to them from a page in `out`.
+void add_records(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                 const std::vector<NoiseLevelRow>& levels, Table& table) {
+  const std::map<NoiseLevelKey, RowRecords> places = record_places(folders);
+  if (places.empty()) return;
+  table.add_columns({Column::text("records"), Column::text("records_file").only_in_files()});
+  table.columns[table.columns.size() - 2].leads_to = "records_file";
+  for (size_t i = 0; i < levels.size(); ++i) {
+    const NoiseLevelRow& row = levels[i];
+    const RowRecords* of_row =
+        find_in(places, {row.dataset, row.sequence, row.body, row.estimator, row.noise, row.level});
+    table.rows[i].push_back(of_row == nullptr ? Cell() : Cell(of_row->text()));
+    table.rows[i].push_back(of_row == nullptr ? Cell() : Cell(address_from(out, of_row->file)));
+  }
+}
+
 const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
 
 }  // namespace
 
-ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs) {
+ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet,
+                              const std::filesystem::path& out) {
+  constexpr int n_steps = 5;
+  Progress progress("parts of the report", n_steps, quiet);
   const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders);
+  progress.advance();
   std::vector<NoiseLevelRow> levels;
   std::vector<AchievedNoiseRow> achieved;
   for (const NoiseSweep& sweep : sweeps) {
     for (NoiseLevelRow& row : noise_levels(sweep, jobs)) levels.push_back(std::move(row));
     for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
   }
+  progress.advance();
   const std::vector<CheckedClaim> checked = check_claims(sweeps);
+  progress.advance();
   ReportDocument document;
   document.title = "Noise and errors";
   document.abstract =
@@ -67,13 +91,18 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
                                  {}});
   };
   add("claims", "Statements", claim_table(checked));
-  add("noise_levels", "Errors by noise level", noise_level_table(levels), noise_level_figures(levels));
+  for (ReportSection& section : document.sections) section.in_summary = true;  // the claims alone so far
+  Table level_table = noise_level_table(levels);
+  if (!out.empty()) add_records(folders, out, levels, level_table);
+  add("noise_levels", "Errors by noise level", std::move(level_table), noise_level_figures(levels));
   add("trends", "Growth", trend_table(noise_trends(sweeps, jobs)));
+  progress.advance();
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
   add("comparisons", "Estimators compared", comparison_table(comparisons));
   add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
   add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
+  progress.advance();
   document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
   document.citation = citation();
   return document;

@@ -11,6 +11,7 @@
 namespace sextant {
 
 /// Of runs and sweeps together. Without sections when no pair has truth. Throws Error on bad folders.
-ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs);
+ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet = true,
+                              const std::filesystem::path& out = {});
 
 }  // namespace sextant

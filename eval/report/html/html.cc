@@ -1,6 +1,7 @@
 #include "sextant/eval/report/html/html.h"
 
 #include <algorithm>
+#include <span>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -48,38 +49,41 @@ std::string paragraph(const std::string& text, const char* css_class = nullptr) 
   return fmt::format("<p class=\"{}\">{}</p>\n", css_class, with_links(text));
 }
 
-std::string summary(const std::vector<VerdictLine>& verdicts) {
-  if (verdicts.empty()) return "";
-  std::string html = "<section id=\"summary\">\n<h2>Summary</h2>\n<p class=\"counts\">" +
-                     html_escaped(count_verdicts(verdicts)) + "</p>\n<ul class=\"verdicts\">\n";
-  for (const VerdictLine& line : verdicts) {
-    const std::string subject =
-        line.link.empty()
-            ? html_escaped(line.subject)
-            : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
-    html += fmt::format("<li>{}<span class=\"subject\">{}</span><span class=\"evidence\">{}</span></li>\n",
-                        verdict_badge(line.verdict), subject, html_escaped(line.evidence));
-  }
-  return html + "</ul>\n</section>\n";
-}
-
 std::string contents(const ReportDocument& document) {
   std::string html = "<nav aria-label=\"Contents\">\n<ul>\n";
-  for (const ReportSection& section : document.sections)
-    html += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", section.name, html_escaped(section.heading));
+  if (!document.verdicts.empty()) html += "<li><a href=\"#summary\">Summary</a></li>\n";
+  for (const ReportSection& section : document.sections) {
+    if (!section.in_summary)
+      html += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", section.name, html_escaped(section.heading));
+  }
   if (!document.provenance.empty()) html += "<li><a href=\"#provenance\">Provenance</a></li>\n";
   if (!document.citation.empty()) html += "<li><a href=\"#citation\">How to cite</a></li>\n";
   return html + "</ul>\n</nav>\n";
 }
 
-/// One cell; numbers carry their exact value, by which the page sorts.
-std::string table_cell(const Cell& cell, const Column& column) {
+/// Addresses of records stand in a report's tables relative to the folder above it.
+std::string address_of(const std::string& text) { return text.starts_with("parts/") ? "../" + text : text; }
+
+/// One cell; numbers carry their exact value, by which the page sorts. `address` may be null.
+std::string table_cell(const Cell& cell, const Column& column, const std::string* address) {
   const std::string text = shown(cell, column);
   std::string attributes = column.align == Align::right ? " class=\"number\"" : "";
   if (const auto* number = std::get_if<double>(&cell))
     attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
+  if (address != nullptr && !address->empty() && text != "-") {
+    return fmt::format("<td{}><a href=\"{}\">{}</a></td>", attributes, html_escaped(address_of(*address)),
+                       is_verdict ? verdict_badge(text) : html_escaped(text));
+  }
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
+}
+
+/// Where a cell of the i-th row leads; null: nowhere.
+const std::string* address_in(const Table& whole, size_t i, const Column& column) {
+  if (column.leads_to.empty()) return nullptr;
+  const auto it = std::ranges::find(whole.columns, column.leads_to, &Column::key);
+  SEXTANT_CHECK(it != whole.columns.end());
+  return std::get_if<std::string>(&whole.rows[i][static_cast<size_t>(it - whole.columns.begin())]);
 }
 
 /// Rows that agree in what the line above them says.
@@ -94,9 +98,10 @@ std::string part_html(const Table& part, const std::string& label) {
                         column.align == Align::right ? " class=\"number\"" : "", html_escaped(column.title));
   }
   html += "</tr></thead>\n<tbody>\n";
-  for (const std::vector<Cell>& row : table.rows) {
+  for (size_t i = 0; i < table.rows.size(); ++i) {
     html += "<tr>";
-    for (size_t j = 0; j < row.size(); ++j) html += table_cell(row[j], table.columns[j]);
+    for (size_t j = 0; j < table.columns.size(); ++j)
+      html += table_cell(table.rows[i][j], table.columns[j], address_in(part, i, table.columns[j]));
     html += "</tr>\n";
   }
   return html + "</tbody>\n</table>\n</div>\n";
@@ -127,28 +132,102 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
   return html + "</section>\n";
 }
 
-std::string image(const std::string& id, const std::string& type, const std::string& bytes,
-                  const std::string& alt, const std::string& caption, double width_cm) {
-  const std::string width = width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", width_cm) : "";
-  return fmt::format(
-      "<figure id=\"{}\"{}>\n<img alt=\"{}\" src=\"data:{};base64,{}\">\n<figcaption>{}</figcaption>\n"
-      "</figure>\n",
-      id, width, html_escaped(alt), type, base64(bytes), html_escaped(caption));
+const char* type_of(const std::string& bytes) {
+  return bytes.starts_with("\xff\xd8") ? "image/jpeg" : bytes.starts_with("<") ? "image/svg+xml" : "image/png";
 }
 
-std::string images_html(const ReportSection& section, const OutputFiles& drawn) {
-  std::string html;
-  for (const Picture& p : section.pictures) html += image(p.name, "image/png", p.png, p.alt, p.caption, 0);
-  if (section.figures.empty()) return html;
-  html += "<div class=\"figures\">\n";
-  for (const Figure& figure : section.figures) {
+struct PageImage {
+  std::string id, bytes, alt, caption;
+  std::string link{};
+  double width_cm = 0;  ///< 0: as wide as there is room
+};
+
+constexpr double broad_cm = 16;  // figures from here stay legible on a narrow screen: one scrolls
+
+std::string image(const PageImage& image) {
+  const std::string width = image.width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", image.width_cm) : "";
+  const std::string type = type_of(image.bytes);
+  std::string shown = fmt::format("<img alt=\"{}\"{} src=\"data:{};base64,{}\">", html_escaped(image.alt),
+                                  type == "image/svg+xml" ? " class=\"drawn\"" : "", type, base64(image.bytes));
+  if (!image.link.empty()) shown = fmt::format("<a href=\"{}\">{}</a>", html_escaped(image.link), shown);
+  const char* broad = image.width_cm > broad_cm ? " class=\"broad\" tabindex=\"0\"" : "";
+  return fmt::format("<figure id=\"{}\"{}{}>\n{}\n<figcaption>{}</figcaption>\n</figure>\n", image.id, broad, width, shown,
+                     html_escaped(image.caption));
+}
+
+std::string figures_html(const std::vector<Figure>& figures, const OutputFiles& drawn) {
+  if (figures.empty()) return "";
+  std::string html = "<div class=\"figures\">\n";
+  for (const Figure& figure : figures) {
     const auto svg = drawn.find(figure.name + ".svg");
     SEXTANT_CHECK(svg != drawn.end());
     // Printed sizes are for paper; a screen is further away.
-    html += image(figure.name, "image/svg+xml", svg->second, figure.caption, figure.caption,
-                  1.6 * figure.width_cm);
+    html += image({figure.name, svg->second, figure.caption, figure.caption, "", 1.6 * figure.width_cm});
   }
   return html + "</div>\n";
+}
+
+std::string pictures_html(const std::vector<Picture>& pictures) {
+  std::string html;
+  bool in_row = false;
+  const auto row = [&](bool begin) {
+    if (begin != in_row) html += begin ? "<div class=\"pictures\">\n" : "</div>\n";
+    in_row = begin;
+  };
+  for (const Picture& p : pictures) {
+    row(p.small);
+    html += image({p.name, p.png, p.alt, p.caption, p.link});
+  }
+  row(false);
+  return html;
+}
+
+/// Badge, what was judged, and what it stands on.
+std::string verdict_line(const VerdictLine& line) {
+  const std::string subject =
+      line.link.empty() || !line.cases.rows.empty()  // what is folded opens by a click
+          ? html_escaped(line.subject)
+                        : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
+  return fmt::format("{}<span class=\"subject\">{}</span><span class=\"evidence\">{}</span>",
+                     verdict_badge(line.verdict), subject, with_links(line.evidence));
+}
+
+/// Lines with figures as cards beside each other, lines with cases folded.
+std::string verdict_group(std::span<const VerdictLine> lines, const OutputFiles& drawn) {
+  const auto has_figure = [](const VerdictLine& line) { return !line.figures.empty(); };
+  std::string html;
+  if (std::ranges::any_of(lines, has_figure)) {
+    html += "<div class=\"answers\">\n";
+    for (const VerdictLine& line : lines) {
+      if (!has_figure(line)) continue;
+      html += fmt::format("<article class=\"answer\"><p>{}</p>\n{}</article>\n", verdict_line(line),
+                          figures_html(line.figures, drawn));
+    }
+    html += "</div>\n";
+  }
+  html += "<ul class=\"verdicts\">\n";
+  for (const VerdictLine& line : lines) {
+    if (has_figure(line)) continue;
+    html += line.cases.rows.empty()
+                ? fmt::format("<li><div class=\"line\">{}</div></li>\n", verdict_line(line))
+                : fmt::format("<li><details><summary class=\"line\">{}</summary>\n{}</details></li>\n",
+                              verdict_line(line), part_html(line.cases, line.subject));
+  }
+  return html + "</ul>\n";
+}
+
+std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles& drawn) {
+  if (verdicts.empty()) return "";
+  std::string html = "<section id=\"summary\">\n<h2>Summary</h2>\n<p class=\"counts\">" +
+                     html_escaped(count_verdicts(verdicts)) + "</p>\n";
+  for (auto begin = verdicts.begin(); begin != verdicts.end();) {
+    const auto end = std::find_if(begin, verdicts.end(),
+                                  [&](const VerdictLine& line) { return line.group != begin->group; });
+    if (!begin->group.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(begin->group));
+    html += verdict_group({begin, end}, drawn);
+    begin = end;
+  }
+  return html + "</section>\n";
 }
 
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
@@ -158,7 +237,9 @@ std::string section_html(const ReportSection& section, const OutputFiles& drawn)
   std::string html = fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "",
                                  section.name, html_escaped(section.heading));
   for (const std::string& text : section.paragraphs) html += paragraph(text);
-  html += images_html(section, drawn);
+  for (const std::string& command : section.commands)
+    html += fmt::format("<pre tabindex=\"0\">{}</pre>\n", html_escaped(command));
+  html += pictures_html(section.pictures) + figures_html(section.figures, drawn);
   for (const NamedTable& table : section.tables) html += table_html(table, section.heading);
   return html + "</section>\n";
 }
@@ -188,8 +269,10 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
       "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
       "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
       html_escaped(document.title), page_style, paragraph(document.abstract, "abstract"), contents(document));
-  html += "<main>\n" + summary(document.verdicts);
-  for (const ReportSection& section : document.sections) html += section_html(section, drawn);
+  html += "<main>\n" + summary(document.verdicts, drawn);
+  for (const ReportSection& section : document.sections) {
+    if (!section.in_summary) html += section_html(section, drawn);
+  }
   html += provenance(document) + how_to_cite(document);
   return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", sort_script);
 }

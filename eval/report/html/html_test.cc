@@ -59,6 +59,33 @@ TEST(Html, HasEveryPartOfTheDocumentEscaped) {
   EXPECT_EQ(report_folder(document_of(small_table()), {true, 2}), files);
 }
 
+TEST(Html, CasesOfAVerdictAreFoldedBelowItsLine) {
+  ReportDocument document = document_of(small_table());
+  document.verdicts[0].cases = small_table();
+  document.verdicts[0].group = "Claims";
+  document.sections.front().in_summary = true;
+  document.sections.front().commands = {"sextant view 'a<b'"};
+  const std::string html = report_folder(document, {}).at("report.html");
+  EXPECT_THAT(html, HasSubstr("<h3>Claims</h3>"));
+  EXPECT_EQ(count(html, "<details>"), 1U);
+  EXPECT_LT(html.find("<details>"), html.find("data-value=\"0.12345\""));
+  EXPECT_LT(html.find("data-value=\"0.12345\""), html.find("</details>"));
+  EXPECT_EQ(count(html, "data-value=\"0.12345\""), 1U);  // not in its section once more
+  EXPECT_THAT(html, Not(HasSubstr("id=\"mot_all\"")));
+  document.sections.front().in_summary = false;
+  EXPECT_THAT(report_folder(document, {}).at("report.html"), HasSubstr("<pre tabindex=\"0\">sextant view &#39;a&lt;b&#39;</pre>"));
+}
+
+TEST(Html, AnswersAreFiguresWithTheirVerdict) {
+  ReportDocument document = document_of(small_table());
+  document.verdicts[0].figures = document.sections.front().figures;  // of the same name: renamed
+  const OutputFiles files = report_folder(document, {});
+  const std::string& html = files.at("report.html");
+  EXPECT_EQ(count(html, "<article class=\"answer\">"), 1U);
+  EXPECT_TRUE(files.contains("figures/line-2.svg"));
+  EXPECT_EQ(report_page(document, 1), html);
+}
+
 TEST(Html, AsksNothingOfTheNetwork) {
   const std::string html = report_folder(document_of(small_table()), {}).at("report.html");
   EXPECT_THAT(html, Not(HasSubstr("http:")));
@@ -70,7 +97,7 @@ TEST(Html, AsksNothingOfTheNetwork) {
 TEST(Html, TagsAreClosedInOrder) {
   const std::string html = report_folder(document_of(small_table()), {}).at("report.html");
   for (const char* tag : {"section", "table", "thead",  "tbody", "tr",  "td",   "th", "figure", "ul", "li",
-                          "dl",      "main",  "header", "nav",   "div", "span", "p",  "h1",     "h2", "h3"}) {
+                          "dl",      "main",  "header", "nav",   "div", "span", "p",  "h1",     "h2", "h3", "details", "summary", "article"}) {
     const std::string name = tag;
     EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">"))
         << tag;

@@ -32,29 +32,35 @@ void add_table_files(const NamedTable& named, OutputFiles& files) {
 /// Names of data that differ in signs alone are the same stem: figures after the first get a number.
 ReportDocument with_distinct_figures(ReportDocument document) {
   std::set<std::string> names;
-  for (ReportSection& section : document.sections) {
-    for (Figure& figure : section.figures) {
+  const auto rename = [&](std::vector<Figure>& figures) {
+    for (Figure& figure : figures) {
       const std::string stem = figure.name;
       for (int i = 2; !names.insert(figure.name).second; ++i) figure.name = fmt::format("{}-{}", stem, i);
     }
-  }
+  };
+  for (VerdictLine& line : document.verdicts) rename(line.figures);
+  for (ReportSection& section : document.sections) rename(section.figures);
   return document;
 }
 
 }  // namespace
 
+std::string report_page(const ReportDocument& given, int jobs) {
+  const ReportDocument document = with_distinct_figures(given);
+  check_names(document);
+  return to_html(document, draw_svg(figures_of(document), jobs));
+}
+
 OutputFiles report_folder(const ReportDocument& given, const ReportFolderOptions& options) {
   const ReportDocument document = with_distinct_figures(given);
   check_names(document);
   OutputFiles files;
-  std::vector<Figure> figures;
   for (const ReportSection& section : document.sections) {
     for (const NamedTable& table : section.tables) add_table_files(table, files);
     for (const Picture& picture : section.pictures) files["pictures/" + picture.name + ".png"] = picture.png;
-    figures.insert(figures.end(), section.figures.begin(), section.figures.end());
   }
   if (!options.draw_figures) return files;
-  OutputFiles drawn = draw(figures, options.jobs);
+  OutputFiles drawn = draw(figures_of(document), options.jobs, options.quiet);
   files["report.html"] = to_html(document, drawn);
   files["report.md"] = to_markdown(document);
   for (auto& [name, bytes] : drawn) files["figures/" + name] = std::move(bytes);

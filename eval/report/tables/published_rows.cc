@@ -86,6 +86,7 @@ Table published_table(const std::string& title, const std::string& caption, std:
   table.columns.push_back(Column::text("quantity"));
   number("published", "published");
   number("reproduced", "reproduced");
+  table.columns.back().leads_to = "records";
   table.add_columns(range_columns("low", "high", decimals));
   number("run_low", "run low");
   table.columns.back().range = "single runs";

@@ -1,0 +1,240 @@
+#include "sextant/eval/view/run_report.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "sextant/base/files.h"
+#include "sextant/eval/pictures/overlay.h"
+#include "sextant/eval/records/version.h"
+#include "sextant/eval/report/figures/error_figures.h"
+#include "sextant/eval/report/figures/speed_figures.h"
+#include "sextant/eval/report/figures/timeline_figures.h"
+#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/run_summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr int picture_px = 560;
+
+/// Watches the first seed of sources that were not estimated in this run.
+void catch_up(const RunReportRequest& request, WorstFrames& worst) {
+  for (size_t i = 0; i < request.result.sources.size(); ++i) {
+    if (worst.has_seen(request.result.sources[i].info)) continue;
+    RunConfig again = request.config;
+    again.sources = {request.config.sources[i]};
+    again.n_seeds = 1;
+    again.journal = nullptr;
+    again.rescore = true;  // programs of others stay where they are
+    again.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
+      worst.add(pair, of_pair);
+    };
+    run(again);
+  }
+}
+
+/// "0.0123" or "0.0123 to 0.2".
+std::string range_text(std::vector<double> values, int digits) {
+  std::ranges::sort(values);
+  if (values.size() == 1) return fmt::format("{:.{}f}", values.front(), digits);
+  return fmt::format("{:.{}f} to {:.{}f}", values.front(), digits, values.back(), digits);
+}
+
+/// What came out, in a sentence each for camera and objects.
+std::string answer(const RunReportRequest& request) {
+  const std::vector<BodySummary> rows = summarize(request.result.records, request.preset);
+  const std::string how(to_string(request.preset.aggregate));
+  const auto sentence = [&](bool ego) {
+    std::vector<double> Et, ER;
+    int n = 0, n_truth = 0, n_estimated = 0;
+    for (const BodySummary& row : rows) {
+      if ((row.body == "ego") != ego) continue;
+      ++n;
+      n_truth += row.n_truth;
+      n_estimated += row.n_estimated;
+      if (const auto e = find_number(row.metrics, "Et_m")) Et.push_back(*e);
+      if (const auto e = find_number(row.metrics, "ER_deg")) ER.push_back(*e);
+    }
+    if (n == 0) return std::string(ego ? "" : " No objects.");
+    std::string text = ego ? " Camera: " : fmt::format(" {} object{}: ", n, n == 1 ? "" : "s");
+    text += fmt::format("{} of {} pairs with truth estimated", n_estimated, n_truth);
+    if (!Et.empty()) text += fmt::format(", {} E_t {} m", how, range_text(Et, 4));
+    if (!ER.empty()) text += fmt::format(", E_R {} deg", range_text(ER, 4));
+    return text + ".";
+  };
+  return fmt::format("{} on {} source{}, preset {}.", request.config.estimator, request.result.sources.size(),
+                     request.result.sources.size() == 1 ? "" : "s", request.preset.name) +
+         sentence(true) + sentence(false);
+}
+
+std::string source_title(const SequenceInfo& info) { return info.dataset + " " + info.sequence; }
+
+/// Below the folder of the results, where the line puts the page.
+std::string view_folder(const RunReportRequest& request, const SourceRun& source) {
+  return request.result.sources.size() == 1 ? "view" : "view_" + file_stem(folder_name(source.info));
+}
+
+/// The folder where sources are found from anywhere; empty where the program finds them by itself.
+std::string data_root(const RunReportRequest& request) {
+  std::error_code ignored;
+  if (!request.data_root.empty()) return fs::absolute(request.data_root).lexically_normal().string();
+  const bool any = std::ranges::any_of(request.config.sources, [&](const SourceSpec& spec) {
+    return fs::path(spec.path).is_relative() && fs::is_directory(spec.path, ignored);
+  });
+  return any ? fs::current_path().string() : "";
+}
+
+ReportSection view_section(const RunReportRequest& request) {
+  ReportSection section{"view-section", "Walk through it"};
+  section.paragraphs = {
+      "Given in this folder, the line below makes a page of every frame with points, flow, masks and errors over time; the "
+      "pictures of the worst frames lead into it."};
+  const std::string root = data_root(request);
+  for (const SourceRun& source : request.result.sources) {
+    std::string line = "sextant view .";
+    if (request.result.sources.size() > 1) line += " --source " + shell_word(source.source);
+    if (!root.empty()) line += " --data " + shell_word(root);
+    section.commands.push_back(line + " --out " + shell_word(view_folder(request, source)));
+  }
+  return section;
+}
+
+std::string worst_caption(const std::string& title, const WorstFrame& worst) {
+  const Record& r = worst.record;
+  std::string text = fmt::format("{}, frame {}: E_t {:.4f} m", title, r.frame, worst.Et_m);
+  if (const auto e = find_number(r.errors, "ER_deg")) text += fmt::format(", E_R {:.4f} deg", *e);
+  if (const auto e = find_number(r.errors, "Ev_kmh")) text += fmt::format(", E_v {:.2f} km/h", *e);
+  return text + fmt::format("; {} points, {} agree.", r.n_points, r.n_inliers);
+}
+
+/// One row of pictures a body; a table says the same in numbers.
+ReportSection worst_section(const RunReportRequest& request, size_t index, const WorstFrames& worst) {
+  const SourceRun& source = request.result.sources[index];
+  SourceSpec spec = request.config.sources[index];
+  spec.add_options(resolve_options(request.config.options).source);
+  const std::unique_ptr<Sequence> sequence = open_source(spec);
+  const std::string stem = file_stem(folder_name(source.info));
+  ReportSection section{"worst_" + stem, "Worst frames: " + source_title(source.info)};
+  Table table{"",
+              "",
+              {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
+               Column::count("points"), Column::count("inliers", "agree")}};
+  Channels channels;
+  channels.rgb = source.info.channels.rgb;
+  channels.mask = source.info.channels.mask;
+  for (const auto& [order, frames] : worst.of(source.info)) {
+    for (const WorstFrame& frame : frames) {
+      const Record& r = frame.record;
+      if (r.frame <= source.info.first_frame || r.frame > source.info.last_frame) continue;
+      table.add_row({r.body.str(), r.frame, frame.Et_m, r.n_points, r.n_inliers});
+      if (!channels.rgb) continue;
+      const std::string title = body_title(r.body);
+      section.pictures.push_back(
+          {fmt::format("{}_{}_{}", section.name, file_stem(r.body), r.frame),
+           worst_caption(title, frame), fmt::format("Points of {} in frame {}", title, r.frame),
+           draw_body(sequence->read(frame.prev, channels), frame.result, picture_px),
+           fmt::format("{}/index.html#frame={}&body={}", view_folder(request, source), r.frame, r.body.str()),
+           true});
+    }
+  }
+  section.paragraphs = {
+      channels.rgb
+          ? "The three frames of each body with the largest E_t, of the first seed. Discs agree with the "
+            "estimate, crosses do not; lines are a quarter of the flow."
+          : "The three frames of each body with the largest E_t, of the first seed. The source has no images."};
+  section.tables = {{"table_" + section.name, std::move(table)}};
+  return section;
+}
+
+/// By sequence, how far its true speed is off.
+std::map<std::string, double> speed_floors(const RunResult& result) {
+  std::map<std::string, double> floors;
+  for (const Record& record : result.records) {
+    const auto floor_m = find_number(record.values, "step_floor_m");
+    if (!floor_m) continue;
+    for (const SourceRun& source : result.sources) {
+      if (source.info.sequence == record.sequence)
+        floors[record.sequence] = 3.6 * source.info.rate_hz * *floor_m;
+    }
+  }
+  return floors;
+}
+
+std::string machine() {
+  const Json json = build_provenance();
+  const Json machine = json.value("machine", Json::object());
+  return fmt::format("{}; {}", machine.value("cpu", std::string("unknown")),
+                     json.value("compiler", std::string("unknown compiler")));
+}
+
+std::vector<std::pair<std::string, std::string>> provenance(const RunReportRequest& request) {
+  std::vector<std::pair<std::string, std::string>> lines = {
+      {"program", fmt::format("sextant {}, commit {}", version(), git_commit())},
+      {"machine", machine()},
+      {"estimator", fmt::format("{} {}", request.config.estimator,
+                                json_line(request.result.configuration["options"]["estimator"]))}};
+  if (!request.config.noise.none())
+    lines.emplace_back("noise",
+                       fmt::format("{}, level {}, {} seeds", json_line(request.config.noise.options()),
+                                   request.config.level, request.config.n_seeds));
+  for (const SourceRun& source : request.result.sources) {
+    const SequenceInfo& info = source.info;
+    lines.emplace_back("source",
+                       fmt::format("{}: frames {} to {}, {} x {} px, {}", source.source, info.first_frame,
+                                   info.last_frame, info.width, info.height,
+                                   source.inputs.empty() ? "no files: comes with the program"
+                                                         : fmt::format("{} files", source.inputs.size())));
+    for (const std::string& line : info.provenance) lines.emplace_back("", line);
+    for (const std::string& warning : info.warnings) lines.emplace_back("warning", warning);
+  }
+  lines.emplace_back("everything",
+                     "run.json: all options, packages, SHA-256 of every input; records.jsonl: every number");
+  return lines;
+}
+
+void add(ReportSection section, ReportDocument& document) {
+  if (!section.figures.empty() || !section.tables.empty()) document.sections.push_back(std::move(section));
+}
+
+}  // namespace
+
+ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst) {
+  catch_up(request, worst);
+  const RunResult& result = request.result;
+  ReportDocument document;
+  document.title = fmt::format("{} on {}", request.config.estimator,
+                               result.sources.size() == 1 ? result.sources.front().source
+                                                          : fmt::format("{} sources", result.sources.size()));
+  document.abstract = answer(request);
+  ReportSection summary{"summary-section", "Summary"};
+  summary.tables = {
+      {"summary_table", summary_table(result.records, request.preset), {"dataset", "sequence", "estimator"}}};
+  document.sections.push_back(std::move(summary));
+  document.sections.push_back(view_section(request));
+  ReportSection over_time{"timeline-section", "Errors over time"};
+  over_time.figures = timeline_figures(result.records, request.preset);
+  std::ranges::move(speed_figures(result.records, speed_floors(result)),
+                    std::back_inserter(over_time.figures));
+  add(std::move(over_time), document);
+  ReportSection above{"top-view-section", "From above"};
+  for (const SourceRun& source : result.sources) {
+    for (Figure& figure : showcase_figures(source_title(source.info), source.tracks, result.records)) {
+      figure.name = "tracks_" + file_stem(folder_name(source.info));
+      figure.caption = fmt::format(
+          "Camera and objects from above, {}. Estimates begin at the truth; objects: the origin of the true box, moved by the "
+          "estimated motions. Numbers: mean estimated speed.",
+          source_title(source.info));
+      above.figures.push_back(std::move(figure));
+    }
+  }
+  add(std::move(above), document);
+  ReportSection distribution{"distribution-section", "Distribution of the errors"};
+  distribution.figures = distribution_figures(record_sets(result.records));
+  add(std::move(distribution), document);
+  for (size_t i = 0; i < result.sources.size(); ++i)
+    document.sections.push_back(worst_section(request, i, worst));
+  document.provenance = provenance(request);
+  return document;
+}
+
+}  // namespace sextant
