@@ -57,7 +57,8 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
   fs::create_directories(folder_, error);
-  const fs::path file = folder_ / fmt::format("{:06}.bin", files_.empty() ? 1 : std::stoi(files_.back().stem()) + 1);
+  const fs::path file =
+      folder_ / fmt::format("{:06}.bin", files_.empty() ? 1 : std::stoi(files_.back().stem()) + 1);
   const fs::path temporary = folder_ / "next.tmp";
   try {
     SummaryWriter writer(temporary, journal.blocks().size());

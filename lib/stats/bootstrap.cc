@@ -39,7 +39,8 @@ class Draws {
 
   void resample(int r, std::span<size_t> chosen) const {
     if (kept_ != nullptr) {
-      std::ranges::copy(std::span(*kept_).subspan(static_cast<size_t>(r) * n_clusters_, n_clusters_), chosen.begin());
+      std::ranges::copy(std::span(*kept_).subspan(static_cast<size_t>(r) * n_clusters_, n_clusters_),
+                        chosen.begin());
       return;
     }
     PhiloxStream random(seed_, static_cast<uint64_t>(r));
@@ -53,7 +54,8 @@ class Draws {
     drawn.reserve(static_cast<size_t>(replicates) * n_clusters_);
     for (int r = 0; r < replicates; ++r) {
       PhiloxStream random(seed_, static_cast<uint64_t>(r));
-      for (size_t i = 0; i < n_clusters_; ++i) drawn.push_back(static_cast<uint16_t>(random.below(n_clusters_)));
+      for (size_t i = 0; i < n_clusters_; ++i)
+        drawn.push_back(static_cast<uint16_t>(random.below(n_clusters_)));
     }
     return drawn;
   }
