@@ -6,6 +6,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record_stream.h"
+#include "sextant/eval/records/run_json.h"
 #include "sextant/eval/records/version.h"
 #include "sextant/eval/report/record_places.h"
 
@@ -69,6 +70,22 @@ void add(const char* name, const char* heading, Table table, ReportDocument& doc
   document.sections.push_back(std::move(section));
 }
 
+/// " --source SOURCE" where a folder has several and says which of them has this frame.
+std::string source_flag(const fs::path& folder, const Subject& subject, int frame) {
+  if (!fs::exists(folder / "run.json")) return "";
+  const Json sources = read_run_json(folder).value("sources", Json::array());
+  if (!sources.is_array() || sources.size() < 2) return "";
+  const std::string where = (folder / "run.json").string();
+  for (const Json& source : sources) {
+    if (!source.is_object() || json_member<std::string>(source, "dataset", where, "") != subject.dataset ||
+        json_member<std::string>(source, "sequence", where, "") != subject.sequence ||
+        frame <= json_member<int>(source, "first_frame", where, 0) || frame > json_member<int>(source, "last_frame", where, 0))
+      continue;
+    return " --source " + shell_word(json_member<std::string>(source, "source", where));
+  }
+  return "";
+}
+
 /// One row and one line for a shell per error that changed.
 ReportSection frames_section(const Comparison& c, const fs::path& out) {
   ReportSection section{"frames-section", "Where it shows"};
@@ -105,9 +122,9 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
     const auto change = largest_change(in_base[i], in_fresh[i], rows[i]->verdict != GateVerdict::improved);
     if (!change) continue;
     const Subject& s = rows[i]->subject;
-    const std::string command =
-        fmt::format("sextant view {} {} --estimator {} --level {} --seed {}", shell_word(c.base),
-                    shell_word(c.fresh), shell_word(s.estimator), s.level, change->where.first);
+    const std::string command = fmt::format("sextant view {} {}{} --estimator {} --level {} --seed {}", shell_word(c.base),
+                                            shell_word(c.fresh), source_flag(c.base, s, change->where.second),
+                                            shell_word(s.estimator), s.level, change->where.first);
     const auto [page, is_new] = pages.try_emplace(command, fmt::format("view_{}", pages.size() + 1));
     if (is_new) section.commands.push_back(command + " --out " + shell_word((out / page->second).string()));
     table.add_row(

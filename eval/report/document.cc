@@ -62,8 +62,8 @@ Tone tone_of(const std::string& verdict) {
   const auto is_one_of = [&](std::initializer_list<const char*> words) {
     return std::ranges::find(words, verdict) != words.end();
   };
-  if (is_one_of({"reproduced", "within", "passed"})) return Tone::agrees;
-  if (is_one_of({"not reproduced", "outside", "failed"})) return Tone::differs;
+  if (is_one_of({"reproduced", "within", "passed", "ok", "improved"})) return Tone::agrees;
+  if (is_one_of({"not reproduced", "outside", "failed", "regressed", "invalid"})) return Tone::differs;
   return Tone::open;
 }
 

@@ -32,7 +32,8 @@ struct VerdictLine {
 
 /// How a verdict looks. Words decide, so that a table's cell and the summary cannot differ.
 enum class Tone { agrees, differs, open };
-/// "reproduced", "within", "passed": agrees. "not reproduced", "outside", "failed": differs. Any other: open.
+/// "reproduced", "within", "passed", "ok", "improved": agrees. "not reproduced", "outside", "failed", "regressed", "invalid":
+/// differs. Any other: open.
 Tone tone_of(const std::string& verdict);
 /// "12 reproduced, 3 not reproduced, 1 undecided": in order of first appearance.
 std::string count_words(const std::vector<std::string>& words);

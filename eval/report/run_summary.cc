@@ -171,12 +171,14 @@ std::string summary_text(const Table& summary, bool all) {
     Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated", "coverage_percent", "Et_m",
                                          "ER_deg", "Ev_kmh"});
     part.title = i == 0 ? part.title : "";
-    part.caption = i == 0 ? wrapped(part.caption, width) : "";
+    if (i > 0) part.caption.clear();
     if (i + 1 < parts.size()) part.notes.clear();
     if (i + 1 == parts.size())
       part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
     for (std::string& note : part.notes) note = wrapped(note, width);
-    text += to_text(part) + (i + 1 < parts.size() ? "\n" : "");
+    const std::string whole = to_text(part);
+    const size_t rows = whole.find("\n\n");  // what stands above them may be longer than the line
+    text += wrapped(whole.substr(0, rows), width) + whole.substr(rows) + (i + 1 < parts.size() ? "\n" : "");
   }
   return text;
 }

@@ -61,7 +61,8 @@ std::vector<Word> own_words() {
       {"part", word_kind,
        "one sweep, run or evaluation that `sextant reproduce` makes; a folder below `parts`"},
       {"gate", word_kind,
-       "a limit on distance or area, or the test for motion, that leaves an object out on purpose before it is estimated"},
+       "a limit on distance or area, or the test for motion, that leaves an object out on purpose before it is estimated",
+       {"gates"}},
       {"inlier",
        word_kind,
        "a point within `pipeline.start.inlier_threshold_px` of the motion with which the refinement begins",
@@ -149,12 +150,13 @@ std::vector<Word> made() {
   std::vector<Word> words = own_words();
   std::ranges::move(statuses(), std::back_inserter(words));
   for (const MetricDefinition& m : metric_definitions()) {
-    const std::string map(to_string(m.map));
-    words.push_back({fmt::format("{}.{}", map, m.name),
-                     "number",
-                     fmt::format("{} [{}], {}: {}", m.symbol, m.unit,
-                                 m.body == "both" ? "every body" : m.body, without_links(m.definition)),
-                     {m.name, m.symbol, m.stem()}});
+    std::vector<std::string> others = {m.name, m.symbol};
+    const std::string end = m.name.substr(m.stem().size());  // "_m"; of a number without unit a part of its name
+    if (end == "_m" || end == "_deg" || end == "_kmh" || end == "_px") others.push_back(m.stem());
+    words.push_back({fmt::format("{}.{}", to_string(m.map), m.name), "number",
+                     fmt::format("{} [{}], {}: {}", m.symbol, m.unit, m.body == "both" ? "every body" : m.body,
+                                 without_links(m.definition)),
+                     std::move(others)});
   }
   for (const MetricPreset& p : metric_presets())
     words.push_back(

@@ -83,7 +83,7 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
     std::vector<std::string> verdicts;
     for (const ClaimResult& result : results) verdicts.push_back(std::string(to_string(result.verdict)));
     const std::string counts = results.empty()
-                                   ? "no records of it"
+                                   ? "no records of it; measured by: sextant reproduce --data ROOT --out DIR"
                                    : fmt::format("{} ({} results)", count_words(verdicts), results.size());
     VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
                      results.empty() ? "" : link, "Claims"};

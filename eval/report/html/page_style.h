@@ -50,7 +50,7 @@ nav a:hover { text-decoration: underline; }
 .verdicts { list-style: none; margin: 0; padding: 0; }
 .verdicts li { border-top: 1px solid var(--line); }
 .line {
-  display: grid; grid-template-columns: 1rem 10rem minmax(18rem, 3fr) 2fr; gap: .2rem .8rem; align-items: baseline;
+  display: grid; grid-template-columns: 1rem 11rem minmax(18rem, 3fr) 2fr; gap: .2rem .8rem; align-items: baseline;
   padding: .4rem 0;
 }
 .line::before { content: ""; }
