@@ -106,6 +106,7 @@ struct RunOutput {
   std::string preset = "paper";
   std::string out;
   bool force = false, quiet = false, json = false;
+  bool brief = false;  ///< six columns of the summary
 };
 void add_run_output_flags(CLI::App& command, RunOutput& output);
 /// Runs, writes the folder `out`, prints the summary.

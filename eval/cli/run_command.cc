@@ -72,6 +72,7 @@ void add_run_output_flags(CLI::App& command, RunOutput& output) {
   command.add_option("--out", output.out, "Folder for the results; made if it does not exist")
       ->required()
       ->type_name("DIR");
+  command.add_flag("--brief", output.brief, "Print six columns of the summary, of bodies with truth; files hold all");
   command.add_flag("--force", output.force, "Replace the results of another run in --out");
 }
 
@@ -106,8 +107,8 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
     }
   }
   if (!output.quiet) {
-    fmt::print("{}\n", to_text(summary));
-    fmt::print("{}", consistency_text(result.records));
+    fmt::print("{}\n", to_text(output.brief ? brief_summary(summary) : summary));
+    if (!output.brief) fmt::print("{}", consistency_text(result.records));
   }
   fmt::print("Results: {}\n", output.out);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include <Eigen/Core>
@@ -158,6 +159,22 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
   }
   std::ranges::move(floor_notes(records), std::back_inserter(table.notes));
   return table;
+}
+
+Table brief_summary(Table summary) {
+  static const std::set<std::string> shown = {"body", "n_truth", "coverage_percent", "Et_m", "ER_deg", "Ev_kmh"};
+  size_t coverage = 0;
+  for (size_t i = 0; i < summary.columns.size(); ++i) {
+    Column& column = summary.columns[i];
+    column.detail = column.detail || !(shown.contains(column.key) || column.fold);
+    if (column.key == "coverage_percent") coverage = i;
+  }
+  std::erase_if(summary.rows, [&](const std::vector<Cell>& row) {
+    return std::holds_alternative<std::monostate>(row[coverage]);
+  });
+  summary.caption.clear();
+  summary.notes = {"truth: pairs with truth in both frames; coverage: the share of them that was estimated; errors are means over these."};
+  return summary;
 }
 
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset) {

@@ -54,6 +54,9 @@ ClassificationCounts count_classification(const std::vector<Record>& records);
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
 
+/// What of it answers the first question: bodies that have truth, with truth, coverage, E_t, E_R and E_v.
+Table brief_summary(Table summary);
+
 /// {"schema","preset","aggregate","rows":[...],"classification":{...}}
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
