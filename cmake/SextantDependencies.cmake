@@ -1,4 +1,4 @@
-# Everything comes from Debian 12 packages; scripts/setup installs them.
+# Everything comes from packages of Debian or Ubuntu; scripts/setup installs them.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
@@ -13,7 +13,11 @@ endif()
 find_package(OpenCV 4 REQUIRED COMPONENTS ${SEXTANT_OPENCV_COMPONENTS} ${references})
 find_package(JPEG REQUIRED)
 find_package(Ceres REQUIRED)
-find_package(embree 3 REQUIRED)
+# Embree 3 or 4: Debian 12 and Ubuntu 22.04 have 3, Ubuntu 24.04 and Debian 13 have 4.
+find_package(embree REQUIRED)
+if(NOT embree_VERSION VERSION_GREATER_EQUAL 3 OR NOT embree_VERSION VERSION_LESS 5)
+  message(FATAL_ERROR "Embree ${embree_VERSION} in ${embree_DIR}: expected version 3 or 4 (Debian package libembree-dev)")
+endif()
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(CLI11 REQUIRED)
 find_path(LIBDEFLATE_INCLUDE_DIR libdeflate.h REQUIRED)

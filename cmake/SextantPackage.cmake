@@ -36,7 +36,7 @@ set(found ${Eigen3_DIR} ${fmt_DIR} ${nlohmann_json_DIR} ${CLI11_DIR} ${Ceres_DIR
   ${ZSTD_INCLUDE_DIR}/zstd.h ${BZIP2_INCLUDE_DIR}/bzlib.h ${OpenCV_DIR})
 string(REPLACE " " ";" opencv_components "${SEXTANT_OPENCV_COMPONENTS}")
 foreach(component ${opencv_components})
-  list(APPEND found ${OpenCV_${component}_HEADER})
+  list(APPEND found ${OpenCV_INCLUDE_DIR}/opencv2/${component}.hpp)
 endforeach()
 list(FILTER found EXCLUDE REGEX "NOTFOUND$")
 find_program(DPKG_QUERY dpkg-query)

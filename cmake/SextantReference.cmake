@@ -7,3 +7,22 @@ if(NOT DOXYGEN_PROGRAM AND NOT MKDOCS_PROGRAM)
   return()
 endif()
 add_custom_target(docs)
+set(docs_dir ${PROJECT_BINARY_DIR}/docs)
+file(MAKE_DIRECTORY ${docs_dir})
+if(DOXYGEN_PROGRAM)
+  file(READ ${PROJECT_SOURCE_DIR}/docs/reference.doxyfile text)
+  file(WRITE ${docs_dir}/doxyfile "${text}
+INPUT = ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/datasets ${PROJECT_SOURCE_DIR}/eval
+STRIP_FROM_PATH = ${PROJECT_SOURCE_DIR}
+OUTPUT_DIRECTORY = ${docs_dir}/reference
+")
+  file(MAKE_DIRECTORY ${docs_dir}/reference)
+  add_custom_command(TARGET docs COMMAND ${DOXYGEN_PROGRAM} ${docs_dir}/doxyfile
+    COMMENT "API reference: ${docs_dir}/reference/index.html" VERBATIM)
+endif()
+if(MKDOCS_PROGRAM)
+  file(READ ${PROJECT_SOURCE_DIR}/docs/site.yml text)
+  file(WRITE ${docs_dir}/site.yml "${text}docs_dir: ${PROJECT_SOURCE_DIR}/docs\nsite_dir: ${docs_dir}/site\n")
+  add_custom_command(TARGET docs COMMAND ${MKDOCS_PROGRAM} build --quiet --clean --config-file ${docs_dir}/site.yml
+    COMMENT "Site: ${docs_dir}/site/index.html" VERBATIM)
+endif()

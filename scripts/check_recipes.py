@@ -7,10 +7,10 @@ has the parts that it must have, and every flag of `sextant` in them is one that
 Exit codes: 0 good, 1 not (each problem a line), 77 no PyYAML (python3-yaml).
 """
 
+import functools
 import json
 import pathlib
 import re
-import shlex
 import subprocess
 import sys
 
@@ -82,19 +82,26 @@ def json_problem(text):
 PROBLEM = {"yaml": yaml_problem, "bash": bash_problem, "json": json_problem}
 
 
+@functools.cache
+def help_of(sextant, *command):
+    """None where there is no such command."""
+    shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
+    return None if shown.returncode else shown.stdout
+
+
 def flag_problems(sextant, text):
     """Flags that `sextant COMMAND --help` does not know."""
     for line in text.splitlines():
-        call = re.search(r"\bsextant ((?:baseline )?[a-z]+) (.*)", line)
+        call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) )?[a-z]+) (.*)", line)
         if not call or "..." in line:
             continue
-        command, rest = call[1].split(), call[2].split("#")[0]
-        shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
-        if shown.returncode:
+        command, rest = call[1].split(), re.sub(r"'[^']*'|\"[^\"]*\"", "", call[2])
+        help_text = help_of(sextant, *command)
+        if help_text is None:
             yield f"no such command: sextant {call[1]}"
             continue
-        for flag in (word for word in shlex.split(rest.rstrip(" \\;|")) if word.startswith("--")):
-            if not re.search(re.escape(flag) + r"\b", shown.stdout):
+        for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", re.split(r"[|;&#]", rest)[0]):
+            if not re.search(re.escape(flag) + r"\b", help_text):
                 yield f"sextant {call[1]} has no {flag}"
 
 

@@ -1,6 +1,10 @@
 #include "sextant/datasets/synthetic/sun.h"
 
+#if SEXTANT_EMBREE == 3
 #include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <limits>
@@ -12,6 +16,21 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+
+/// Which of the rays are blocked, as tfar < 0. They are nearly parallel and begin side by side.
+void find_occluded(const int* valid, RTCScene scene, RTCRay8& rays) {
+#if SEXTANT_EMBREE == 3
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded8(valid, scene, &context, &rays);
+#else
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcOccluded8(valid, scene, &rays, &arguments);
+#endif
+}
 
 RTCScene build_scene(RTCDevice device, const Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -93,9 +112,6 @@ SunRays::~SunRays() = default;
 
 void SunRays::cast(std::span<const Vector3f> points, std::span<uint8_t> shadowed) const {
   constexpr size_t rays = 8;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (size_t from = 0; from < points.size(); from += rays) {
     const size_t n = std::min(rays, points.size() - from);
     alignas(32) std::array<int, rays> valid{};
@@ -112,7 +128,7 @@ void SunRays::cast(std::span<const Vector3f> points, std::span<uint8_t> shadowed
       packet.tfar[i] = std::numeric_limits<float>::infinity();
       packet.mask[i] = 0xffffffffU;
     }
-    rtcOccluded8(valid.data(), handle_->scene, &context, &packet);
+    find_occluded(valid.data(), handle_->scene, packet);
     for (size_t i = 0; i < n; ++i) shadowed[from + i] = packet.tfar[i] < 0 ? 1 : 0;
   }
 }
