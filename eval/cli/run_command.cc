@@ -131,11 +131,12 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
     fmt::print("{}\n", summary_text(summary, output.columns == "all"));
     fmt::print("{}", consistency_text(result.records));
   }
+  if (!output.quiet && files.contains("report.html")) {
+    const std::filesystem::path folder = output.out;
+    fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
+               shell_word(output.out), shell_word((folder / "view").string()));
+  }
   fmt::print("Results: {}\n", output.out);
-  if (!files.contains("report.html")) return;
-  const std::filesystem::path folder = output.out;
-  fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
-             shell_word(output.out), shell_word((folder / "view").string()));
 }
 
 void add_run_command(CLI::App& app) {
