@@ -136,11 +136,12 @@ void run_and_write(const RunConfig& config, const RunOutput& output) {
     fmt::print("{}\n", summary_text(summary_table(result.records, preset), output.columns == "all"));
     fmt::print("{}", consistency_text(result.records));
   }
-  fmt::print("Results: {}\n", output.out);
   const std::filesystem::path folder = output.out;
-  if (!std::filesystem::exists(folder / "report.html")) return;
-  fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
-             shell_word(output.out), shell_word((folder / "view").string()));
+  if (!output.quiet && std::filesystem::exists(folder / "report.html")) {
+    fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
+               shell_word(output.out), shell_word((folder / "view").string()));
+  }
+  fmt::print("Results: {}\n", output.out);
 }
 
 void add_run_command(CLI::App& app) {
