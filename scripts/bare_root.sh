@@ -59,8 +59,10 @@ install_in_root() {  # DIR PACKAGE...
 
 remove_root() {
   local root_dir=$1
-  umount "$root_dir/var/cache/apt/archives" 2>/dev/null || true
-  umount "$root_dir/proc" 2>/dev/null || true
+  local place
+  for place in var/cache/apt/archives proc; do  # lazily where a process that was stopped still ends
+    umount "$root_dir/$place" 2>/dev/null || umount -l "$root_dir/$place" 2>/dev/null || true
+  done
   if mountpoint -q "$root_dir/proc" || mountpoint -q "$root_dir/var/cache/apt/archives"; then
     die "$root_dir: still in use, not removed"
   fi
