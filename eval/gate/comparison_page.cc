@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <unordered_map>
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record_stream.h"
@@ -25,16 +26,15 @@ struct Place {
 /// The errors of these rows, by row and case.
 std::vector<std::map<Case, Place>> places_of(const std::vector<const AccuracyRow*>& rows,
                                              const fs::path& file) {
-  std::map<std::string, std::vector<size_t>> by_subject;
+  std::unordered_map<Subject, std::vector<size_t>, Subject::Hash> by_subject;
   for (size_t i = 0; i < rows.size(); ++i)
-    by_subject[to_string(rows[i]->subject) + rows[i]->subject.noise].push_back(i);
+    by_subject[rows[i]->subject].push_back(i);
   std::vector<std::map<Case, Place>> places(rows.size());
   size_t line = 0;
   for_each_record(file, [&](Record& record) {
     ++line;
     if (record.status != Status::ok) return;
-    const Subject subject = subject_of(record);
-    const auto found = by_subject.find(to_string(subject) + subject.noise);
+    const auto found = by_subject.find(Subject::of(record));
     if (found == by_subject.end()) return;
     for (const size_t i : found->second) {
       if (record.errors.contains(rows[i]->metric))
@@ -124,14 +124,14 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
     const Subject& s = rows[i]->subject;
     const std::string command = fmt::format("sextant view {} {}{} --estimator {} --level {} --seed {}", shell_word(c.base),
                                             shell_word(c.fresh), source_flag(c.base, s, change->where.second),
-                                            shell_word(s.estimator), s.level, change->where.first);
+                                            shell_word(s.estimator.str()), s.level, change->where.first);
     const auto [page, is_new] = pages.try_emplace(command, fmt::format("view_{}", pages.size() + 1));
     if (is_new) section.commands.push_back(command + " --out " + shell_word((out / page->second).string()));
     table.add_row(
-        {s.dataset, s.sequence, s.estimator, s.level, s.body, rows[i]->metric, change->where.first,
+        {s.dataset.str(), s.sequence.str(), s.estimator.str(), s.level, s.body.str(), rows[i]->metric, change->where.first,
          change->where.second, change->base.value, change->fresh.value, change->base.line, change->fresh.line,
          std::string(to_string(rows[i]->verdict)), address_from(out, base), address_from(out, fresh),
-         fmt::format("{}/index.html#frame={}&body={}", page->second, change->where.second, s.body)});
+         fmt::format("{}/index.html#frame={}&body={}", page->second, change->where.second, s.body.str())});
   }
   section.paragraphs.push_back(
       "The case in which each error changed most. Its frame leads to a page with both runs, once the line for it below has been "
