@@ -165,14 +165,24 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
 std::string summary_text(const Table& summary, bool all) {
   constexpr size_t width = 100;
   if (all) return to_text(summary);
+  Table shown = summary;
+  shown.caption.clear();
+  const auto coverage = std::ranges::find(shown.columns, "coverage_percent", &Column::key) - shown.columns.begin();
+  const auto lacks_coverage = [&](const std::vector<Cell>& row) {
+    return std::holds_alternative<std::monostate>(row[static_cast<size_t>(coverage)]);
+  };
+  const auto n_left_out = static_cast<size_t>(std::ranges::count_if(shown.rows, lacks_coverage));
+  if (n_left_out > 0 && n_left_out < shown.rows.size()) {
+    std::erase_if(shown.rows, lacks_coverage);
+    shown.notes.push_back(fmt::format("{} more bodies stand still or have no truth.", n_left_out));
+  }
   std::string text;
-  std::vector<Table> parts = split_rows(summary, {"dataset", "sequence", "estimator"});
-  if (parts.empty()) parts.push_back(summary);
+  std::vector<Table> parts = split_rows(shown, {"dataset", "sequence", "estimator"});
+  if (parts.empty()) parts.push_back(shown);
   for (size_t i = 0; i < parts.size(); ++i) {
     Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated", "coverage_percent", "Et_m",
                                          "ER_deg", "Ev_kmh"});
     part.title = i == 0 ? part.title : "";
-    if (i > 0) part.caption.clear();
     if (i + 1 < parts.size()) part.notes.clear();
     if (i + 1 == parts.size())
       part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` says what a word means.");

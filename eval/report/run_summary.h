@@ -55,7 +55,7 @@ ClassificationCounts count_classification(const std::vector<Record>& records);
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
 
 /// summary_table() for a terminal of 100 columns: per dataset, sequence and estimator what matters first, body,
-/// estimated, coverage, E_t, E_R and E_v; all columns with `all`, however wide.
+/// estimated, coverage, E_t, E_R and E_v, of the bodies with coverage where there are any; everything with `all`, however wide.
 std::string summary_text(const Table& summary, bool all);
 
 /// {"schema","preset","aggregate","rows":[...],"classification":{...}}
