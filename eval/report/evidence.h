@@ -17,6 +17,7 @@ enum class PartRole {
   sets_paper,   ///< the same by the paper's procedures (eval/procedures)
   attribution,  ///< the same, one decision at a time from the published code's procedure to ours
   noise,
+  noise_correlated,  ///< independent and correlated noise of the same size
   classification,
   real,
   recorded,

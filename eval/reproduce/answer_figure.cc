@@ -171,7 +171,7 @@ std::optional<Figure> answer_figure(const std::string& name, const Table& table)
   const double per_line_cm = has_code ? 0.52 : 0.4;
   const PanelLayout layout{.width_cm = 13.0,
                            .panel_height_cm = 1.5 + per_line_cm * static_cast<double>(lines.size() + 1),
-                           .left_cm = std::min(6.5, 0.5 + 0.135 * static_cast<double>(longest)),
+                           .left_cm = std::min(8.0, 0.5 + 0.135 * static_cast<double>(longest)),
                            .right_cm = 2.5,
                            .bottom_cm = 1.0,
                            .top_cm = 0.2};

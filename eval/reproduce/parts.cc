@@ -81,6 +81,7 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       sweep_part("attribution", PartRole::attribution, "attribution"),
       sweep_part("depth", PartRole::noise, "depth_s18"),
       sweep_part("flow", PartRole::noise, "flow_s18"),
+      sweep_part("correlated", PartRole::noise_correlated, "correlated"),
       sweep_part("classification", PartRole::classification, "classification"),
       {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
        plan_text("timing")},

@@ -78,7 +78,9 @@ std::vector<std::span<const NoiseLevelRef>> chosen(std::vector<std::span<const N
 
 std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const EvidencePart* part : evidence.with(PartRole::noise)) {
+  std::vector<const EvidencePart*> parts = evidence.with(PartRole::noise_correlated);
+  std::ranges::move(evidence.with(PartRole::noise), std::back_inserter(parts));
+  for (const EvidencePart* part : parts) {
     std::map<Group, std::vector<std::span<const NoiseLevelRef>>> groups;
     for (const auto& curve : curves_of(part->sweep.levels)) {
       const NoiseLevelKey& key = curve.front()->key();
