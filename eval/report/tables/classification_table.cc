@@ -107,7 +107,7 @@ Table classification_table(const Evidence& evidence) {
   Table table = published_table(
       "Table I: dynamic or static",
       "Counts per run over detections that pass the gates on distance and area; positive = dynamic. Truth: "
-      "the data set's flag of moving objects (0018: speed above 1 m/s). The paper counts detections of Mask "
+      "the data set's flag of moving objects (a step of 1 cm or more). The paper counts detections of Mask "
       "R-CNN, so its totals differ; its true positives are its dynamic less its false negatives. Noise: flow "
       "of Table II on exact depth, and with depth noise too. Estimators decide by threshold, the paper's test, where "
       "their name does not say likelihood.",
