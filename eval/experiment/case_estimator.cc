@@ -75,8 +75,13 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
     fail("unknown estimator '{}': expected a name, or {}", name, examples);
   }
   const std::vector<EstimatorEntry> known = all_estimators();
-  return std::make_shared<PipelineEstimator>(
+  return pipeline_case_estimator(
       name, find_entry(std::span<const EstimatorEntry>(known), name, "estimator").make(options));
+}
+
+std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
+                                                             std::shared_ptr<const Estimator> estimator) {
+  return std::make_shared<PipelineEstimator>(std::move(name), std::move(estimator));
 }
 
 std::vector<EstimatorEntry> all_estimators() {

@@ -69,6 +69,10 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
                                                          const Json& options = Json::object(),
                                                          const std::filesystem::path& beside = {});
 
+/// `estimator`, of single bodies, inside the pipeline.
+std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
+                                                             std::shared_ptr<const Estimator> estimator);
+
 /// estimators(), then those added.
 std::vector<EstimatorEntry> all_estimators();
 

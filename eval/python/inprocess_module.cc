@@ -113,33 +113,6 @@ class PythonEstimator final : public Estimator {
   PythonFunction function_;
 };
 
-class PythonSolver final : public PairSolver {
- public:
-  PythonSolver(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
-      : pipeline_(options, std::move(estimator)) {}
-  FrameResult process(const FramePair& pair) override { return pipeline_.process(pair); }
-
- private:
-  FrameEstimator pipeline_;
-};
-
-class PythonCaseEstimator final : public CaseEstimator {
- public:
-  PythonCaseEstimator(const std::string& name, PythonFunction function)
-      : name_(name), estimator_(std::make_shared<PythonEstimator>(name, std::move(function))) {}
-  std::vector<NamedSolver> begin(const CaseContext& context) const override {
-    std::vector<NamedSolver> alone;
-    alone.push_back({"", std::make_unique<PythonSolver>(context.pipeline, estimator_)});
-    return alone;
-  }
-  Json options() const override { return estimator_->options(); }
-  std::string label() const override { return name_; }
-
- private:
-  std::string name_;
-  std::shared_ptr<const Estimator> estimator_;
-};
-
 /// By name; never destroyed, as the interpreter may be gone before.
 std::map<std::string, PythonFunction>& functions() {
   static auto* const all = new std::map<std::string, PythonFunction>;
@@ -151,7 +124,7 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   if (found == functions().end()) fail("estimator 'python:{}': no function of that name was given", name);
   PythonFunction function = found->second;
   if (!options.empty()) fail("estimator 'python:{}': takes no options: bind them to the function", name);
-  return std::make_shared<PythonCaseEstimator>(name, std::move(function));
+  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)));
 }
 
 /// What `sextant run` takes from its flags.
