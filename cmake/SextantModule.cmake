@@ -1,15 +1,15 @@
-# sextant_module(NAME [PAGES] [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
+# sextant_module(NAME [HOT] [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
 #
 # Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the
 # current folder, and the test program NAME_test from its *_test.cc files. ctest
 # names are NAME/Suite.Case. Headers are included as "sextant/<folder>/file.h",
-# where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h". PAGES: arguments
-# and pages, which have little to gain from optimising.
+# where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h". HOT: a module whose loops
+# over points, pixels or records take the time of a run (sextant_optimise).
 function(sextant_module NAME)
-  cmake_parse_arguments(ARG "PAGES" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
-  set(kind library)
-  if(ARG_PAGES)
-    set(kind pages)
+  cmake_parse_arguments(ARG "HOT" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
+  set(kind plain)
+  if(ARG_HOT)
+    set(kind hot)
   endif()
   file(GLOB headers CONFIGURE_DEPENDS *.h)
   file(GLOB sources CONFIGURE_DEPENDS *.cc)

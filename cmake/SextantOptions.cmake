@@ -31,6 +31,9 @@ target_compile_features(sextant_flags INTERFACE cxx_std_20)
 # would give different last digits for the same seed.
 # -Wno-restrict: g++ 12 gives false alarms on string + string (GCC bug 105651).
 target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>)
+# Memory is cheaper than the time (a tenth) in which the compiler looks for what it can free.
+target_compile_options(sextant_flags INTERFACE
+  $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=1000$<SEMICOLON>--param=ggc-min-heapsize=2000000>>)
 if(SEXTANT_WERROR)
   target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
 endif()

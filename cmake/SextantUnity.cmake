@@ -1,8 +1,7 @@
 # sextant_unite(OUT NAME SOURCE...)
 #
-# OUT: the sources to compile instead of SOURCEs: a few of them as one file each, which saves most of the time that
-# goes into what they include. cmake/unity_groups.py says which may share one. Sources with options of their
-# own (set_source_files_properties before sextant_module) stay alone. After a name has been added that another file of its
+# OUT: the sources to compile instead of SOURCEs: several of them as one file each, which saves most of the time that
+# goes into what they include. cmake/unity_groups.py says which may share one. After a name has been added that another file of its
 # group has too, configure again. Off in the preset `debug`, which finds a missing #include.
 option(SEXTANT_UNITY "Compile several sources as one" ON)
 if(SEXTANT_UNITY)
@@ -13,20 +12,8 @@ function(sextant_unite OUT NAME)
   set(united "")
   set(alone "")
   if(SEXTANT_UNITY)
-    set(together "")
-    foreach(source ${ARGN})
-      get_source_file_property(options ${source} COMPILE_OPTIONS)
-      if(options)
-        list(APPEND alone ${source})
-      else()
-        list(APPEND together ${source})
-      endif()
-    endforeach()
-    set(groups "")
-    if(together)
-      execute_process(COMMAND ${Python3_EXECUTABLE} -B ${PROJECT_SOURCE_DIR}/cmake/unity_groups.py ${together}
-        OUTPUT_VARIABLE groups OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-    endif()
+    execute_process(COMMAND ${Python3_EXECUTABLE} -B ${PROJECT_SOURCE_DIR}/cmake/unity_groups.py ${ARGN}
+      OUTPUT_VARIABLE groups OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
     string(REPLACE "\n" ";" groups "${groups}")
     foreach(group ${groups})
       string(REPLACE " " ";" group "${group}")

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Which sources can be compiled as one: prints a line a group, names parted by blanks.
 
-usage: unity_groups.py [--most N] SOURCE...
+usage: unity_groups.py [--most LINES] SOURCE...
 
-Much of the time to compile a file goes into what it includes, so a few files at once cost little more than one. Files
-go together when no name that one declares for itself (anonymous namespaces, static functions, macros) is declared or called by
+Much of the time to compile a file goes into what it includes and into templates that its neighbours use too. Files
+go together, up to LINES of them (a compiler's memory, and cores that wait for the last one), when no name that one declares for itself (anonymous namespaces, static functions, macros) is declared or called by
 another. The groups depend on the texts of the sources and their order alone.
 """
 
@@ -20,6 +20,9 @@ CALL = re.compile(r"(?<![.\w>:])(\w+)\s*(?:<[^;(){}]*>)?\s*\(")
 
 
 ALIAS = re.compile(r"\b(?:namespace|using)\s+(\w+)\s*=([^;]*);|\busing\s+[\w:]+::\w+;|\busing\s+namespace[^;]*;")
+
+
+BASES = re.compile(r"\b((?:struct|class)\s+\w+(?:\s+final)?)\s*:[^{;]*(?=\{)")
 
 
 def anonymous_parts(text):
@@ -52,7 +55,7 @@ def top_level(text):
 def declared(text):
     names = set()
     for part in anonymous_parts(text):
-        flat = ALIAS.sub("", top_level(part))
+        flat = BASES.sub(r"\1", ALIAS.sub("", top_level(part)))
         names.update(re.findall(r"\b(?:struct|class|enum(?:\s+class)?|union)\s+(?:\w+\s+)*?(\w+)\s*(?:final\s*)?[:{;]", flat))
         names.update(re.findall(r"\b(\w+)\s*\(\)", flat))           # functions, their arguments cut out
         names.update(re.findall(r"\b(\w+)\s*(?:\[[^\]]*\]\s*)*(?:=|\{\})", flat))  # constants
@@ -63,7 +66,7 @@ def declared(text):
     names.update(re.findall(r"^static [\w:<>,&* ]*?\b(\w+)\s*\(", text, re.MULTILINE))
     names.update(re.findall(r"^\s*#\s*define\s+(\w+)", text, re.MULTILINE))
     names.update(f"{a}.{b}" for a, b in re.findall(r"\bTEST(?:_F|_P)?\(\s*(\w+)\s*,\s*(\w+)", text))
-    return names - NOT_NAMES
+    return {name for name in names - NOT_NAMES if not name[:1].isdigit()}
 
 
 class Source:
@@ -74,6 +77,7 @@ class Source:
         self.declared = declared(text)
         self.aliases = {m[1]: m[2].split() for m in ALIAS.finditer(text) if m[1]}
         self.called = set(CALL.findall(text)) - NOT_NAMES
+        self.lines = raw.count("\n")
         self.alone = bool(re.search(r"^\s*#\s*pragma GCC|\bsetjmp\b|^int main\(|^\s*#\s*undef|^using namespace", raw, re.MULTILINE))
 
     def fits(self, other):
@@ -88,13 +92,13 @@ class Source:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--most", type=int, default=5)
+    parser.add_argument("--most", type=int, default=2500)
     parser.add_argument("sources", nargs="+")
     arguments = parser.parse_args()
     groups = []
     for source in map(Source, arguments.sources):
         for group in groups:
-            if len(group) < arguments.most and all(source.fits(other) for other in group):
+            if sum(other.lines for other in group) + source.lines <= arguments.most and all(source.fits(other) for other in group):
                 group.append(source)
                 break
         else:
