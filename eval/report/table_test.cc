@@ -109,8 +109,9 @@ TEST(Table, SignificantDigitsInsteadOfDecimals) {
   EXPECT_EQ(shown(Cell(-51.227), column), "-51.2");
   EXPECT_EQ(shown(Cell(195.31), column), "195");
   EXPECT_EQ(shown(Cell(2431.0), column), "2431");
-  EXPECT_EQ(shown(Cell(3.14159e-8), column), "3.14e-08");
-  EXPECT_EQ(shown(Cell(-4.4e-14), column), "0");  // rounding
+  EXPECT_EQ(shown(Cell(3.14159e-5), column), "0.0000314");
+  EXPECT_EQ(shown(Cell(-1e-6), column), "0");  // rounding
+  EXPECT_EQ(shown(Cell(-4.4e-14), column), "0");
   EXPECT_EQ(shown(Cell(0.0), column), "0");
 }
 

@@ -153,6 +153,7 @@ function drawLabels(context, state, imageFrame) {
   const height = Math.max(11, Math.min(22, picture.canvas.width / 75));
   context.font = `${Math.round(height)}px system-ui, "DejaVu Sans", sans-serif`;
   context.textBaseline = "middle";
+  const placed = [];
   for (const [id, contours] of Object.entries(D.outlines[imageFrame] ?? {})) {
     const body = `object:${id}`;
     const record = recordOf(0, state.frame, body);
@@ -164,7 +165,10 @@ function drawLabels(context, state, imageFrame) {
     const text = id + (record.status === "ok" || record.status === "no_truth" ? speedText(state, body) : ` ${record.status}`);
     const width = context.measureText(text).width + height * 0.8;
     const left = Math.max(0, Math.min(picture.canvas.width - width, screenX(x)));
-    const top = Math.max(0, screenY(y) - height * 1.6);
+    let top = Math.max(0, screenY(y) - height * 1.6);
+    const isTaken = label => left < label.left + label.width && label.left < left + width && Math.abs(label.top - top) < height * 1.4;
+    while (top >= height * 1.5 && placed.some(isTaken)) top -= height * 1.5;  // above the others
+    placed.push({left, top, width});
     context.fillStyle = "rgba(20, 20, 20, .8)";
     context.fillRect(left, top, width, height * 1.4);
     context.strokeStyle = colourOf(body);
