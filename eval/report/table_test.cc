@@ -61,6 +61,8 @@ TEST(Table, TextsOfStrangersAreOneLineWithoutControlCharacters) {
   EXPECT_NE(to_markdown(table).find("| a b [2J\uFFFD&lt;i>&amp;amp; |"), std::string::npos);
   EXPECT_EQ(markdown_text("p < 0.05 & q <3, A&B &#1; <!-- -->"),
             "p < 0.05 & q <3, A&amp;B &amp;#1; &lt;!-- -->");
+  EXPECT_EQ(markdown_text("![x](http://x) $\\input$ [1, 2] (3) [own](#place)"),
+            "![x&#93;(http://x) &#36;\\input&#36; [1, 2] (3) [own](#place)");
 }
 
 TEST(Table, CsvKeepsEveryDigitAndQuotes) {
