@@ -7,6 +7,7 @@
 //   flow x, y  standard deviation [px], per body;   flow EPE: mean length of the error vector [px], per body
 //   neighbours correlation between horizontally neighbouring pixels
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ namespace sextant {
 
 struct AchievedNoiseRow {
   std::string parameter, source, body, channel;
+  std::filesystem::path file{};  ///< the run.json that says so
   double level = 0;
   double requested_px = 0;
   double achieved_px = 0;

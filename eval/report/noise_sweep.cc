@@ -139,7 +139,10 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     } else {
       for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { content.levels.add(summary); });
     }
-    for (AchievedNoise& achieved : achieved_noise(run)) content.achieved.push_back(std::move(achieved));
+    for (AchievedNoise& achieved : achieved_noise(run)) {
+      achieved.file = folder / "run.json";
+      content.achieved.push_back(std::move(achieved));
+    }
   }
   std::vector<NoiseSweep> sweeps;
   for (auto& [parameter, content] : by_parameter)

@@ -18,6 +18,7 @@ struct AchievedNoise {
   std::string source;
   double level = 0;
   Json noise;  ///< NoiseVerification::json()
+  std::filesystem::path file{};  ///< the run.json
 };
 
 struct NoiseSweep {

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/report/noise_level.h"
+#include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 
@@ -20,12 +21,24 @@ struct RowRecords {
   int worst_frame = 0;
   double worst_Et_m = 0;
 
+  /// Those of another row too; the file is that of the worst.
+  void add(const RowRecords& more);
   /// "80; largest E_t: seed 3, frame 130, line 512".
   std::string text() const;
 };
 
+using RecordPlaces = std::map<NoiseLevelKey, RowRecords>;
 /// Of the records with truth in FOLDER/records.jsonl, folder by folder; those that kept summaries have none.
-std::map<NoiseLevelKey, RowRecords> record_places(const std::vector<std::filesystem::path>& folders);
+RecordPlaces record_places(const std::vector<std::filesystem::path>& folders);
+
+/// A column "records" that leads from a page in `page_folder` to the records behind each row: those of the sweeps that agree
+/// with it in what it has of parameter, dataset, sequence, body, estimator (or first and second), level and noise. A table
+/// without datasets, or without places, stays as it is.
+void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
+                      const std::filesystem::path& page_folder, Table& table);
+
+/// Each row's cell in the column of that key leads to its address, in the order of the rows.
+void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table);
 
 /// The address of a file on a page in `page_folder`: relative, so that both can be moved together.
 std::string address_from(const std::filesystem::path& page_folder, const std::filesystem::path& file);

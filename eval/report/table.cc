@@ -66,6 +66,9 @@ std::string markdown_text(const std::string& text) {
       out += "&lt;";
     } else if (line[i] == '&' && (letter_at(i + 1) || (is_next && line[i + 1] == '#'))) {
       out += "&amp;";
+    } else if (line[i] == '$' || (line.compare(i, 2, "](") == 0 && line.compare(i, 3, "](#") != 0)) {
+      // No formula, and neither a link nor a picture from elsewhere: places on the page itself are ours.
+      out += line[i] == '$' ? "&#36;" : "&#93;";
     } else {
       out += line[i];
     }

@@ -30,7 +30,7 @@ struct Column {
   /// Not empty: for people, this and the next column are one, "[low, high]", under this title.
   std::string range{};
   bool says_itself = false;  ///< `fold` says its text without the title
-  /// More than 0: for people, so many significant digits instead of `decimals`; less than 1e-9 is rounding, and 0.
+  /// More than 0: for people, so many significant digits instead of `decimals`; less than 1e-5 is rounding, and 0.
   int significant = 0;
   /// Not empty: on pages the cell leads to the address that the row has in the column of this key.
   std::string leads_to{};

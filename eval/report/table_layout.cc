@@ -37,10 +37,9 @@ void join_range(Table& table, size_t j) {
 
 /// 0.000178, 0.0886, -51.2, 195, 2430: no exponent where a person would write none.
 std::string rounded_to_digits(double number, int digits) {
-  constexpr double rounding = 1e-9;  // differences of equal numbers
+  constexpr double rounding = 1e-5;  // differences of equal numbers, in any unit that claims have
   const double size = std::abs(number);
   if (size < rounding) return "0";
-  if (size < 1e-5) return fmt::format("{:.{}g}", number, digits);
   const int before = static_cast<int>(std::floor(std::log10(size))) + 1;
   return fmt::format("{:.{}f}", number, std::max(0, digits - before));
 }

@@ -61,6 +61,8 @@ TEST(Table, TextsOfStrangersAreOneLineWithoutControlCharacters) {
   EXPECT_NE(to_markdown(table).find("| a b [2J\uFFFD&lt;i>&amp;amp; |"), std::string::npos);
   EXPECT_EQ(markdown_text("p < 0.05 & q <3, A&B &#1; <!-- -->"),
             "p < 0.05 & q <3, A&amp;B &amp;#1; &lt;!-- -->");
+  EXPECT_EQ(markdown_text("![x](http://x) $\\input$ [1, 2] (3) [own](#place)"),
+            "![x&#93;(http://x) &#36;\\input&#36; [1, 2] (3) [own](#place)");
 }
 
 TEST(Table, CsvKeepsEveryDigitAndQuotes) {
@@ -109,8 +111,9 @@ TEST(Table, SignificantDigitsInsteadOfDecimals) {
   EXPECT_EQ(shown(Cell(-51.227), column), "-51.2");
   EXPECT_EQ(shown(Cell(195.31), column), "195");
   EXPECT_EQ(shown(Cell(2431.0), column), "2431");
-  EXPECT_EQ(shown(Cell(3.14159e-8), column), "3.14e-08");
-  EXPECT_EQ(shown(Cell(-4.4e-14), column), "0");  // rounding
+  EXPECT_EQ(shown(Cell(3.14159e-5), column), "0.0000314");
+  EXPECT_EQ(shown(Cell(-1e-6), column), "0");  // rounding
+  EXPECT_EQ(shown(Cell(-4.4e-14), column), "0");
   EXPECT_EQ(shown(Cell(0.0), column), "0");
 }
 

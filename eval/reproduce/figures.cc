@@ -11,7 +11,9 @@
 #include "sextant/eval/report/figures/noise_figures.h"
 #include "sextant/eval/report/figures/speed_figures.h"
 #include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/reproduce/attribution_figure.h"
 #include "sextant/eval/reproduce/recorded.h"
 
@@ -43,29 +45,41 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocume
   }
 }
 
+/// A part, and the names of the parts that its levels are of.
+struct NoisePart {
+  EvidencePart part;
+  std::vector<std::string> names;
+};
+
 /// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
-void add_noise_levels(const std::vector<NoiseLevelRow>& levels, const EvidencePart& part,
+void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& levels, const NoisePart& noise,
                       ReportDocument& document) {
+  const EvidencePart& part = noise.part;
   const bool is_depth = part.sweep.parameter.starts_with("depth.");
   const Record& first = part.records.front();
   ReportSection section{part.name + "-section",
                         fmt::format("Fig. 4 {}: error against {} noise, {}", is_depth ? "left" : "right",
                                     is_depth ? "depth" : "flow", data_title(first.dataset, first.sequence))};
-  section.tables.push_back({"fig_4_" + part.name, noise_level_table(levels), {"dataset", "sequence"}});
+  Table table = noise_level_table(levels);
+  std::vector<fs::path> folders;
+  for (const std::string& name : noise.names) folders.push_back(parts / name);
+  add_record_links(record_places(folders), {part.sweep}, parts.parent_path() / "report", table);
+  section.tables.push_back({"fig_4_" + part.name, std::move(table), {"dataset", "sequence"}});
   section.figures = noise_level_figures(levels);
   document.sections.push_back(std::move(section));
 }
 
 /// The part with the published systems that were measured under the same noise on the same data.
-EvidencePart with_systems(const EvidencePart& part, const Evidence& evidence) {
-  EvidencePart joined = part;
+NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
+  NoisePart joined{part, {part.name}};
   const Record& ours = part.records.front();
   for (const EvidencePart* systems : evidence.with(PartRole::systems_noise)) {
     const std::vector<Record>& records = systems->records;
     if (systems->sweep.parameter != part.sweep.parameter || records.empty() ||
         records.front().dataset != ours.dataset || records.front().sequence != ours.sequence)
       continue;
-    add_levels(systems->sweep, joined.sweep);
+    add_levels(systems->sweep, joined.part.sweep);
+    joined.names.push_back(systems->name);
   }
   return joined;
 }
@@ -127,8 +141,9 @@ void add_classification(const EvidencePart& part, ReportDocument& document) {
   for (Figure& figure : figures) figure.name = part.name + "_" + figure.name;
   ReportSection section{part.name + "-section", "Dynamic or static: threshold and likelihood, " +
                                                     part.records.front().dataset.str() + " (ours)"};
-  section.tables.push_back(
-      {"tests_" + part.name, classification_test_table(part.records), {"dataset"}});
+  Table table = classification_test_table(part.records);
+  add_addresses("estimator", std::vector(table.rows.size(), records_of_part(part.name)), table);
+  section.tables.push_back({"tests_" + part.name, std::move(table), {"dataset"}});
   section.figures = std::move(figures);
   document.sections.push_back(std::move(section));
 }
@@ -148,9 +163,9 @@ void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jo
   add_showcases(parts, evidence, document);
   std::vector<NoiseLevelRow> all_levels;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-    const EvidencePart shown = with_systems(*part, evidence);
-    std::vector<NoiseLevelRow> levels = noise_levels(shown.sweep, jobs);
-    add_noise_levels(levels, shown, document);
+    const NoisePart shown = with_systems(*part, evidence);
+    std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
+    add_noise_levels(parts, levels, shown, document);
     std::ranges::move(levels, std::back_inserter(all_levels));
   }
   std::vector<RecordSet> sets;

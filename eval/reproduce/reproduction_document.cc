@@ -5,7 +5,9 @@
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/reproduce/answer_figure.h"
 #include "sextant/eval/reproduce/figures.h"
 #include "sextant/eval/reproduce/reproduce.h"
@@ -40,6 +42,11 @@ Evidence read_evidence(const ReproduceConfig& config) {
   return evidence;
 }
 
+/// What fetches the data, and what then measures; where no script of ours fetches them, what to do instead.
+std::string with_command(const std::string& fetch) {
+  return fetch.starts_with("scripts/") ? fetch + " && sextant reproduce --data ROOT --out DIR" : fetch;
+}
+
 /// Which parts there are, on what data, and how to get the others.
 Table data_table(const Json& data, const Evidence& evidence) {
   Table table{
@@ -52,6 +59,7 @@ Table data_table(const Json& data, const Evidence& evidence) {
        {"records", "records", Align::right, 0},
        {"missing", "missing", Align::left},
        {"fetch", "how to get it", Align::left}}};
+  std::vector<std::string> records;
   for (const Json& entry : data) {
     const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
     const std::string name = text("part");
@@ -62,8 +70,10 @@ Table data_table(const Json& data, const Evidence& evidence) {
     const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
     table.add_row({name, text("title"), state,
                    measured ? Cell(static_cast<double>(part->records.size())) : Cell(), missing,
-                   missing.empty() ? std::string() : text("fetch")});
+                   missing.empty() ? std::string() : with_command(text("fetch"))});
+    records.push_back(measured ? records_of_part(name) : "");
   }
+  add_addresses("records", records, table);
   return table;
 }
 
@@ -92,8 +102,7 @@ void name_commands(const PaperTable& entry, Table& table) {
     if (row[verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[published])) continue;
     const auto* why = std::get_if<std::string>(&row[data]);
     const bool says_why = why != nullptr && !why->empty() && *why != "none";
-    row[data] = fmt::format("{}{} && sextant reproduce --data ROOT --out DIR", says_why ? *why + "; measured by: " : "measured by: ",
-                            entry.fetch);
+    row[data] = (says_why ? *why + "; measured by: " : "measured by: ") + with_command(entry.fetch);
   }
 }
 

@@ -13,6 +13,7 @@ import argparse
 import base64
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -26,13 +27,14 @@ HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
 
 
 class Browser:
-    def __init__(self, driver):
+    def __init__(self, driver, watch=True):
+        """watch: console and requests are kept for complaints(), which costs the browser time."""
         self.url = driver
         options = {"binary": shutil.which("chromium"), "args": [
             "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
             "--force-device-scale-factor=1", "--hide-scrollbars"]}
         capabilities = {"browserName": "chrome", "goog:chromeOptions": options,
-                        "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
+                        "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"} if watch else {}}
         self.session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
 
     def call(self, method, path, body=None):
@@ -224,7 +226,7 @@ def check_one_run(browser, page, run, keep):
 
     # Addresses.
     middle = frames[len(frames) // 2]
-    expect(browser.run("return location.hash").startswith(f"#frame={worst}&body=ego"), "the address follows")
+    browser.wait(f"return location.hash.startsWith('#frame={worst}&body=ego')")
     browser.open(f"{page.as_uri()}#frame={middle}&body={objects[0]}")
     expect_equal(browser.where(), [middle, objects[0]], "address with frame and body")
     check_numbers(browser, records, middle, objects[0])
@@ -264,17 +266,47 @@ def check_narrow(browser, page, keep):
         browser.screenshot(keep / "narrow.png")
 
 
-def frames_per_second(browser):
-    """Scrubbing as fast as the page draws."""
-    return browser.at("/execute/async", {"args": [], "script": """
-const done = arguments[0], begin = performance.now();
-let n = 0;
+def check_images_beside(browser, page, folder):
+    """The images in frames/, as of a page above 50 MB (view_test checks that it is written so)."""
+    head, data, tail = re.split(r'(?<=id="data">)(.*?)(?=</script>)', page.read_text(), maxsplit=1, flags=re.S)
+    data = json.loads(data)
+    (folder / "frames").mkdir(parents=True, exist_ok=True)
+    for frame, source in data["images"].items():
+        name = f"frames/{int(frame):06}.jpg"
+        (folder / name).write_bytes(base64.b64decode(source.split(",")[1]))
+        data["images"][frame] = name
+    (folder / "index.html").write_text(head + json.dumps(data).replace("<", "\\u003c") + tail)
+    browser.open((folder / "index.html").as_uri())
+    browser.wait("return document.querySelector('#image img')?.naturalWidth === D.width")
+    browser.click("#forth")
+    browser.wait("return document.querySelector('#image img').src.endsWith(D.images[shownImage(state)])")
+
+
+def scrub(browser, n_frames):
+    """Frame after frame as fast as the page draws. Frames per second, the share whose image was there in time, and CPU
+    time of the page's own thread in ms a frame: our script, styles and layout, and all of it (with the canvases'
+    pixels). The CPU time hardly depends on what else the machine does; the rate does."""
+    def metrics():
+        read = browser.at("/goog/cdp/execute", {"cmd": "Performance.getMetrics", "params": {}})
+        return {metric["name"]: metric["value"] * 1e3 / n_frames for metric in read["metrics"]}
+
+    browser.at("/goog/cdp/execute", {"cmd": "Performance.enable", "params": {"timeDomain": "threadTicks"}})
+    before = metrics()
+    rate, in_time = browser.at("/execute/async", {"args": [n_frames], "script": """
+const [n, done] = arguments, begin = performance.now();
+let seen = 0, inTime = 0;
 const step = () => {
-  draw();
+  if (seen > 0) inTime += images.get(shownImage(state))?.ready === true;
+  if (seen === n) { done([n / (performance.now() - begin) * 1000, inTime / n]); return; }
+  ++seen;
   goTo(state.frame >= LAST ? FIRST : state.frame + 1);
-  if (++n < 120) requestAnimationFrame(step); else done(n / (performance.now() - begin) * 1000);
+  requestAnimationFrame(step);
 };
 requestAnimationFrame(step);"""})
+    after = metrics()
+    spent = {name: after[name] - before[name] for name in after}
+    return {"rate": rate, "in_time": in_time, "script": spent["ScriptDuration"],
+            "layout": spent["LayoutDuration"] + spent["RecalcStyleDuration"], "thread": spent["TaskDuration"]}
 
 
 def sextant(program, *arguments, fails=False):
@@ -316,7 +348,9 @@ def main():
         check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
         check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
         check_narrow(browser, folder / "one.html", arguments.keep)
-        print(f"frames per second while scrubbing: {frames_per_second(browser):.0f}")
+        check_images_beside(browser, folder / "one.html", folder / "beside")
+        spent = scrub(browser, 60)
+        print(f"scrubbing: {spent['rate']:.0f} frames/s; CPU time a frame of the page's thread {spent['thread']:.1f} ms")
         expect_quiet(browser, folder)
         browser.at("", method="DELETE")
     finally:

@@ -40,20 +40,20 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
   return table;
 }
 
-/// Which records each row is of, as a column that leads to them from a page in `out`.
-void add_records(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
-                 const std::vector<NoiseLevelRow>& levels, Table& table) {
-  const std::map<NoiseLevelKey, RowRecords> places = record_places(folders);
-  if (places.empty()) return;
-  table.add_columns({Column::text("records"), Column::text("records_file").only_in_files()});
-  table.columns[table.columns.size() - 2].leads_to = "records_file";
-  for (size_t i = 0; i < levels.size(); ++i) {
-    const NoiseLevelRow& row = levels[i];
-    const RowRecords* of_row =
-        find_in(places, {row.dataset, row.sequence, row.body, row.estimator, row.noise, row.level});
-    table.rows[i].push_back(of_row == nullptr ? Cell() : Cell(of_row->text()));
-    table.rows[i].push_back(of_row == nullptr ? Cell() : Cell(address_from(out, of_row->file)));
+/// What these records say something about, a line each; the other statements of the paper in one line.
+std::vector<VerdictLine> claims_of_sweeps(const std::vector<CheckedClaim>& checked) {
+  std::vector<VerdictLine> lines = claim_verdicts(checked, "#claims");
+  Table others{"Statements on other data", "", {Column::text("statement"), Column::text("place", "where")}};
+  for (const auto& [claim, results] : checked) {
+    if (results.empty()) others.add_row({claim->statement, claim->place});
   }
+  std::erase_if(lines, [](const VerdictLine& line) { return line.cases.rows.empty(); });
+  if (others.rows.empty()) return lines;
+  VerdictLine line{fmt::format("{} statements of the paper on other data", others.rows.size()), "not measured here",
+                   "measured by: sextant reproduce --data ROOT --out DIR", "", "Claims"};
+  line.cases = std::move(others);
+  lines.push_back(std::move(line));
+  return lines;
 }
 
 const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
@@ -80,7 +80,7 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   document.abstract =
       "Errors of camera and objects by noise level, from the records of " + joined(folders) +
       ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
-  document.verdicts = claim_verdicts(checked, "#claims");
+  document.verdicts = claims_of_sweeps(checked);
   const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
     if (table.rows.empty()) return;
     document.sections.push_back({std::string(name) + "-section",
@@ -92,16 +92,26 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   };
   add("claims", "Statements", claim_table(checked));
   for (ReportSection& section : document.sections) section.in_summary = true;  // the claims alone so far
-  Table level_table = noise_level_table(levels);
-  if (!out.empty()) add_records(folders, out, levels, level_table);
-  add("noise_levels", "Errors by noise level", std::move(level_table), noise_level_figures(levels));
-  add("trends", "Growth", trend_table(noise_trends(sweeps, jobs)));
+  const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders);
+  const auto linked = [&](Table table) {
+    add_record_links(places, sweeps, out, table);
+    return table;
+  };
+  for (VerdictLine& line : document.verdicts) line.cases = linked(std::move(line.cases));
+  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels)), noise_level_figures(levels));
+  add("trends", "Growth", linked(trend_table(noise_trends(sweeps, jobs))));
   progress.advance();
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
-  add("comparisons", "Estimators compared", comparison_table(comparisons));
+  add("comparisons", "Estimators compared", linked(comparison_table(comparisons)));
   add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
-  add("achieved_noise", "Achieved noise", achieved_noise_table(achieved), achieved_noise_figures(achieved));
+  Table achieved_table = achieved_noise_table(achieved);
+  if (!out.empty()) {
+    std::vector<std::string> addresses;
+    for (const AchievedNoiseRow& row : achieved) addresses.push_back(address_from(out, row.file));
+    add_addresses("achieved_px", addresses, achieved_table);
+  }
+  add("achieved_noise", "Achieved noise", std::move(achieved_table), achieved_noise_figures(achieved));
   progress.advance();
   document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
   document.citation = citation();

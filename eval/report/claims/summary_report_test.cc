@@ -127,6 +127,34 @@ TEST(SummaryReport, IsThatOfTheRecords) {
   for (const auto& [name, rows] : wanted) expect_equal_rows(found.at(name), rows, name);
 }
 
+/// How many records a row of a table is of, by its link, whose address is checked.
+int n_behind(const Json& row) {
+  EXPECT_EQ(row.value("records_file", ""), "../records/records.jsonl") << row.dump();
+  return std::stoi(row.value("records", "0"));
+}
+
+TEST(NoiseDocument, EveryRowLeadsToTheRecordsBehindIt) {
+  const Folders folders(8, /*gaps=*/false);
+  const ReportDocument document = noise_document({folders.records}, 2, true, folders.temp.path() / "out");
+  std::map<std::string, Json> tables;
+  for (const ReportSection& section : document.sections) {
+    for (const NamedTable& named : section.tables) tables[named.name] = rows_to_json(named.table);
+  }
+  constexpr int n_frames = 5, n_seeds = 8, n_levels = 3;
+  for (const Json& row : tables.at("noise_levels")) EXPECT_EQ(n_behind(row), n_frames * n_seeds);
+  for (const Json& row : tables.at("trends")) EXPECT_EQ(n_behind(row), n_frames * n_seeds * n_levels);
+  for (const Json& row : tables.at("comparisons")) EXPECT_EQ(n_behind(row), n_frames * n_seeds * 2);
+  size_t n_claims = 0;
+  for (const VerdictLine& line : document.verdicts) {
+    if (line.verdict == "not measured here") continue;
+    ++n_claims;
+    for (const Json& row : rows_to_json(line.cases)) EXPECT_GT(n_behind(row), 0) << line.subject;
+  }
+  EXPECT_GT(n_claims, 0U);
+  EXPECT_EQ(document.verdicts.back().verdict, "not measured here");  // all others in one line
+  EXPECT_EQ(document.verdicts.size(), n_claims + 1);
+}
+
 TEST(SummaryReport, LeavesOutComparisonsOverDifferentPairs) {
   const Folders folders(8, /*gaps=*/true);
   const std::map<std::string, Json> wanted = tables_of(folders.records), found = tables_of(folders.summaries);

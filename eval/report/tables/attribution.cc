@@ -12,7 +12,7 @@ namespace {
 constexpr const char* separator = " > ";
 
 struct Step {
-  std::string decision;
+  std::string decision, part;
   RecordRefs records;
 };
 
@@ -26,7 +26,7 @@ std::map<std::string, std::vector<Step>> steps_by_path(const Evidence& evidence,
       std::vector<Step>& steps = paths[record.estimator.str().substr(0, at)];
       const std::string decision = record.estimator.str().substr(at + std::string(separator).size());
       auto step = std::ranges::find(steps, decision, &Step::decision);
-      if (step == steps.end()) step = steps.insert(steps.end(), {decision, {}});
+      if (step == steps.end()) step = steps.insert(steps.end(), {decision, part->name, {}});
       step->records.push_back(&record);
     }
   }
@@ -84,7 +84,7 @@ std::optional<AttributionPath> path_of(const std::vector<Step>& steps, const Set
   path.n_pairs = cases.size();
   path.n_seeds = seeds.size();
   for (size_t k = 0; k < steps.size(); ++k) {
-    AttributionStep step{steps[k].decision, mean_change(seeds, k), {}};
+    AttributionStep step{steps[k].decision, steps[k].part, mean_change(seeds, k), {}};
     if (k > 0) step.change_m = mean_change(seeds, k, k - 1);
     path.steps.push_back(std::move(step));
   }

@@ -19,6 +19,7 @@ namespace sextant {
 
 struct AttributionStep {
   std::string decision;
+  std::string part;           ///< where its records are
   IntervalEstimate Et_m;      ///< mean after it
   IntervalEstimate change_m;  ///< of that mean by it; 0 for the first
 };

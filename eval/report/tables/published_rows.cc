@@ -112,8 +112,12 @@ std::vector<Cell> published_cells(const PaperRow& row) {
   cells.push_back(m ? std::optional<double>(m->n_pairs) : std::nullopt);
   cells.push_back(m ? std::optional<double>(m->n_seeds) : std::nullopt);
   cells.emplace_back(row.data.empty() && !m ? "none" : row.data);
-  cells.emplace_back(row.records.empty() ? "" : fmt::format("parts/{}/records.jsonl", row.records));
+  cells.emplace_back(records_of_part(row.records));
   return cells;
+}
+
+std::string records_of_part(const std::string& part) {
+  return part.empty() ? "" : fmt::format("parts/{}/records.jsonl", part);
 }
 
 void add_published_row(const PaperRow& row, Table& table) { table.add_row(published_cells(row)); }

@@ -53,6 +53,9 @@ Table published_table(const std::string& title, const std::string& caption, std:
 std::vector<Cell> published_cells(const PaperRow& row);
 void add_published_row(const PaperRow& row, Table& table);
 
+/// The address of a part's records, as tables of the reproduction have it; empty for "".
+std::string records_of_part(const std::string& part);
+
 inline constexpr const char* comparison_caption =
     "95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). Single runs: "
     "where 95 % of them lie. Verdict: whether the published value, which is one run, lies there (with one seed: "

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <map>
 
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
@@ -14,7 +16,7 @@ namespace {
 constexpr double ms_per_s = 1000;
 
 /// Of the published systems, measured once and stored: their own time of a frame, the best of its rounds.
-void add_systems(const Evidence& evidence, double published_ms, Table& table) {
+void add_systems(const Evidence& evidence, double published_ms, Table& table, std::vector<std::string>& records) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::pair<std::string, std::string>, RoundTimes> frames;
     for (const Record& record : part->records) {
@@ -27,6 +29,7 @@ void add_systems(const Evidence& evidence, double published_ms, Table& table) {
       const std::vector<double> ms = best_rounds_ms(rounds);
       table.add_row(
           {key.first, key.second, "frame, stored", median(ms), quantile(ms, 0.95), published_ms, ms.size()});
+      records.push_back(records_of_part(part->name));
     }
   }
 }
@@ -93,13 +96,16 @@ Table run_time_table(const Evidence& evidence) {
                    Column::number("q95_ms", "q95 [ms]", 2),
                    Column::count("published_ms", "published [ms]"),
                    Column::count("pairs")};
+  std::vector<std::string> records;
   for (const RunTimes& times : run_times(evidence)) {
     for (const auto& [stage, ms] : times.by_stage) {
       table.add_row({times.data, times.estimator, stage, median(ms), quantile(ms, 0.95),
                      stage == frame_stage ? Cell(ms_per_s / fps) : Cell(), ms.size()});
+      records.push_back(records_of_part(times.part));
     }
   }
-  add_systems(evidence, ms_per_s / fps, table);
+  add_systems(evidence, ms_per_s / fps, table, records);
+  add_addresses("median_ms", records, table);
   if (table.rows.empty()) table.notes.push_back("Not measured here: no part was timed.");
   return table;
 }

@@ -44,6 +44,7 @@ bool add_measured(const SetRows& rows, Table& table) {
       PaperRow row{{rows.data.set, body, estimator}, title_of(error)};
       if (column) row.published = published_number(rows.published.at(*column), error);
       if (of_body) row.measured = measure_mean(*of_body, NumberMap::errors, error);
+      if (!row.published && !row.measured) continue;  // a system of the camera alone has no objects
       row.data = set_data_title(rows.data.filter);
       row.records = rows.part.name;
       add_published_row(row, table);

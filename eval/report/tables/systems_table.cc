@@ -2,8 +2,10 @@
 
 #include <map>
 
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
@@ -83,6 +85,7 @@ Table systems_table(const Evidence& evidence) {
        Column::text("commit"), Column::text("sees", "sees of the truth"),
        Column::text("changes", "changed")}};
   const Json descriptions = system_descriptions();
+  std::vector<std::string> records;
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::string, std::map<std::string, Row>> by_data;
     for (const Record& record : part->records)
@@ -99,9 +102,11 @@ Table systems_table(const Evidence& evidence) {
                        mean_of(row.objects.Ev_kmh), row.objects.coverage_percent(), ms,
                        ms && unit ? Cell(*ms / *unit) : Cell(), text("repository"), text("commit"),
                        text("sees"), text("changes")});
+        records.push_back(records_of_part(part->name));
       }
     }
   }
+  add_addresses("Et_m", records, table);
   if (table.rows.empty()) table.notes.push_back("Not stored for this data.");
   return table;
 }

@@ -19,8 +19,8 @@ function requestDraw() {
 /// Everything that changes with the frame.
 function draw() {
   drawPicture(state);
-  for (const canvas of still.keys()) drawCursor(canvas, state.frame);
-  drawTop(element("top"), state.frame, state.body);
+  moveCursors(state.frame, plotWidth);
+  drawTop(element("top"), state.frame);
   showNumbers();
   element("slider").value = state.frame;
   if (document.activeElement !== element("frame")) element("frame").value = state.frame;
@@ -29,20 +29,27 @@ function draw() {
   document.body.dataset.body = state.body;
 }
 
+let plotWidth = 0;  // of the ribbon and the timelines, CSS pixels
+
 /// What changes with the body and the size of the window.
 function drawStill() {
-  still.clear();
+  plotWidth = element("ribbon").clientWidth;
   element("body-name").textContent = nameOf(state.body);
   drawRibbon(element("ribbon"), state.body);
-  keepStill(element("ribbon"));
-  for (const canvas of element("timelines").children) {
+  for (const canvas of element("timelines").querySelectorAll("canvas"))
     drawTimeline(canvas, CURVES[canvas.dataset.curve], state.body, canvas.dataset.difference === "1");
-    keepStill(canvas);
-  }
+  drawPaths(element("top"), state.body);
   showWorst();
   for (const button of element("bodies").children)
     button.setAttribute("aria-pressed", String(button.dataset.body === state.body));
   requestDraw();
+}
+
+/// Not in every frame of a scrub: browsers allow few changes of the address a second.
+let addressTimer = 0;
+function showAddress() {
+  const hash = `#frame=${state.frame}&body=${encodeURIComponent(state.body).replace("%3A", ":")}`;
+  if (location.hash !== hash) history.replaceState(null, "", hash);
 }
 
 function goTo(frame, body = state.body) {
@@ -51,8 +58,8 @@ function goTo(frame, body = state.body) {
   const bodyChanged = body !== state.body && bodies.includes(body);
   state.frame = target;
   if (bodyChanged) state.body = body;
-  const hash = `#frame=${state.frame}&body=${encodeURIComponent(state.body).replace("%3A", ":")}`;
-  if (location.hash !== hash) history.replaceState(null, "", hash);
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(showAddress, 150);
   bodyChanged ? drawStill() : requestDraw();
 }
 
@@ -80,39 +87,42 @@ function tick(now) {
 
 // ---- lists and tables
 
-function cellsOf(row, texts) {
-  for (const [text, kind, title] of texts) {
-    const cell = document.createElement(kind === "head" ? "th" : "td");
-    if (kind) cell.className = kind;
-    if (title) cell.title = title;
-    cell.textContent = text;
-    row.append(cell);
-  }
+/// Rows of {key, cells: [{text, kind, title, colour}]}; only what differs from the table is written into it.
+function fillTable(table, rows) {
+  while (table.rows.length > rows.length) table.deleteRow(-1);
+  rows.forEach(({key, cells}, index) => {
+    const row = table.rows[index] ?? table.insertRow();
+    if (row.dataset.key !== key) key === undefined ? delete row.dataset.key : row.dataset.key = key;
+    while (row.cells.length > cells.length) row.deleteCell(-1);
+    cells.forEach(({text = "", kind = "", title = "", colour = ""}, column) => {
+      const cell = row.cells[column] ?? row.insertCell();
+      if (cell.className !== kind) cell.className = kind;
+      if (cell.title !== title) cell.title = title;
+      if (cell.textContent !== text) cell.textContent = text;
+      if (cell.style.color !== colour) cell.style.color = colour;
+    });
+  });
 }
 
 function showNumbers() {
-  const table = element("numbers");
-  table.replaceChildren();
   const records = D.runs.map((_, run) => recordOf(run, state.frame, state.body));
-  const add = (what, title, texts) => cellsOf(table.insertRow(), [[what, "what", title], ...texts.map(t => [t.text, "number", t.exact])]);
-  if (D.runs.length > 1) {
-    const head = table.insertRow();
-    cellsOf(head, [["", ""], ...D.runs.map(run => [run.estimator, "number", run.name])]);
-    D.runs.forEach((_, run) => { head.cells[run + 1].style.color = `var(--run-${run})`; });
-  }
-  add("status", "", records.map(r => ({text: r ? r.gate ? `${r.status} (${r.gate})` : r.status : "no record"})));
-  add("inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
+  const rows = [];
+  const add = (key, what, title, values) => rows.push(
+    {key, cells: [{text: what, kind: "what", title}, ...values.map(v => ({text: v.text, kind: "number", title: v.exact}))]});
+  if (D.runs.length > 1)
+    rows.push({cells: [{}, ...D.runs.map((run, i) => ({text: run.estimator, kind: "number head", title: run.name, colour: `var(--run-${i})`}))]});
+  add(undefined, "status", "", records.map(r => ({text: r ? r.gate ? `${r.status} (${r.gate})` : r.status : "no record"})));
+  add(undefined, "inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
   for (const map of ["errors", "values", "bound"]) {
     const keys = [...new Set(records.flatMap(r => Object.keys(r?.[map] ?? {})))];
     for (const key of keys) {
       const metric = metricOf(map, key);
       const name = `${map === "bound" ? "bound of " : ""}${metric?.symbol ?? key}${metric && metric.unit && metric.unit !== "1" ? ` [${metric.unit}]` : ""}`;
-      add(name, `${map}.${key}${metric ? `: ${metric.definition}` : ""}`,
+      add(`${map}.${key}`, name, `${map}.${key}${metric ? `: ${metric.definition}` : ""}`,
           records.map(r => r?.[map]?.[key]).map(v => ({text: shown(v, metric?.digits ?? 4), exact: v === undefined ? "" : String(v)})));
-      const row = table.rows[table.rows.length - 1];
-      row.dataset.key = `${map}.${key}`;
     }
   }
+  fillTable(element("numbers"), rows);
 }
 
 function showWorst() {
@@ -328,7 +338,7 @@ function start() {
   document.addEventListener("keydown", onKey);
   window.addEventListener("hashchange", followAddress);
   new ResizeObserver(() => drawStill()).observe(element("left"));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawStill);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { styles.clear(); drawStill(); });
   followAddress();
   drawStill();
 }

@@ -3,7 +3,8 @@
 const picture = {
   canvas: document.getElementById("picture"),
   zoom: 1, x: 0, y: 0,      // px of the image at the left upper corner
-  last: null,               // the image drawn last, until the next is there
+  last: null,               // frame of the image drawn last, until the next is there
+  direction: 1,             // of travel: where to decode ahead
 };
 
 /// Residual 0 .. 2 px as colours that a colour-blind reader can order (cividis-like, light at the top).
@@ -20,6 +21,8 @@ const pictureScale = () => picture.canvas.width / D.width * picture.zoom;
 const screenX = u => (u + 0.5 - picture.x) * pictureScale();
 const screenY = v => (v + 0.5 - picture.y) * pictureScale();
 
+const IMAGES_AHEAD = 8;
+
 function resizePicture() {
   const ratio = window.devicePixelRatio || 1;
   const width = Math.max(1, Math.round(picture.canvas.clientWidth * ratio));
@@ -35,15 +38,11 @@ function drawPicture(state) {
   const context = picture.canvas.getContext("2d");
   const imageFrame = state.layers.current ? state.frame : state.frame - 1;
   const entry = imageOf(imageFrame, frame => { if (frame === shownImage(state)) requestDraw(); });
-  for (let ahead = 1; ahead <= 6; ++ahead) if (imageFrame + ahead <= D.last) imageOf(imageFrame + ahead, () => {});
-  context.fillStyle = "#202020";
-  context.fillRect(0, 0, picture.canvas.width, picture.canvas.height);
-  if (entry?.ready) picture.last = entry.image;
-  if (picture.last && entry) {
-    const scale = pictureScale();
-    context.imageSmoothingEnabled = scale < 3;
-    context.drawImage(picture.last, -picture.x * scale, -picture.y * scale, D.width * scale, D.height * scale);
-  } else if (!entry || entry.failed) {
+  if (picture.last !== null && picture.last !== imageFrame) picture.direction = Math.sign(imageFrame - picture.last);
+  for (let ahead = 1; ahead <= IMAGES_AHEAD; ++ahead) imageOf(imageFrame + picture.direction * ahead);
+  context.clearRect(0, 0, picture.canvas.width, picture.canvas.height);
+  if (entry?.ready) showImage(entry.image, imageFrame);
+  if (!entry || entry.failed) {
     context.fillStyle = "#9a9a9a";
     context.font = `${Math.round(picture.canvas.width / 50)}px sans-serif`;
     context.fillText(entry ? "image not found beside this page: frames/" : "the source has no images", 20, 40);
@@ -51,6 +50,17 @@ function drawPicture(state) {
   if (state.layers.masks) drawOutlines(context, imageFrame);
   for (const body of bodies) drawBody(context, state, body);
   if (state.layers.labels) drawLabels(context, state, imageFrame);
+}
+
+/// Under the canvas. It stays until the next is there.
+function showImage(image, frame) {
+  const box = document.getElementById("image");
+  if (box.firstChild !== image) box.replaceChildren(image);
+  const css = picture.canvas.clientWidth / D.width * picture.zoom;  // CSS pixels of one image pixel
+  const transform = `translate(${-picture.x * css}px, ${-picture.y * css}px) scale(${picture.zoom})`;
+  if (box.style.transform !== transform) box.style.transform = transform;
+  box.style.imageRendering = pictureScale() < 3 ? "auto" : "pixelated";
+  picture.last = frame;
 }
 
 const shownImage = state => state.layers.current ? state.frame : state.frame - 1;
@@ -143,6 +153,7 @@ function drawLabels(context, state, imageFrame) {
   const height = Math.max(11, Math.min(22, picture.canvas.width / 75));
   context.font = `${Math.round(height)}px system-ui, "DejaVu Sans", sans-serif`;
   context.textBaseline = "middle";
+  const placed = [];
   for (const [id, contours] of Object.entries(D.outlines[imageFrame] ?? {})) {
     const body = `object:${id}`;
     const record = recordOf(0, state.frame, body);
@@ -154,7 +165,10 @@ function drawLabels(context, state, imageFrame) {
     const text = id + (record.status === "ok" || record.status === "no_truth" ? speedText(state, body) : ` ${record.status}`);
     const width = context.measureText(text).width + height * 0.8;
     const left = Math.max(0, Math.min(picture.canvas.width - width, screenX(x)));
-    const top = Math.max(0, screenY(y) - height * 1.6);
+    let top = Math.max(0, screenY(y) - height * 1.6);
+    const isTaken = label => left < label.left + label.width && label.left < left + width && Math.abs(label.top - top) < height * 1.4;
+    while (top >= height * 1.5 && placed.some(isTaken)) top -= height * 1.5;  // above the others
+    placed.push({left, top, width});
     context.fillStyle = "rgba(20, 20, 20, .8)";
     context.fillRect(left, top, width, height * 1.4);
     context.strokeStyle = colourOf(body);

@@ -1,6 +1,11 @@
 // Timelines, the ribbon of statuses and the view from above.
 
-const styleOf = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+/// Colours of the style sheet; looked up again when the scheme changes (forgetStyles).
+const styles = new Map();
+function styleOf(name) {
+  if (!styles.has(name)) styles.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  return styles.get(name);
+}
 
 /// Sizes a canvas to its place on the page; returns its context, in CSS pixels, cleared.
 function freshContext(canvas, height) {
@@ -131,28 +136,10 @@ function drawRibbon(canvas, body) {
   });
 }
 
-/// What stands still while one scrubs, kept as an image; the cursor is drawn over it.
-const still = new Map();
-
-function keepStill(canvas) {
-  const copy = document.createElement("canvas");
-  copy.width = canvas.width;
-  copy.height = canvas.height;
-  if (canvas.width > 0 && canvas.height > 0) copy.getContext("2d").drawImage(canvas, 0, 0);
-  still.set(canvas, copy);
-}
-
-function drawCursor(canvas, frame) {
-  const copy = still.get(canvas);
-  if (!copy || canvas.hidden || copy.width === 0) return;
-  const context = canvas.getContext("2d");
-  context.save();
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  context.clearRect(0, 0, canvas.width, canvas.height);
-  context.drawImage(copy, 0, 0);
-  context.restore();
-  context.fillStyle = styleOf("--ink");
-  context.fillRect(frameX(frame, canvas.clientWidth) - 0.5, 0, 1, canvas.clientHeight);
+/// The present frame in the ribbon and the timelines: a line over them, so that they stay as they are.
+function moveCursors(frame, width) {
+  for (const cursor of document.querySelectorAll(".cursor"))
+    cursor.style.transform = `translateX(${frameX(frame, width) - 0.5}px)`;
 }
 
 // ---- from above: x to the right, z ahead; ahead is up
@@ -174,7 +161,12 @@ function topBox() {
 const TOP_BOX = topBox();
 const ELLIPSE_SCALE = Math.sqrt(5.991464547107979);  // chi-square, 2 degrees of freedom, 95 %
 
-function drawTop(canvas, frame, body) {
+const TRACK_AT = D.runs.map(run => Object.fromEntries(
+  Object.entries(run.tracks).map(([name, points]) => [name, new Map(points.map(p => [p[0], p]))])));
+const paths = {copy: null, scale: 1, x: null, y: null};  // drawn, and how metres become pixels
+
+/// The paths, which stay; drawTop puts the present frame on them.
+function drawPaths(canvas, body) {
   const width = canvas.clientWidth, size = [TOP_BOX.x1 - TOP_BOX.x0, TOP_BOX.z1 - TOP_BOX.z0];
   canvas.hidden = !(size[0] >= 0);
   if (canvas.hidden) return;
@@ -200,10 +192,32 @@ function drawTop(canvas, frame, body) {
   };
   D.runs.forEach((run, index) => {
     for (const [name, points] of Object.entries(run.tracks)) {
-      const wide = name === body ? 2.2 : 1.2;
       if (index === 0) track(points, SIDE.truth, styleOf("--truth"), [4, 3], 1);
-      track(points, SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), [], wide);
-      const here = points.find(p => p[0] === frame);
+      track(points, SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), [], name === body ? 2.2 : 1.2);
+    }
+  });
+  const metres = axisStep(width / scale, 4);
+  context.fillStyle = styleOf("--ink");
+  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
+  context.fillRect(10, height - 12, metres * scale, 2);
+  context.fillText(`${Number(metres.toPrecision(3))} m`, 12, height - 18);
+  const copy = document.createElement("canvas");
+  Object.assign(copy, {width: canvas.width, height: canvas.height});
+  copy.getContext("2d").drawImage(canvas, 0, 0);
+  Object.assign(paths, {copy, scale, x, y});
+}
+
+function drawTop(canvas, frame) {
+  if (canvas.hidden || !paths.copy) return;
+  const context = canvas.getContext("2d"), {x, y} = paths;
+  context.save();
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.clearRect(0, 0, canvas.width, canvas.height);
+  context.drawImage(paths.copy, 0, 0);
+  context.restore();
+  D.runs.forEach((run, index) => {
+    for (const name of Object.keys(run.tracks)) {
+      const here = TRACK_AT[index][name].get(frame);
       if (!here) continue;
       const mark = ([ix, iz], colour, filled) => {
         if (here[ix] === null) return;
@@ -216,14 +230,9 @@ function drawTop(canvas, frame, body) {
       mark(SIDE.truth, styleOf("--truth"), false);
       mark(SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), true);
       const covariance = pairOf(index, frame, name)?.position;
-      if (covariance && here[1] !== null) ellipse(context, x(here[1]), y(here[2]), covariance, scale);
+      if (covariance && here[1] !== null) ellipse(context, x(here[1]), y(here[2]), covariance, paths.scale);
     }
   });
-  const metres = axisStep(width / scale, 4);
-  context.fillStyle = styleOf("--ink");
-  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
-  context.fillRect(10, height - 12, metres * scale, 2);
-  context.fillText(`${Number(metres.toPrecision(3))} m`, 12, height - 18);
 }
 
 function ellipse(context, cx, cy, [xx, xz, zz], scale) {
