@@ -141,11 +141,13 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
 }
 
 /// Two of its columns lead to the records of BASE and of NEW, where they are files.
-Table with_records(const Comparison& c, const fs::path& out, Table table, const char* base_column, const char* new_column) {
+Table with_records(const Comparison& c, const fs::path& out, Table table, const char* base_column,
+                   const char* new_column) {
   std::error_code ignored;
   for (const auto& [folder, column] : {std::pair(c.base, base_column), std::pair(c.fresh, new_column)}) {
     const fs::path file = fs::path(folder) / "records.jsonl";
-    if (fs::exists(file, ignored)) add_addresses(column, std::vector(table.rows.size(), address_from(out, file)), table);
+    if (fs::exists(file, ignored))
+      add_addresses(column, std::vector(table.rows.size(), address_from(out, file)), table);
   }
   return table;
 }
@@ -159,10 +161,13 @@ ReportDocument comparison_document(const Comparison& c, const fs::path& out) {
   add("findings", "What differs besides the numbers", findings_table(c), document);
   ReportSection frames = frames_section(c, out);
   if (!frames.tables.empty()) document.sections.push_back(std::move(frames));
-  add("statuses", "Cases lost and gained", with_records(c, out, status_table(c), "n_lost", "n_gained"), document);
-  add("accuracy", "Errors, case by case", with_records(c, out, accuracy_table(c, /*changed_only=*/false), "base", "difference_percent"),
+  add("statuses", "Cases lost and gained", with_records(c, out, status_table(c), "n_lost", "n_gained"),
       document);
-  add("speed", "Times", speed_table(c, /*changed_only=*/false), document);
+  add("accuracy", "Errors, case by case",
+      with_records(c, out, accuracy_table(c, /*changed_only=*/false), "base", "difference_percent"),
+      document);
+  add("speed", "Times",
+      with_records(c, out, speed_table(c, /*changed_only=*/false), "base_us", "change_percent"), document);
   document.provenance = {{"BASE", c.base},
                          {"NEW", c.fresh},
                          {"page by", fmt::format("sextant {}, commit {}", version(), git_commit())}};

@@ -49,8 +49,11 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
 std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
   std::vector<AchievedNoiseRow> rows;
   for (const AchievedNoise& entry : sweep.achieved) {
-    AchievedNoiseRow row{
-        .parameter = sweep.parameter, .source = entry.source, .body = "all", .file = entry.file, .level = entry.level};
+    AchievedNoiseRow row{.parameter = sweep.parameter,
+                         .source = entry.source,
+                         .body = "all",
+                         .file = entry.file,
+                         .level = entry.level};
     add_depth(entry, row, rows);
     if (!entry.noise.contains("flow") || !entry.noise["flow"].is_object()) continue;
     for (const auto& [body, flow] : entry.noise["flow"].items()) add_flow(entry, body, flow, row, rows);

@@ -19,17 +19,19 @@ const Cell* cell_in(const Table& table, const std::vector<Cell>& row, std::strin
   return std::holds_alternative<std::monostate>(cell) ? nullptr : &cell;
 }
 
-bool is_behind(const NoiseLevelKey& key, const std::string& parameter, const Table& table, const std::vector<Cell>& row) {
+bool is_behind(const NoiseLevelKey& key, const std::string& parameter, const Table& table,
+               const std::vector<Cell>& row) {
   const auto agrees = [&](std::string_view column, const Cell& value) {
     const Cell* cell = cell_in(table, row, column);
     return cell == nullptr || *cell == value;
   };
   const Cell estimator(key.estimator.str());
   const Cell *first = cell_in(table, row, "first"), *second = cell_in(table, row, "second");
-  const bool is_compared = first == nullptr || second == nullptr || *first == estimator || *second == estimator;
+  const bool is_compared =
+      first == nullptr || second == nullptr || *first == estimator || *second == estimator;
   return is_compared && agrees("parameter", parameter) && agrees("dataset", key.dataset.str()) &&
-         agrees("sequence", key.sequence.str()) && agrees("body", key.body.str()) && agrees("estimator", estimator) &&
-         agrees("level", key.level) && agrees("noise", key.noise.str());
+         agrees("sequence", key.sequence.str()) && agrees("body", key.body.str()) &&
+         agrees("estimator", estimator) && agrees("level", key.level) && agrees("noise", key.noise.str());
 }
 
 }  // namespace
@@ -69,9 +71,11 @@ RecordPlaces record_places(const std::vector<fs::path>& folders) {
   return places;
 }
 
-void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps, const fs::path& page_folder,
-                      Table& table) {
-  if (places.empty() || table.rows.empty() || std::ranges::find(table.columns, "dataset", &Column::key) == table.columns.end()) return;
+void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
+                      const fs::path& page_folder, Table& table) {
+  if (places.empty() || table.rows.empty() ||
+      std::ranges::find(table.columns, "dataset", &Column::key) == table.columns.end())
+    return;
   std::vector<RowRecords> behind(table.rows.size());
   for (const NoiseSweep& sweep : sweeps) {
     for (const NoiseLevelRef& level : sweep.levels) {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
 
-#include "sextant/base/files.h"
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/record_places.h"

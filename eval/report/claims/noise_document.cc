@@ -49,8 +49,8 @@ std::vector<VerdictLine> claims_of_sweeps(const std::vector<CheckedClaim>& check
   }
   std::erase_if(lines, [](const VerdictLine& line) { return line.cases.rows.empty(); });
   if (others.rows.empty()) return lines;
-  VerdictLine line{fmt::format("{} statements of the paper on other data", others.rows.size()), "not measured here",
-                   "measured by: sextant reproduce --data ROOT --out DIR", "", "Claims"};
+  VerdictLine line{fmt::format("{} statements of the paper on other data", others.rows.size()),
+                   "not measured here", "measured by: sextant reproduce --data ROOT --out DIR", "", "Claims"};
   line.cases = std::move(others);
   lines.push_back(std::move(line));
   return lines;
@@ -98,7 +98,8 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
     return table;
   };
   for (VerdictLine& line : document.verdicts) line.cases = linked(std::move(line.cases));
-  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels)), noise_level_figures(levels));
+  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels)),
+      noise_level_figures(levels));
   add("trends", "Growth", linked(trend_table(noise_trends(sweeps, jobs))));
   progress.advance();
   size_t n_left_out = 0;

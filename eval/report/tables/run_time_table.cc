@@ -16,7 +16,8 @@ namespace {
 constexpr double ms_per_s = 1000;
 
 /// Of the published systems, measured once and stored: their own time of a frame, the best of its rounds.
-void add_systems(const Evidence& evidence, double published_ms, Table& table, std::vector<std::string>& records) {
+void add_systems(const Evidence& evidence, double published_ms, Table& table,
+                 std::vector<std::string>& records) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::pair<std::string, std::string>, RoundTimes> frames;
     for (const Record& record : part->records) {
