@@ -76,34 +76,39 @@ NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions&
   return levels;
 }
 
+/// What the current depth of a point is worth.
+struct DepthCurrReading {
+  double change = 0;  ///< of its inverse depth, 1/m
+  double share = 0;   ///< of the information that the levels say
+};
+
 /// The current depth is read at a whole pixel, beside the point by a known part of one. On a plane its slope
-/// corrects that: change of the inverse depth (1/m) per point. Elsewhere neighbours err alike (their flows
-/// round alike), so it is left out: NaN.
-std::vector<double> depth_curr_corrections(const Problem& problem, double radius_px,
-                                           const NoiseLevels& levels, const SE3& motion,
-                                           RoughFlowDepthData& data) {
+/// corrects that. Off planes the relief around adds to its variance. Without neighbours nothing is known of that,
+/// and the current depth is left out.
+std::vector<DepthCurrReading> depth_curr_readings(const Problem& problem, double radius_px,
+                                                  const NoiseLevels& levels, const SE3& motion,
+                                                  RoughFlowDepthData& data) {
   const Correspondences& p = problem.points;
   const std::vector<LocalPlane> planes =
       fit_local_planes(p, levels.delta_d_px / problem.camera.bf, radius_px);
   evaluate_points(data, motion, levels);
-  std::vector<double> corrections(p.size(), NAN);
+  const double variance = std::pow(levels.delta_d_curr_px / problem.camera.bf, 2);
+  std::vector<DepthCurrReading> readings(p.size());
   for (size_t i = 0; i < p.size(); ++i) {
-    if (!data.is_measurement(i) || !planes[i].accepted) continue;
+    if (!data.is_measurement(i) || !planes[i].fitted) continue;
     const double u = p.u[i] + p.flow_u[i] + data.error_u(i);
     const double v = p.v[i] + p.flow_v[i] + data.error_v(i);
-    corrections[i] = planes[i].slope_u * (u - std::round(u)) + planes[i].slope_v * (v - std::round(v));
+    readings[i] = {planes[i].slope_u * (u - std::round(u)) + planes[i].slope_v * (v - std::round(v)),
+                   variance / (variance + planes[i].relief)};
   }
-  return corrections;
+  return readings;
 }
 
 template <typename Real>
-void correct_depth_curr(const std::vector<double>& corrections, FlowDepthPoints<Real>& data) {
-  for (size_t i = 0; i < corrections.size(); ++i) {
-    if (std::isfinite(corrections[i])) {
-      data.shift_inverse_depth_curr(i, corrections[i]);
-    } else {
-      data.forget_depth_curr(i);
-    }
+void correct_depth_curr(const std::vector<DepthCurrReading>& readings, FlowDepthPoints<Real>& data) {
+  for (size_t i = 0; i < readings.size(); ++i) {
+    data.shift_inverse_depth_curr(i, readings[i].change);
+    data.weaken_depth_curr(i, readings[i].share);
   }
 }
 
@@ -167,10 +172,10 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     if (options.use_depth_curr) {
       levels.delta_d_curr_px = estimate_delta_d_curr(sample, out.start, levels);
       if (options.plane_radius_px > 0) {
-        const std::vector<double> corrections =
-            depth_curr_corrections(problem, options.plane_radius_px, levels, out.start, rough);
-        correct_depth_curr(corrections, rough);
-        correct_depth_curr(corrections, data);
+        const std::vector<DepthCurrReading> readings =
+            depth_curr_readings(problem, options.plane_radius_px, levels, out.start, rough);
+        correct_depth_curr(readings, rough);
+        correct_depth_curr(readings, data);
       }
     }
     choose_points(options, rough, out);

@@ -6,7 +6,8 @@
 //
 //   1. noise levels: declared by options, else estimated from the residuals
 //   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
-//   3. current depths that agree join; points are re-admitted by the chi-square gate of their own covariance
+//   3. current depths that agree join, with less weight where there is relief; points are re-admitted by the
+//      chi-square gate of their own covariance
 //   4. refinement with the kernel of least estimated variance
 //
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
@@ -28,7 +29,7 @@ struct JointFlowDepthOptions {
       (DepthErrors, depth_noise, DepthErrors::depth, "", "what is Gaussian"),
       (bool, use_depth_curr, true, "", "use the depth measured in the current frame as well"),
       (double, plane_radius_px, 6, "px",
-       "the current depth counts where the points within this distance agree with a plane, whose slope corrects for the whole pixel it is read at; 0 = it counts everywhere, as read at p + flow"),
+       "a plane through the points within this distance corrects the current depth for the whole pixel it is read at, and it counts less where they have relief; 0 = it counts everywhere, as read at p + flow"),
       (double, projection_share, 0.04, "fraction of the variance",
        "of the flow that its reprojection term has; decides the refined flow only, not the motion"),
       (Robust, robust, Robust::geman_mcclure_gnc, "", "kernel"),

@@ -12,7 +12,7 @@ FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
       size_(size),
       padded_((size + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
       valid_(size, 0),
-      valid_curr_(size, 0),
+      share_curr_(size, 0),
       values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
   for (const Column k : {x, y, target_u, target_v, weight, has_curr}) {
     std::fill_n(column(k), padded_, Real(0));
@@ -35,7 +35,7 @@ FlowDepthPoints<Real>::FlowDepthPoints(const Problem& problem)
     column(target_v)[i] = real(p.v[i] + p.flow_v[i]);
     column(measured)[i] = real(1 / p.depth[i]);
     column(measured_curr)[i] = real(1 / p.depth_curr[i]);
-    column(weight)[i] = column(has_curr)[i] = valid_[i] = valid_curr_[i] = 1;
+    column(weight)[i] = column(has_curr)[i] = share_curr_[i] = valid_[i] = 1;
   }
   neutralise_invalid();
   reset_depths();
@@ -51,7 +51,8 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
                    [](Other value) { return static_cast<Real>(value); });
   }
   valid_ = other.valid_;
-  valid_curr_ = other.valid_curr_;
+  std::transform(other.share_curr_.begin(), other.share_curr_.end(), share_curr_.begin(),
+                 [](Other share) { return static_cast<Real>(share); });
   neutralise_invalid();
 }
 
@@ -67,13 +68,13 @@ void FlowDepthPoints<Real>::neutralise_invalid() {
     const bool valid = (valid_[i] != 0) & (std::abs(column(target_u)[i]) <= max) &
                        (std::abs(column(target_v)[i]) <= max) & (inverse > 0) &
                        (inverse <= max);  // not NaN either
-    const bool valid_curr = valid & (valid_curr_[i] != 0) & (inverse_curr > 0) & (inverse_curr <= max);
+    const bool valid_curr = valid & (share_curr_[i] > 0) & (inverse_curr > 0) & (inverse_curr <= max);
     for (const Column k : {x, y, target_u, target_v}) keep(valid, column(k), 0);
     keep(valid, column(measured), 1);
     keep(valid, column(refined), 1);
     keep(valid_curr, column(measured_curr), 1);
     valid_[i] = valid ? 1 : 0;
-    valid_curr_[i] = valid_curr ? 1 : 0;
+    if (!valid_curr) share_curr_[i] = 0;
     use(i, used(i), uses_depth_curr(i));
   }
 }
@@ -93,7 +94,7 @@ FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size,
   for (size_t i = 0; i < size_; ++i) {
     if (!counts(i) || seen++ % stride != 0) continue;
     out.valid_[to] = 1;
-    out.valid_curr_[to] = valid_curr_[i];
+    out.share_curr_[to] = share_curr_[i];
     for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined}) {
       out.column(k)[to] = column(k)[i];
     }
@@ -119,7 +120,7 @@ PointDepths FlowDepthPoints<Real>::depths(size_t i, const NoiseLevels& levels) c
     return delta_d_px > 0 ? camera_.bf / delta_d_px : 0.0;
   };
   return {column(measured)[i], root_information(levels.delta_d_px), column(measured_curr)[i],
-          uses_depth_curr(i) ? root_information(levels.delta_d_curr_px) : 0};
+          std::sqrt(static_cast<double>(column(has_curr)[i])) * root_information(levels.delta_d_curr_px)};
 }
 
 template class FlowDepthPoints<double>;

@@ -51,16 +51,17 @@ class FlowDepthPoints {
   /// Whether point i counts, and whether its current depth does.
   void use(size_t i, bool point, bool depth_curr) {
     column(weight)[i] = static_cast<Real>(point & (valid_[i] != 0));
-    column(has_curr)[i] = static_cast<Real>(depth_curr & (valid_curr_[i] != 0));
+    column(has_curr)[i] = depth_curr ? share_curr_[i] : Real(0);
   }
   bool used(size_t i) const { return column(weight)[i] > 0; }
   bool uses_depth_curr(size_t i) const { return column(has_curr)[i] > 0; }
-  bool measures_depth_curr(size_t i) const { return valid_curr_[i] != 0; }
+  bool measures_depth_curr(size_t i) const { return share_curr_[i] > 0; }
   bool is_measurement(size_t i) const { return valid_[i] != 0; }
   size_t n_used() const;
   /// Every k-th of the points that count and are `among` (empty: all): `size` to 2 `size` of them, or all.
   FlowDepthPoints sample(size_t size, const std::vector<unsigned char>& among = {}) const;
-  void forget_depth_curr(size_t i) { valid_curr_[i] = 0; }
+  /// Its current depth has the levels' information times `share` from now on; 0: none.
+  void weaken_depth_curr(size_t i, double share) { share_curr_[i] *= static_cast<Real>(share); }
   void shift_inverse_depth_curr(size_t i, double change) {
     column(measured_curr)[i] += static_cast<Real>(change);
   }
@@ -111,7 +112,8 @@ class FlowDepthPoints {
   StereoCamera camera_;
   size_t size_ = 0;
   size_t padded_ = 0;
-  std::vector<unsigned char> valid_, valid_curr_;
+  std::vector<unsigned char> valid_;
+  std::vector<Real> share_curr_;
   std::unique_ptr<Real[]> values_;
 };
 

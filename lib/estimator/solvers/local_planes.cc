@@ -113,8 +113,8 @@ LocalPlane fit_plane(const Eigen::Matrix4d& moments, double kappa) {
   const double slope_v = (c(1, 2) * c(0, 0) - c(0, 2) * c(0, 1)) / determinant;
   const double dof = n - 3;
   const double residual = (c(2, 2) - slope_u * c(0, 2) - slope_v * c(1, 2)) / (kappa * kappa);
-  if (residual > dof + 2.33 * std::sqrt(2 * dof)) return {};
-  return {true, slope_u, slope_v};
+  const bool agrees = residual <= dof + 2.33 * std::sqrt(2 * dof);
+  return {true, slope_u, slope_v, agrees ? 0 : (residual / dof - 1) * kappa * kappa};
 }
 
 }  // namespace

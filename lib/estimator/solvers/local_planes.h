@@ -4,7 +4,7 @@
 // plane within the noise of their depths, its slopes tell how inverse depth changes within a pixel.
 //
 // Neighbourhood: a square of about `radius_px` around, nine cells of a grid; the points of the middle one
-// share it. A plane is accepted by the chi-square test of its residuals against kappa (1/m) at 99 %.
+// share it. It has relief where its residuals fail the chi-square test against kappa (1/m) at 99 %.
 
 #include <vector>
 
@@ -13,9 +13,10 @@
 namespace sextant {
 
 struct LocalPlane {
-  bool accepted = false;
-  double slope_u = 0;  ///< d inverse depth / d u, 1/(m px); 0 where no plane was accepted
+  bool fitted = false;  ///< false: too few points, or all in a row
+  double slope_u = 0;   ///< d inverse depth / d u, 1/(m px)
   double slope_v = 0;
+  double relief = 0;  ///< variance about the plane beyond that of kappa, 1/m^2; 0 = none
 };
 
 std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px);
