@@ -27,9 +27,9 @@ struct Miniature {
 Miniature write_layout(const std::string& layout, const fs::path& folder) {
   PatternSequence pattern(4);
   if (layout == "vkitti1") {  // has one camera only
-    pattern.info().camera = {{725, 725, 620.5, 187}, 380};
-    pattern.info().width = 1242;
-    pattern.info().height = 375;
+    pattern.info_.camera = {{725, 725, 620.5, 187}, 380};
+    pattern.info_.width = 1242;
+    pattern.info_.height = 375;
   }
   std::string source = find_layout(layout).write(pattern, {.out = folder, .quiet = true});
   return {.source = std::move(source), .truth = pattern.truth()};

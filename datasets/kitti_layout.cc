@@ -119,7 +119,7 @@ class Writer {
     if (object.id < 1 || object.id > largest_id) {
       fail("{}: frame {}: object id {}: MOTS holds 1 to {}", source_name(), frame, object.id, largest_id);
     }
-    if (!object.size_m || !object.left || !object.top || !object.right || !object.bottom) {
+    if (!object.size_m || !object.box) {
       fail("{}: frame {}: object {} has no {}, which a KITTI label needs", source_name(), frame, object.id,
            object.size_m ? "2-D box" : "size");
     }
@@ -131,12 +131,9 @@ class Writer {
     label.frame = number(frame);
     label.track_id = object.id - 1;
     label.type = object.type.empty() ? "Car" : object.type;
-    label.left = *object.left;
-    label.top = *object.top;
-    label.right = *object.right;
-    label.bottom = *object.bottom;
+    const ImageBox& box = label.box = *object.box;
     const bool inside =
-        label.left > 0 && label.top > 0 && label.right < info_.width - 1 && label.bottom < info_.height - 1;
+        box.left > 0 && box.top > 0 && box.right < info_.width - 1 && box.bottom < info_.height - 1;
     label.truncated = inside ? 0 : 1;
     label.occluded = occlusion_unknown;
     label.width_m = object.size_m->x();

@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_layout.h"
+#include "sextant/datasets/testing.h"
 
 namespace sextant {
 
-class PatternSequence final : public Sequence {
+class PatternSequence final : public MemorySequence {
  public:
   explicit PatternSequence(int n_frames, int first_frame = 0, bool images = true) {
     info_.dataset = "pattern";
@@ -32,20 +32,10 @@ class PatternSequence final : public Sequence {
     }
   }
 
-  const SequenceInfo& info() const override { return info_; }
-  const SequenceTruth& truth() const override { return truth_; }
-  SequenceInfo& info() { return info_; }
-  SequenceTruth& truth() { return truth_; }
-
   Frame read(int frame, Channels channels) const override {
     Frame out;
     out.index = frame;
-    const auto fill = [&](auto& image, auto value) {
-      image = {info_.width, info_.height};
-      for (int y = 0; y < info_.height; ++y) {
-        for (int x = 0; x < info_.width; ++x) image(x, y) = value(x, y);
-      }
-    };
+    const auto fill = [&](auto& image, auto value) { image = image_of(info_.width, info_.height, value); };
     const auto texture = [](int x, int y) {
       return static_cast<uint8_t>(((x / 3) * 73 ^ (y / 3) * 151 ^ (x / 3) * (y / 3) * 29) % 256);
     };
@@ -68,7 +58,6 @@ class PatternSequence final : public Sequence {
       });
     return out;
   }
-  void check_files() const override {}
 
  private:
   static ObjectTruth object(int id, const char* type, int frame, const Eigen::Vector3d& at,
@@ -77,15 +66,9 @@ class PatternSequence final : public Sequence {
     const double yaw = 0.4 * id + 0.37 * frame;  // goes round: rotation_y has to wrap
     const Eigen::Vector3d move(0.01 * frame * frame, 0.001 * frame, 0.11 * frame);
     o.T_camera_object = SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), at + move);
-    o.left = id == 1 ? 21.0 + frame : 101;
-    o.right = id == 1 ? 59 : 109.0 + frame;
-    o.top = 10;
-    o.bottom = 30;
+    o.box = id == 1 ? ImageBox{21.0 + frame, 10, 59, 30} : ImageBox{101, 10, 109.0 + frame, 30};
     return o;
   }
-
-  SequenceInfo info_;
-  SequenceTruth truth_;
 };
 
 }  // namespace sextant

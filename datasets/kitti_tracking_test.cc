@@ -1,6 +1,5 @@
 #include "sextant/datasets/kitti_tracking.h"
 
-#include <cstdlib>
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
@@ -200,24 +199,21 @@ TEST_F(KittiTracking, BadOptions) {
 
 // The masks of the real sequence 03 lie in the boxes of the labels of the same id.
 TEST(KittiTrackingReal, MasksHaveTheIdsOfTheTracks) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_tracking";
-  const auto sequence = open_source(SourceSpec::parse(fmt::format("kitti:{}/kitti_tracking#0003", data)));
+  SEXTANT_NEEDS_DATA("kitti_tracking");
+  const auto sequence = open_with("kitti:" + real_data("kitti_tracking").string() + "#0003");
   EXPECT_EQ(sequence->info().width, 1242);
   EXPECT_EQ(sequence->info().last_frame, 143);
   int n = 0, n_inside = 0;
   for (int k = 0; k <= 143; k += 9) {
     const Image<uint16_t> mask = sequence->read(k, {.mask = true}).mask;
     std::map<int, std::pair<int, int>> counts;  // pixels, and those of them in the box
-    for (int y = 0; y < mask.height(); ++y) {
-      for (int x = 0; x < mask.width(); ++x) {
-        const ObjectTruth* object = sequence->truth().find(k, mask(x, y));
-        if (object == nullptr) continue;
-        auto& [pixels, inside] = counts[object->id];
-        ++pixels;
-        inside += x > *object->left - 5 && x < *object->right + 5 && y > *object->top - 5 &&
-                  y < *object->bottom + 5;
-      }
+    for (const auto [x, y] : pixels(mask)) {
+      const ObjectTruth* object = sequence->truth().find(k, mask(x, y));
+      if (object == nullptr) continue;
+      auto& [pixels, inside] = counts[object->id];
+      ++pixels;
+      const ImageBox& box = *object->box;
+      inside += x > box.left - 5 && x < box.right + 5 && y > box.top - 5 && y < box.bottom + 5;
     }
     for (const auto& [id, count] : counts) {
       ++n;

@@ -129,10 +129,7 @@ ObjectTruth object_of(const KittiLabel& label, const ObjectPoses& poses, const E
   object.id = label.track_id + 1;
   const SE3 T_camera0_object = pose_of(label, poses);
   object.T_camera_object = SE3(T_camera0_object.rotation(), T_camera0_object.translation() + offset_m);
-  object.left = label.left;
-  object.top = label.top;
-  object.right = label.right;
-  object.bottom = label.bottom;
+  object.box = label.box;
   object.size_m = Eigen::Vector3d(label.width_m, label.height_m, label.length_m);
   object.type = label.type;
   return object;

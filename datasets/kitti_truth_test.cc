@@ -1,6 +1,5 @@
 #include "sextant/datasets/kitti_truth.h"
 
-#include <cstdlib>
 #include <numbers>
 
 #include "sextant/base/testing.h"
@@ -110,21 +109,17 @@ TEST(KittiStepFloor, StandingStillHasNone) {
 class KittiRealTruth : public testing::Test {
  protected:
   void SetUp() override {
-    const char* data = std::getenv("SEXTANT_DATA");
-    if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_tracking";
-    data_ = data;
-    if (!fs::is_directory(root())) GTEST_SKIP() << root() << " is not there";
+    SEXTANT_NEEDS_DATA("kitti_tracking");
+    SEXTANT_NEEDS_DATA("kitti_03_demo");
   }
-  fs::path root() const { return data_ / "kitti_tracking"; }
   KittiTruth read(const std::string& sequence, const KittiTruthOptions& options = {}) {
-    return read_kitti_truth(root(), sequence, options, inputs_);
+    return read_kitti_truth(real_data("kitti_tracking"), sequence, options, inputs_);
   }
   std::map<int, SE3> demo_poses() const {
-    const fs::path path = data_ / "kitti_03_demo" / "pose_gt.txt";
+    const fs::path path = real_data("kitti_03_demo/pose_gt.txt");
     return decode_pose_text(read_file(path), path.string());
   }
 
-  fs::path data_;
   InputLog inputs_;
 };
 
@@ -156,7 +151,7 @@ TEST_F(KittiRealTruth, AuthorsAreTheDemosPosesAndRectifiedDiffers) {
 }
 
 TEST_F(KittiRealTruth, ObjectsAreTheDemosObjects) {
-  const fs::path path = data_ / "kitti_03_demo" / "object_pose.txt";
+  const fs::path path = real_data("kitti_03_demo/object_pose.txt");
   const ObjectTruths demo = decode_vdo_objects(read_file(path), path.string());
   const KittiTruth authors = read("0003", {.ground_truth = KittiPoses::authors});
   const KittiTruth rectified = read("0003");
@@ -167,7 +162,7 @@ TEST_F(KittiRealTruth, ObjectsAreTheDemosObjects) {
       ASSERT_NE(ours, nullptr) << frame << ' ' << object.id;
       EXPECT_THAT(ours->T_camera_object, SE3Near(object.T_camera_object, 1e-5)) << frame << ' ' << object.id;
       EXPECT_EQ(ours->interpolated, object.interpolated) << frame << ' ' << object.id;
-      EXPECT_NEAR(*ours->left, *object.left, 1e-3);
+      EXPECT_NEAR(ours->box->left, object.box->left, 1e-3);
       EXPECT_EQ(ours->type.empty(), false);
       EXPECT_GT(ours->size_m->minCoeff(), 0.3);
       // Camera 2 sits 6 cm left of camera 0: points lie 6 cm further right in it.
@@ -189,7 +184,7 @@ TEST_F(KittiRealTruth, FloorIsThatOfTheOxtsJitter) {
 }
 
 TEST_F(KittiRealTruth, CorrectedStepsHaveTheLengthOfTheSpeed) {
-  const fs::path path = root() / "training" / "oxts" / "0003.txt";
+  const fs::path path = real_data("kitti_tracking") / "training" / "oxts" / "0003.txt";
   const std::vector<KittiOxts> samples = decode_kitti_oxts(read_file(path), path.string());
   const StepFloor floor = kitti_step_floor(samples).value();
   EXPECT_NEAR(floor.mean_s, 0.1035, 0.0005);
@@ -212,7 +207,7 @@ TEST_F(KittiRealTruth, CorrectedStepsHaveTheLengthOfTheSpeed) {
 
 // Positions are corrected sideways while the measured velocity goes on: in sequence 03 by 20 mm a step.
 TEST_F(KittiRealTruth, VelocityVectorsGiveTheDirectionToo) {
-  const fs::path path = root() / "training" / "oxts" / "0003.txt";
+  const fs::path path = real_data("kitti_tracking") / "training" / "oxts" / "0003.txt";
   const std::vector<KittiOxts> samples = decode_kitti_oxts(read_file(path), path.string());
   const StepFloor floor = kitti_step_floor(samples).value();
   EXPECT_NEAR(floor.across_m, 0.0197, 0.0002);
@@ -231,8 +226,8 @@ TEST_F(KittiRealTruth, BothCalibrationDialectsAgree) {
   const auto decode = [](const fs::path& path) {
     return decode_kitti_calibration(read_file(path), path.string());
   };
-  const KittiCalibration a = decode(root() / "training" / "calib" / "0005.txt");
-  const KittiCalibration b = decode(root() / "calib_dialect_ciwt" / "0005.txt");
+  const KittiCalibration a = decode(real_data("kitti_tracking") / "training" / "calib" / "0005.txt");
+  const KittiCalibration b = decode(real_data("kitti_tracking") / "calib_dialect_ciwt" / "0005.txt");
   for (size_t i = 0; i < 4; ++i) EXPECT_EQ(a.P.at(i), b.P.at(i));
   EXPECT_EQ(a.R_rect, b.R_rect);
   EXPECT_EQ(a.Tr_velo_to_cam, b.Tr_velo_to_cam);

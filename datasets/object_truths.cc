@@ -32,9 +32,8 @@ std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects) {
   std::map<int, std::vector<LabelBox>> boxes;
   for (const auto& [frame, row] : objects) {
     for (const ObjectTruth& object : row) {
-      if (!object.left || !object.top || !object.right || !object.bottom) continue;
-      boxes[frame].push_back({object.id, *object.left, *object.top, *object.right, *object.bottom,
-                              object.T_camera_object.translation().z()});
+      if (object.box)
+        boxes[frame].push_back({object.id, *object.box, object.T_camera_object.translation().z()});
     }
   }
   return boxes;

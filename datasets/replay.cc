@@ -6,6 +6,7 @@
 #include "sextant/datasets/rendered_sequence.h"
 #include "sextant/datasets/synthetic/replay_scenario.h"
 #include "sextant/datasets/vkitti1_truth.h"
+#include "sextant/datasets/vkitti_names.h"
 
 namespace sextant {
 namespace {
@@ -46,14 +47,12 @@ void ReplayKittiOptions::check() const {
 std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
   ReplayVkitti1Options options;
   read_options(source.options, options, source.adapter);
-  const size_t slash = source.sequence.find('/');
-  const std::string world = source.sequence.substr(0, slash);
-  const std::string variation = slash == std::string::npos ? "clone" : source.sequence.substr(slash + 1);
+  const VkittiName name = parse_vkitti1_name(source.sequence);
   return open_rendered(
       [&](InputLog& inputs) {
-        Vkitti1Truth text = read_vkitti1_truth(source.path, world, variation, inputs);
+        Vkitti1Truth text = read_vkitti1_truth(source.path, name.group, name.variation, inputs);
         SequenceInfo info{.dataset = source.adapter,
-                          .sequence = world + "/" + variation,
+                          .sequence = name.text(),
                           .camera = synthetic::Scenario::virtual_kitti_camera()};
         info.camera.bf = options.bf;
         info.rate_hz = options.rate_hz;

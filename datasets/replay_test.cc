@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "sextant/base/testing.h"
@@ -15,35 +14,14 @@ namespace {
 /// The source below SEXTANT_DATA, or none.
 std::optional<SourceSpec> real(const std::string& adapter, const std::string& folder,
                                const std::string& rest) {
-  const char* root = std::getenv("SEXTANT_DATA");
-  if (root == nullptr || !fs::is_directory(fs::path(root) / folder)) return std::nullopt;
-  return SourceSpec::parse(adapter + ":" + (fs::path(root) / folder).string() + rest);
-}
-
-struct Box {
-  double left = 1e9, top = 1e9, right = -1e9, bottom = -1e9;
-  double area() const { return std::max(0.0, right - left) * std::max(0.0, bottom - top); }
-};
-
-double overlap(const Box& a, const Box& b) {
-  const Box both{std::max(a.left, b.left), std::max(a.top, b.top), std::min(a.right, b.right),
-                 std::min(a.bottom, b.bottom)};
-  return both.area() / (a.area() + b.area() - both.area());
+  if (real_data(folder).empty()) return std::nullopt;
+  return SourceSpec::parse(adapter + ":" + real_data(folder).string() + rest);
 }
 
 /// The box of an instance, pixels inclusive, and its share of the image.
-std::pair<Box, double> measure(const Image<uint16_t>& mask, int id) {
-  Box box;
-  int n = 0;
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) {
-      if (mask(x, y) != id) continue;
-      ++n;
-      box = {std::min(box.left, 1.0 * x), std::min(box.top, 1.0 * y), std::max(box.right, 1.0 * x),
-             std::max(box.bottom, 1.0 * y)};
-    }
-  }
-  return {box, static_cast<double>(n) / static_cast<double>(mask.size())};
+std::pair<ImageBox, double> measure(const Image<uint16_t>& mask, int id) {
+  const auto [box, n_pixels] = mask_outlines(mask)[id];
+  return {box, n_pixels / static_cast<double>(mask.size())};
 }
 
 TEST(ReplayOnRealData, Vkitti18HasThePapersDistancesBoxesAndAreas) {
@@ -60,8 +38,7 @@ TEST(ReplayOnRealData, Vkitti18HasThePapersDistancesBoxesAndAreas) {
       const auto [box, share] = measure(sequence->read(frame, {.mask = true}).mask, id);
       const ObjectTruth* truth = sequence->truth().find(frame, id);
       ASSERT_NE(truth, nullptr);
-      worst_overlap =
-          std::min(worst_overlap, overlap(box, {*truth->left, *truth->top, *truth->right, *truth->bottom}));
+      worst_overlap = std::min(worst_overlap, overlap(box, *truth->box));
       area += share / 11;
     }
     fmt::print("car {}: least IoU {:.3f}, mean area {:.3f} %\n", car + 1, worst_overlap, 100 * area);

@@ -114,16 +114,14 @@ class TrueDepth final : public DepthSource {
 Image<float> carry_depth_along_flow(const Image<float>& next_depth_m, const Image<Flow>& flow) {
   SEXTANT_CHECK(next_depth_m.width() == flow.width() && next_depth_m.height() == flow.height());
   Image<float> depth(flow.width(), flow.height(), NAN);
-  for (int y = 0; y < flow.height(); ++y) {
-    for (int x = 0; x < flow.width(); ++x) {
-      const Flow f = flow(x, y);
-      const float z = next_depth_m(x, y);
-      if (!f.valid() || !std::isfinite(z)) continue;
-      const double tx = std::round(x + double{f.u}), ty = std::round(y + double{f.v});
-      if (tx < 0 || ty < 0 || tx >= flow.width() || ty >= flow.height()) continue;
-      float& there = depth(static_cast<int>(tx), static_cast<int>(ty));
-      if (!(there <= z)) there = z;
-    }
+  for (const auto [x, y] : pixels(flow)) {
+    const Flow f = flow(x, y);
+    const float z = next_depth_m(x, y);
+    if (!f.valid() || !std::isfinite(z)) continue;
+    const double tx = std::round(x + double{f.u}), ty = std::round(y + double{f.v});
+    if (tx < 0 || ty < 0 || tx >= flow.width() || ty >= flow.height()) continue;
+    float& there = depth(static_cast<int>(tx), static_cast<int>(ty));
+    if (!(there <= z)) there = z;
   }
   return depth;
 }

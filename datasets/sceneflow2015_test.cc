@@ -1,6 +1,5 @@
 #include "sextant/datasets/sceneflow2015.h"
 
-#include <cstdlib>
 #include <iostream>
 
 #include "sextant/base/testing.h"
@@ -113,10 +112,10 @@ class RealSceneFlow : public testing::TestWithParam<std::tuple<const char*, doub
 };
 
 TEST_P(RealSceneFlow, ErrorsOfSgbmAndDis) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_sceneflow_2015";
+  SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
   const auto& [pair, mean_px, d1, epe_px, fl] = GetParam();
-  const auto sequence = open_with(fmt::format("sceneflow:{}/kitti_sceneflow_2015#{}", data, pair));
+  const auto sequence =
+      open_with(fmt::format("sceneflow:{}#{}", real_data("kitti_sceneflow_2015").string(), pair));
   sequence->check_files();
   const double bf = sequence->info().camera.bf;
   EXPECT_NEAR(bf, 384.3815, 1e-3);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helper: a test on the files of a data set's folder.
+// Test helpers: a test on the files of a data set's folder; a sequence in memory.
 
 #include <filesystem>
 #include <memory>
@@ -24,6 +24,17 @@ inline std::string text_of(const SequenceInfo& info) {
   return fmt::format("{} {}@{}-{}, {}x{} px, {} Hz", info.dataset, info.sequence, info.first_frame,
                      info.last_frame, info.width, info.height, info.rate_hz);
 }
+
+/// A sequence in memory, whose parts a test changes as it likes.
+class MemorySequence : public Sequence {
+ public:
+  const SequenceInfo& info() const override { return info_; }
+  const SequenceTruth& truth() const override { return truth_; }
+  void check_files() const override {}
+
+  SequenceInfo info_;    // NOLINT(misc-non-private-member-variables-in-classes)
+  SequenceTruth truth_;  // NOLINT(misc-non-private-member-variables-in-classes)
+};
 
 class FolderTest : public testing::Test {
  protected:

@@ -1,9 +1,8 @@
 #include "sextant/datasets/vdo_folder.h"
 
-#include <cstdlib>
 #include <cstring>
 
-#include "sextant/base/testing.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
@@ -107,16 +106,14 @@ TEST_F(VdoFolder, FlowIsDepthMovedByTheTruth) {
     const SE3 background = sequence->truth().background_motion(k, k + 1).value();
     const SE3 object = sequence->truth().object_motion(1, k, k + 1).value();
     int n_object = 0;
-    for (int y = 0; y < 96; ++y) {
-      for (int x = 0; x < 320; ++x) {
-        n_object += frame.mask(x, y) == 1;
-        if (!frame.flow(x, y).valid()) continue;
-        ASSERT_TRUE(std::isfinite(frame.depth_m(x, y)));
-        const SE3& motion = frame.mask(x, y) == 1 ? object : background;
-        const Eigen::Vector2d p = camera.project(motion * camera.backproject(x, y, frame.depth_m(x, y)));
-        ASSERT_NEAR(p.x(), x + frame.flow(x, y).u, 0.02) << k << ": " << x << ", " << y;
-        ASSERT_NEAR(p.y(), y + frame.flow(x, y).v, 0.02) << k << ": " << x << ", " << y;
-      }
+    for (const auto [x, y] : PixelRange(320, 96)) {
+      n_object += frame.mask(x, y) == 1;
+      if (!frame.flow(x, y).valid()) continue;
+      ASSERT_TRUE(std::isfinite(frame.depth_m(x, y)));
+      const SE3& motion = frame.mask(x, y) == 1 ? object : background;
+      const Eigen::Vector2d p = camera.project(motion * camera.backproject(x, y, frame.depth_m(x, y)));
+      ASSERT_NEAR(p.x(), x + frame.flow(x, y).u, 0.02) << k << ": " << x << ", " << y;
+      ASSERT_NEAR(p.y(), y + frame.flow(x, y).v, 0.02) << k << ": " << x << ", " << y;
     }
     EXPECT_GT(n_object, 320 * 96 / 50);
   }
@@ -220,14 +217,8 @@ TEST_F(VdoFolder, BadPoseRows) {
 
 class VdoDemo : public testing::Test {
  protected:
-  void SetUp() override {
-    const char* data = std::getenv("SEXTANT_DATA");
-    if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_03_demo";
-    source_ = (fs::path(data) / "kitti_03_demo").string();
-    if (!fs::is_directory(source_)) GTEST_SKIP() << source_ << " is not there";
-    source_ = "vdo:" + source_;
-  }
-  std::string source_;
+  void SetUp() override { SEXTANT_NEEDS_DATA("kitti_03_demo"); }
+  const std::string source_ = "vdo:" + real_data("kitti_03_demo").string();
 };
 
 TEST_F(VdoDemo, OpensWithItsTwoWarnings) {
@@ -276,8 +267,7 @@ TEST_F(VdoDemo, FlowDepthAndTruthAgree) {
       }
     }
     EXPECT_GT(errors.size(), 10000u);
-    std::ranges::nth_element(errors, errors.begin() + static_cast<long>(errors.size()) / 2);
-    return errors[errors.size() / 2];
+    return middle_of(errors);
   };
   EXPECT_LT(median_error_px(motion), 3.0);
   EXPECT_GT(median_error_px(motion.inverse()), 30.0);

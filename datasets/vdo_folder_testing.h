@@ -146,25 +146,23 @@ inline void fixture_frame(const VdoFixture& fixture, int frame, int width, int h
   Image<Flow> flow(width, height);
   Image<uint16_t> mask(width, height);
   int left = width, top = height, right = -1, bottom = -1;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Eigen::Vector3d ray = fixture.camera.left.ray(x, y);
-      const FixtureHit hit = fixture_hit(ray, T_world_camera, T_world_object);
-      image(x, y) = {hit.gray, hit.gray, static_cast<uint8_t>(hit.label == 1 ? 255 - hit.gray : hit.gray)};
-      depth(x, y) = static_cast<float>(hit.depth_m);
-      mask(x, y) = static_cast<uint16_t>(hit.label);
-      const Eigen::Vector3d next =
-          (hit.label == 1 ? T_next_camera_object : T_next_camera) * (hit.depth_m * ray);
-      if (next.z() > 0.1) {
-        const Eigen::Vector2d p = fixture.camera.left.project(next);
-        flow(x, y) = {static_cast<float>(p.x() - x), static_cast<float>(p.y() - y)};
-      }
-      if (hit.label != 1) continue;
-      left = std::min(left, x);
-      right = std::max(right, x);
-      top = std::min(top, y);
-      bottom = std::max(bottom, y);
+  for (const auto [x, y] : PixelRange(width, height)) {
+    const Eigen::Vector3d ray = fixture.camera.left.ray(x, y);
+    const FixtureHit hit = fixture_hit(ray, T_world_camera, T_world_object);
+    image(x, y) = {hit.gray, hit.gray, static_cast<uint8_t>(hit.label == 1 ? 255 - hit.gray : hit.gray)};
+    depth(x, y) = static_cast<float>(hit.depth_m);
+    mask(x, y) = static_cast<uint16_t>(hit.label);
+    const Eigen::Vector3d next =
+        (hit.label == 1 ? T_next_camera_object : T_next_camera) * (hit.depth_m * ray);
+    if (next.z() > 0.1) {
+      const Eigen::Vector2d p = fixture.camera.left.project(next);
+      flow(x, y) = {static_cast<float>(p.x() - x), static_cast<float>(p.y() - y)};
     }
+    if (hit.label != 1) continue;
+    left = std::min(left, x);
+    right = std::max(right, x);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y);
   }
   const auto path = [&](const char* folder, const char* extension) {
     return fixture.dir / folder / fmt::format("{:06}.{}", frame, extension);

@@ -8,6 +8,7 @@
 #include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 
 namespace sextant {
@@ -41,9 +42,8 @@ std::string objects_text(const Sequence& sequence) {
       const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
       const double ry =
           std::remainder(std::atan2(ahead.x(), ahead.z()) - std::numbers::pi / 2, 2 * std::numbers::pi);
-      text += fmt::format("{} {} {} {} {} {} {} {} {} {}\n", frame, object.id, object.left.value_or(0),
-                          object.top.value_or(0), object.right.value_or(0), object.bottom.value_or(0), p.x(),
-                          p.y(), p.z(), ry);
+      const ImageBox box = object.box.value_or(ImageBox{0, 0, 0, 0});
+      put_line(text, frame, object.id, box.left, box.top, box.right, box.bottom, p.x(), p.y(), p.z(), ry);
     }
   }
   return text;

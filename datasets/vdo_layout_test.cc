@@ -56,7 +56,7 @@ TEST_F(VdoLayoutTest, EverythingComesBack) {
     EXPECT_LT(
         (object->T_camera_object.inverse() * before->truth().find(frame, 1)->T_camera_object).log().norm(),
         1e-9);
-    EXPECT_EQ(object->left, before->truth().find(frame, 1)->left);
+    EXPECT_EQ(object->box, before->truth().find(frame, 1)->box);
   }
 }
 

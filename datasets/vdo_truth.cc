@@ -14,10 +14,7 @@ ObjectTruth read_object(const TextRows& rows) {
   if (object.id < 1)
     rows.fail_here("expected an object id of 1 or more (0 is the background), got {}", object.id);
   if (object.id > 65535) rows.fail_here("expected an object id of at most 65535, got {}", object.id);
-  object.left = rows.finite(2, "the box");
-  object.top = rows.finite(3, "the box");
-  object.right = rows.finite(4, "the box");
-  object.bottom = rows.finite(5, "the box");
+  object.box = rows.box(2);
   const Eigen::Vector3d position(rows.metres(6, "x"), rows.metres(7, "y"), rows.metres(8, "z"));
   const double yaw = rows.finite(9, "ry") + std::numbers::pi / 2;
   const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));

@@ -13,8 +13,7 @@ TEST(VdoObjects, ReadsBoxPoseAndOrder) {
   ASSERT_EQ(objects.at(0).size(), 2u);
   const ObjectTruth& first = objects.at(0)[0];
   EXPECT_EQ(first.id, 1);
-  EXPECT_EQ(first.left, 894.7);
-  EXPECT_EQ(first.bottom, 374);
+  EXPECT_EQ(first.box, (ImageBox{894.7, 190.6, 1241, 374}));
   EXPECT_FALSE(first.moving.has_value());
   // ry = -pi/2 drives ahead: the camera's axes.
   EXPECT_LT(rotation_angle_rad(first.T_camera_object.rotation()), 1e-12);

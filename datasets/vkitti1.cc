@@ -114,8 +114,8 @@ std::unique_ptr<Sequence> open_vkitti1(const SourceSpec& source) {
   files.masks.open = [&](const ChannelInputs& inputs) {
     const fs::path table = *vkitti1_folder(source.path, "scenegt") /
                            fmt::format("{}_{}_scenegt_rgb_encoding.txt", name.group, name.variation);
-    return make_mask_folder(
-        "scene_colours", files.masks.files, inputs,
+    return std::make_unique<FolderSource<uint16_t>>(
+        "masks", "scene_colours", ".png", files.masks.files, inputs,
         [colors = SceneColors(table, *inputs.inputs)](const auto& bytes, const auto& path) {
           return colors.mask(decode_png_rgb(bytes, path), path);
         });

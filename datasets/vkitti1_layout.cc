@@ -36,10 +36,10 @@ Image<Rgb> scene_colors(const Image<uint16_t>& mask) {
   return image;
 }
 
-std::string color_table(const Sequence& sequence, const std::map<int, MaskExtents>& extents) {
+std::string color_table(const Sequence& sequence, const std::map<int, MaskOutlines>& outlines) {
   std::map<int, std::string> types;  // by id
-  for (const auto& [frame, shown] : extents) {
-    for (const auto& [id, extent] : shown) types.emplace(id, "Car");
+  for (const auto& [frame, shown] : outlines) {
+    for (const auto& [id, outline] : shown) types.emplace(id, "Car");
   }
   for (const auto& [frame, objects] : sequence.truth().objects) {
     for (const ObjectTruth& object : objects) {
@@ -59,19 +59,10 @@ Vkitti1Object to_text(const VkittiRow& row) {
   o.truncated = row.truncation >= 0.78 ? 2 : row.truncation > 0 ? 1 : 0;
   o.occluded = row.occupancy >= 0.75 ? 0 : row.occupancy >= 0.4 ? 1 : 2;
   o.alpha = row.alpha_rad;
-  o.l = row.left;
-  o.t = row.top;
-  o.r = row.right;
-  o.b = row.bottom;
-  o.w3d = row.object->size_m->x();
-  o.h3d = row.object->size_m->y();
-  o.l3d = row.object->size_m->z();
-  o.x3d = row.object->T_camera_object.translation().x();
-  o.y3d = row.object->T_camera_object.translation().y();
-  o.z3d = row.object->T_camera_object.translation().z();
-  o.ry = row.angles.ry;
-  o.rx = row.angles.rx;
-  o.rz = row.angles.rz;
+  o.box = row.box;
+  o.size_m = *row.object->size_m;
+  o.position_m = row.object->T_camera_object.translation();
+  o.angles = row.angles;
   o.truncr = row.truncation;
   o.occupr = row.occupancy;
   o.moving = row.moving;
@@ -97,16 +88,16 @@ class Writer {
                            [=](const auto& pixels) { return encode_png(encode(pixels)); });
     };
     const auto as_it_is = [](const Image<Rgb>& image) { return image; };
-    const auto extents =
+    const auto outlines =
         write_vkitti_frames(sequence_, request_,
                             {frames(&Channels::rgb, &Frame::rgb, "rgb", as_it_is),
                              frames(&Channels::depth, &Frame::depth_m, "depthgt", cm_from_depth),
                              frames(&Channels::flow, &Frame::flow, "flowgt", vkitti_from_flow),
                              frames(&Channels::mask, &Frame::mask, "scenegt", scene_colors)});
     if (info_.channels.mask) {
-      put("scenegt", stem() + "_scenegt_rgb_encoding.txt", color_table(sequence_, extents));
+      put("scenegt", stem() + "_scenegt_rgb_encoding.txt", color_table(sequence_, outlines));
     }
-    write_truth(extents);
+    write_truth(outlines);
     return fmt::format("vkitti1:{}#{}", request_.out.string(), name_.text());
   }
 
@@ -146,7 +137,7 @@ class Writer {
         info_.dataset, info_.sequence, k.fx, k.fy, k.cx, k.cy, info_.width, info_.height);
   }
 
-  void write_truth(const std::map<int, MaskExtents>& extents) const {
+  void write_truth(const std::map<int, MaskOutlines>& outlines) const {
     const SequenceTruth& truth = sequence_.truth();
     if (truth.camera.empty()) return;
     std::map<int, SE3> T_camera_world;
@@ -156,7 +147,7 @@ class Writer {
     fs::create_directories(folder("extrinsicsgt"));
     put("extrinsicsgt", stem() + ".txt", encode_vkitti1_extrinsics(T_camera_world));
     std::vector<Vkitti1Object> objects;
-    for (const VkittiRow& row : vkitti_rows(sequence_, extents)) objects.push_back(to_text(row));
+    for (const VkittiRow& row : vkitti_rows(sequence_, outlines)) objects.push_back(to_text(row));
     fs::create_directories(folder("motgt"));
     put("motgt", stem() + ".txt", encode_vkitti1_objects(objects));
   }

@@ -61,13 +61,9 @@ void for_each_sequence(const fs::path& root,
 ObjectTruth to_truth(const Vkitti1Object& row, bool parked_is_reliable) {
   ObjectTruth object;
   object.id = row.tid + 1;
-  object.T_camera_object =
-      SE3(vkitti_rotation({row.ry, row.rx, row.rz}), Eigen::Vector3d(row.x3d, row.y3d, row.z3d));
-  object.left = row.l;
-  object.top = row.t;
-  object.right = row.r;
-  object.bottom = row.b;
-  object.size_m = Eigen::Vector3d(row.w3d, row.h3d, row.l3d);
+  object.T_camera_object = SE3(vkitti_rotation(row.angles), row.position_m);
+  object.box = row.box;
+  object.size_m = row.size_m;
   object.type = row.orig_label;
   if (row.moving || parked_is_reliable) object.moving = row.moving;
   return object;

@@ -1,23 +1,15 @@
 #include "sextant/datasets/vkitti1_truth.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <numbers>
 
-#include "sextant/base/testing.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/vkitti_box.h"
-#include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/datasets/testing.h"
 #include "sextant/geometry/camera.h"
 
 namespace sextant {
 namespace {
-
-double median(std::vector<double> values) {
-  SEXTANT_CHECK(!values.empty());
-  const auto middle = values.begin() + static_cast<long>(values.size()) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 const char* const extrinsics =
     "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1\n"
@@ -30,17 +22,12 @@ const char* const objects_file =
     "0 4 Car 0 0 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Car 0 M C\n"
     "0 2 DontCare 0 0 -1.5 1 2 3 4 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Van 1 M C\n";
 
-class Vkitti1Truths : public testing::Test {
+class Vkitti1Truths : public FolderTest {
  protected:
-  void put(const fs::path& name, std::string_view text) {
-    fs::create_directories((temp_.path() / name).parent_path());
-    write_file(temp_.path() / name, text);
-  }
   Vkitti1Truth read(const std::string& world, const std::string& variation = "clone") {
     InputLog inputs;
-    return read_vkitti1_truth(temp_.path(), world, variation, inputs);
+    return read_vkitti1_truth(root_, world, variation, inputs);
   }
-  TempFolder temp_;
 };
 
 TEST_F(Vkitti1Truths, AllThreePlaces) {
@@ -53,7 +40,7 @@ TEST_F(Vkitti1Truths, AllThreePlaces) {
   InputLog inputs;
   for (const auto& [root, variation] :
        {std::pair{"a", "fog"}, {"b", "clone"}, {"c", "clone"}, {"c/vkitti_1.3.1_text", "clone"}}) {
-    const Vkitti1Truth out = read_vkitti1_truth(temp_.path() / root, "0001", variation, inputs);
+    const Vkitti1Truth out = read_vkitti1_truth(root_ / root, "0001", variation, inputs);
     EXPECT_EQ(out.truth.camera.poses().size(), 2u) << root;
     EXPECT_TRUE(out.warnings.empty());
   }
@@ -71,10 +58,7 @@ TEST_F(Vkitti1Truths, WhatARowMeans) {
   ASSERT_NE(car, nullptr);
   EXPECT_EQ(*car->size_m, Eigen::Vector3d(1.6, 1.4, 3.7));
   EXPECT_EQ(car->T_camera_object.translation(), Eigen::Vector3d(3.0, 1.4, 13.1));
-  EXPECT_EQ(*car->left, 722);
-  EXPECT_EQ(*car->top, 186);
-  EXPECT_EQ(*car->right, 866);
-  EXPECT_EQ(*car->bottom, 281);
+  EXPECT_EQ(car->box, (ImageBox{722, 186, 866, 281}));
   EXPECT_EQ(*car->moving, false);
   EXPECT_EQ(*truth.find(0, 3)->moving, true);
   EXPECT_EQ(truth.find(0, 3)->type, "Van");
@@ -90,7 +74,8 @@ TEST_F(Vkitti1Truths, ThePosesDecideWhereParkedIsWrong) {
 }
 
 TEST_F(Vkitti1Truths, WhatIsNotThere) {
-  expect_error([&] { read("0001"); }, temp_.path().string() + ": no Virtual KITTI 1.3.1 in it");
+  fs::create_directory(root_);
+  expect_error([&] { read("0001"); }, root_.string() + ": no Virtual KITTI 1.3.1 in it");
   put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", extrinsics);
   put("vkitti_1.3.1_motgt/0002_rain.txt", objects_file);
   put("0018_camera.txt", extrinsics);
@@ -98,7 +83,7 @@ TEST_F(Vkitti1Truths, WhatIsNotThere) {
   expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; there: fog, rain");
   expect_error([&] { read("0002", "fog"); }, "lacks its file vkitti_1.3.1_motgt/0002_fog.txt");
   expect_error([&] { read("0018"); }, "lacks its file vkitti_1.3.1_motgt/0018_clone.txt");
-  const Vkitti1TextFiles files = find_vkitti1_text(temp_.path(), "0018", "clone");
+  const Vkitti1TextFiles files = find_vkitti1_text(root_, "0018", "clone");
   InputLog inputs;
   EXPECT_THAT(read_vkitti1_truth(files, "0018", inputs).warnings,
               ElementsAre("no motgt of world 0018: no true object motion"));
@@ -116,13 +101,9 @@ TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
 class Vkitti1Real : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const char* data = std::getenv("SEXTANT_DATA");
-    if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
-    if (!fs::is_directory(fs::path(data) / "vkitti_1.3.1_text")) {
-      GTEST_SKIP() << data << "/vkitti_1.3.1_text is not there";
-    }
+    SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
     InputLog inputs;
-    truth_ = read_vkitti1_truth(data, GetParam(), "clone", inputs).truth;
+    truth_ = read_vkitti1_truth(real_data("vkitti_1.3.1_text"), GetParam(), "clone", inputs).truth;
   }
   SequenceTruth truth_;
 };
@@ -152,13 +133,13 @@ TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
       angles_deg.push_back(std::atan2(ahead.cross(step).norm(), ahead.dot(step)) * 180 / std::numbers::pi);
     }
   }
-  RecordProperty("heading_median_deg", fmt::format("{:.4f}", median(angles_deg)));
-  RecordProperty("tilt_offset_last_deg", fmt::format("{:.3f}", median(tilts_offset_last_deg)));
-  RecordProperty("tilt_median_deg", fmt::format("{:.5f}", median(tilts_deg)));
+  RecordProperty("heading_median_deg", fmt::format("{:.4f}", middle_of(angles_deg)));
+  RecordProperty("tilt_offset_last_deg", fmt::format("{:.3f}", middle_of(tilts_offset_last_deg)));
+  RecordProperty("tilt_median_deg", fmt::format("{:.5f}", middle_of(tilts_deg)));
   EXPECT_GT(angles_deg.size(), 200u);
-  EXPECT_LT(median(angles_deg), 5.0);
-  EXPECT_LT(median(tilts_deg), 0.001);
-  EXPECT_GT(median(tilts_offset_last_deg), 2.0);
+  EXPECT_LT(middle_of(angles_deg), 5.0);
+  EXPECT_LT(middle_of(tilts_deg), 0.001);
+  EXPECT_GT(middle_of(tilts_offset_last_deg), 2.0);
 }
 
 // The projected corners of the 3-D box (f = 725, c = (620.5, 187)) against the 2-D box, which holds the
@@ -168,7 +149,7 @@ TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
   std::vector<double> errors_px;
   for (const auto& [frame, list] : truth_.objects) {
     for (const ObjectTruth& o : list) {
-      Eigen::AlignedBox2d box;
+      ImageBox box;
       bool in_front = true;
       for (int corner = 0; corner < 8; ++corner) {
         const Eigen::Vector3d p =
@@ -176,29 +157,29 @@ TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
                                                 corner & 2 ? -o.size_m->y() : 0.0,
                                                 (corner & 4 ? 0.5 : -0.5) * o.size_m->z());
         in_front = in_front && p.z() > 1;
-        box.extend(camera.project(p));
+        const Eigen::Vector2d pixel = camera.project(p);
+        box.include(pixel.x(), pixel.y());
       }
       // Boxes at the border of the image are cut there.
-      if (!in_front || *o.left < 1 || *o.top < 1 || *o.right > 1240 || *o.bottom > 373) continue;
+      if (!in_front || o.box->left < 1 || o.box->top < 1 || o.box->right > 1240 || o.box->bottom > 373)
+        continue;
       errors_px.push_back(
-          std::max({std::abs(box.min().x() - *o.left), std::abs(box.min().y() - *o.top),
-                    std::abs(box.max().x() - *o.right), std::abs(box.max().y() - *o.bottom)}));
+          std::max({std::abs(box.left - o.box->left), std::abs(box.top - o.box->top),
+                    std::abs(box.right - o.box->right), std::abs(box.bottom - o.box->bottom)}));
     }
   }
-  RecordProperty("box_median_px", fmt::format("{:.3f}", median(errors_px)));
+  RecordProperty("box_median_px", fmt::format("{:.3f}", middle_of(errors_px)));
   EXPECT_GT(errors_px.size(), 500u);
-  EXPECT_LT(median(errors_px), 4.0);
+  EXPECT_LT(middle_of(errors_px), 4.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, Vkitti1Real, testing::Values("0001", "0002", "0018"));
 
 TEST_F(Vkitti1Truths, RowsOfVersion2AreThoseOfVersion1) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr || !fs::is_directory(fs::path(data) / "vkitti_1.3.1_text")) {
-    GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
-  }
+  SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
   InputLog inputs;
-  const SequenceTruth truth = read_vkitti1_truth(data, "0018", "clone", inputs).truth;
+  const SequenceTruth truth =
+      read_vkitti1_truth(real_data("vkitti_1.3.1_text"), "0018", "clone", inputs).truth;
   // Virtual KITTI 2.0.3, Scene18/clone/pose.txt, first row (docs/datasets.md): world_space_X, Y, Z and
   // rotation_world_space_y, next to camera-space numbers that are those of 1.3.1.
   const SE3 T_world_object = *truth.camera.pose(25) * truth.find(25, 1)->T_camera_object;

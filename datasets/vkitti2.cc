@@ -26,13 +26,13 @@ std::vector<fs::path> roots(const fs::path& root) {
   return all;
 }
 
-std::set<std::string> subfolders(const std::vector<fs::path>& folders, const std::string& prefix) {
+std::set<std::string> subfolders(const std::vector<fs::path>& folders, const std::string& start) {
   std::set<std::string> names;
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder)) continue;
     for (const auto& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      if (entry.is_directory() && name.starts_with(prefix)) names.insert(name);
+      if (entry.is_directory() && name.starts_with(start)) names.insert(name);
     }
   }
   return names;

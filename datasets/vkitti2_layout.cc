@@ -23,29 +23,18 @@ Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
   pose.camera = left_camera;
   pose.track = row.track;
   pose.alpha = row.alpha_rad;
-  pose.width = row.object->size_m->x();
-  pose.height = row.object->size_m->y();
-  pose.length = row.object->size_m->z();
+  pose.size_m = *row.object->size_m;
   const SE3 T_world_object = T_world_camera * row.object->T_camera_object;
-  const VkittiAngles world = vkitti_angles(T_world_object.rotation());
-  pose.world_x = T_world_object.translation().x();
-  pose.world_y = T_world_object.translation().y();
-  pose.world_z = T_world_object.translation().z();
-  pose.world_ry = world.ry;
-  pose.world_rx = world.rx;
-  pose.world_rz = world.rz;
-  pose.camera_x = row.object->T_camera_object.translation().x();
-  pose.camera_y = row.object->T_camera_object.translation().y();
-  pose.camera_z = row.object->T_camera_object.translation().z();
-  pose.camera_ry = row.angles.ry;
-  pose.camera_rx = row.angles.rx;
-  pose.camera_rz = row.angles.rz;
+  pose.world_m = T_world_object.translation();
+  pose.world_angles = vkitti_angles(T_world_object.rotation());
+  pose.camera_m = row.object->T_camera_object.translation();
+  pose.camera_angles = row.angles;
   return pose;
 }
 
 Vkitti2Box to_box(const VkittiRow& row) {
-  return {row.frame,  left_camera,  row.track,      row.left,      row.right, row.top,
-          row.bottom, row.n_pixels, row.truncation, row.occupancy, row.moving};
+  return {row.frame,    left_camera,    row.track,     row.box,
+          row.n_pixels, row.truncation, row.occupancy, row.moving};
 }
 
 // 8 bit where that is enough, as in the data set.
@@ -86,7 +75,7 @@ class Writer {
     const auto jpeg = [](const Image<Rgb>& image) { return encode_jpeg(image); };
     const auto depth = [](const Image<float>& depth_m) { return encode_png(cm_from_depth(depth_m)); };
     const auto flow = [](const Image<Flow>& image) { return encode_png(vkitti_from_flow(image)); };
-    const auto extents = write_vkitti_frames(
+    const auto outlines = write_vkitti_frames(
         sequence_, request_,
         {frames(&Channels::rgb, &Frame::rgb, "rgb", left_camera, "rgb_{:05}.jpg", jpeg),
          frames(&Channels::rgb_right, &Frame::rgb_right, "rgb", right_camera, "rgb_{:05}.jpg", jpeg),
@@ -97,7 +86,7 @@ class Writer {
          frames(&Channels::mask, &Frame::mask, "instanceSegmentation", left_camera, "instancegt_{:05}.png",
                 encode_instances)});
     write_cameras();
-    if (!sequence_.truth().camera.empty()) write_objects(extents);
+    if (!sequence_.truth().camera.empty()) write_objects(outlines);
     put("colors.txt", vkitti2_colors());
     return fmt::format("vkitti2:{}#{}", request_.out.string(), name_.text());
   }
@@ -122,11 +111,11 @@ class Writer {
     if (!extrinsics.empty()) put("extrinsic.txt", encode_vkitti2_extrinsics(extrinsics));
   }
 
-  void write_objects(const std::map<int, MaskExtents>& extents) const {
+  void write_objects(const std::map<int, MaskOutlines>& outlines) const {
     std::vector<Vkitti2Pose> poses;
     std::vector<Vkitti2Box> boxes;
     std::map<int, Vkitti2Info> infos;  // by track
-    for (const VkittiRow& row : vkitti_rows(sequence_, extents)) {
+    for (const VkittiRow& row : vkitti_rows(sequence_, outlines)) {
       poses.push_back(to_pose(row, *sequence_.truth().camera.pose(row.frame)));
       boxes.push_back(to_box(row));
       infos.emplace(row.track, Vkitti2Info{row.track, row.type, "unknown", "unknown"});

@@ -60,7 +60,7 @@ TEST_F(Vkitti2Files, AnySubsetOpens) {
   const auto bare = open_with(source_);
   EXPECT_EQ(bare->info().warnings.size(), 3u);
   EXPECT_EQ(bare->info().camera.left.fx, 725.0087);
-  EXPECT_FALSE(bare->truth().find(4, 3)->left.has_value());
+  EXPECT_FALSE(bare->truth().find(4, 3)->box.has_value());
   EXPECT_FALSE(bare->truth().find(4, 3)->moving.has_value());
 }
 
@@ -117,7 +117,7 @@ TEST_F(Vkitti2Files, CamerasThatChange) {
 
 TEST_F(Vkitti2Files, AnotherBaselineIsThatOfTheFile) {
   FormulaSequence source({.first_frame = 3, .last_frame = 4});
-  source.change_info().camera = {{500, 510, 600, 180}, 500 * 0.25};
+  source.info_.camera = {{500, 510, 600, 180}, 500 * 0.25};
   LayoutRequest request{.out = temp_.path() / "E", .quiet = true};
   const auto sequence = open_with(find_layout("vkitti2").write(source, request));
   EXPECT_EQ(sequence->info().camera.left.fy, 510);

@@ -119,19 +119,15 @@ class Reader {
     }
     ObjectTruth object;
     object.id = row.track + 1;
-    object.T_camera_object = SE3(vkitti_rotation({row.camera_ry, row.camera_rx, row.camera_rz}),
-                                 Eigen::Vector3d(row.camera_x, row.camera_y, row.camera_z));
-    object.size_m = Eigen::Vector3d(row.width, row.height, row.length);
+    object.T_camera_object = SE3(vkitti_rotation(row.camera_angles), row.camera_m);
+    object.size_m = row.size_m;
     if (!boxes_.empty()) {
       const auto box = boxes_.find({row.frame, row.track});
       if (box == boxes_.end()) {
         fail("{}: no row of track {} in frame {} of camera {}, which {} has", path("bbox.txt").string(),
              row.track, row.frame, row.camera, name);
       }
-      object.left = box->second.left;
-      object.top = box->second.top;
-      object.right = box->second.right;
-      object.bottom = box->second.bottom;
+      object.box = box->second.box;
       object.moving = box->second.is_moving;
     }
     if (!types_.empty()) {

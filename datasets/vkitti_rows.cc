@@ -15,15 +15,13 @@ std::string where(const Sequence& sequence, int frame) {
 
 // What points beyond the image's outermost pixels is no measurement in the data set.
 void drop_leaving(Image<Flow>& flow) {
-  for (int y = 0; y < flow.height(); ++y) {
-    for (int x = 0; x < flow.width(); ++x) {
-      Flow& f = flow(x, y);
-      const float u = static_cast<float>(x) + f.u;
-      const float v = static_cast<float>(y) + f.v;
-      const bool inside = u >= 0 && v >= 0 && u <= static_cast<float>(flow.width() - 1) &&
-                          v <= static_cast<float>(flow.height() - 1);
-      if (!inside) f = {};
-    }
+  for (const auto [x, y] : pixels(flow)) {
+    Flow& f = flow(x, y);
+    const float u = static_cast<float>(x) + f.u;
+    const float v = static_cast<float>(y) + f.v;
+    const bool inside = u >= 0 && v >= 0 && u <= static_cast<float>(flow.width() - 1) &&
+                        v <= static_cast<float>(flow.height() - 1);
+    if (!inside) f = {};
   }
 }
 
@@ -38,8 +36,6 @@ std::optional<bool> steps(const SequenceTruth& truth, int id, int from, int to) 
   return step.norm() >= moving_step_m;
 }
 
-bool has_box(const ObjectTruth& object) { return object.left && object.top && object.right && object.bottom; }
-
 void check_object(const std::string& where, const ObjectTruth& object) {
   if (!object.size_m) {
     fail("{}: object {} has no box size, which the layout needs: take a source whose truth has it", where,
@@ -50,7 +46,8 @@ void check_object(const std::string& where, const ObjectTruth& object) {
   }
 }
 
-VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& object, const MaskExtent& extent) {
+VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& object,
+                   const MaskOutline& outline) {
   check_object(where(sequence, frame), object);
   VkittiRow row{.frame = frame,
                 .track = object.id - 1,
@@ -58,37 +55,14 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
                 .angles = vkitti_angles(object.T_camera_object.rotation())};
   const Eigen::Vector3d& p = object.T_camera_object.translation();
   row.alpha_rad = std::remainder(row.angles.ry - std::atan2(p.x(), p.z()), 2 * std::numbers::pi);
-  const bool known = has_box(object);
-  row.left = known ? *object.left : extent.left;
-  row.top = known ? *object.top : extent.top;
-  row.right = known ? *object.right : extent.right;
-  row.bottom = known ? *object.bottom : extent.bottom;
-  row.n_pixels = extent.n_pixels;
+  row.box = object.box.value_or(outline.box);
+  row.n_pixels = outline.n_pixels;
   row.truncation = box_truncation(sequence.info(), object);
-  const double area = (row.right - row.left + 1) * (row.bottom - row.top + 1);
-  row.occupancy = area > 0 ? std::clamp(extent.n_pixels / area, 0.0, 1.0) : 0.0;
+  const double area = (row.box.width() + 1) * (row.box.height() + 1);
+  row.occupancy = area > 0 ? std::clamp(outline.n_pixels / area, 0.0, 1.0) : 0.0;
   row.moving = object.moving.value_or(moves(sequence.truth(), object.id, frame).value_or(false));
   row.type = object.type.empty() ? "Car" : object.type;
   return row;
-}
-
-/// Of all ids but 0.
-MaskExtents mask_extents(const Image<uint16_t>& mask) {
-  MaskExtents extents;
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width();) {
-      const uint16_t id = mask(x, y);
-      const int begin = x;
-      while (x < mask.width() && mask(x, y) == id) ++x;
-      if (id == 0) continue;
-      MaskExtent& e = extents.try_emplace(id, MaskExtent{begin, y, x - 1, y, 0}).first->second;
-      e.left = std::min(e.left, begin);
-      e.right = std::max(e.right, x - 1);
-      e.bottom = y;
-      e.n_pixels += x - begin;
-    }
-  }
-  return extents;
 }
 
 /// What a layout can hold of a frame.
@@ -129,34 +103,34 @@ double box_truncation(const SequenceInfo& info, const ObjectTruth& object) {
   return static_cast<double>(n_outside) / (box_samples * box_samples * box_samples);
 }
 
-std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents) {
+std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskOutlines>& outlines) {
   const SequenceInfo& info = sequence.info();
   std::vector<VkittiRow> rows;
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
     const auto objects = sequence.truth().objects.find(frame);
     if (objects == sequence.truth().objects.end()) continue;
-    const auto shown = extents.find(frame);
+    const auto shown = outlines.find(frame);
     for (const ObjectTruth& object : objects->second) {
-      const bool has_extent = shown != extents.end() && shown->second.contains(object.id);
-      if (!has_extent && !has_box(object)) continue;
+      const bool is_shown = shown != outlines.end() && shown->second.contains(object.id);
+      if (!is_shown && !object.box) continue;
       rows.push_back(
-          make_row(sequence, frame, object, has_extent ? shown->second.at(object.id) : MaskExtent{}));
+          make_row(sequence, frame, object, is_shown ? shown->second.at(object.id) : MaskOutline{}));
     }
   }
   return rows;
 }
 
-std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
-                                               std::vector<LayoutFolder> folders) {
-  std::map<int, MaskExtents> extents;
+std::map<int, MaskOutlines> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
+                                                std::vector<LayoutFolder> folders) {
+  std::map<int, MaskOutlines> outlines;
   const SequenceInfo& info = sequence.info();
-  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) extents[frame];
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) outlines[frame];
   write_layout_frames(
       sequence, request,
       {.folders = std::move(folders),
        .read = [&](int frame, Channels channels) { return vkitti_frame(sequence, frame, channels); },
-       .also = [&](const Frame& frame) { extents.at(frame.index) = mask_extents(frame.mask); }});
-  return extents;
+       .also = [&](const Frame& frame) { outlines.at(frame.index) = mask_outlines(frame.mask); }});
+  return outlines;
 }
 
 void check_vkitti_poses(const Sequence& sequence) {

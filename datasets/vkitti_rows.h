@@ -13,12 +13,7 @@
 
 namespace sextant {
 
-/// What a mask shows of one id.
-struct MaskExtent {
-  int left = 0, top = 0, right = 0, bottom = 0;  ///< px, inclusive
-  int n_pixels = 0;
-};
-using MaskExtents = std::map<int, MaskExtent>;
+using MaskOutlines = std::map<int, MaskOutline>;
 
 /// One object in one frame.
 struct VkittiRow {
@@ -27,7 +22,7 @@ struct VkittiRow {
   const ObjectTruth* object = nullptr;
   VkittiAngles angles;
   double alpha_rad = 0;
-  double left = 0, top = 0, right = 0, bottom = 0;
+  ImageBox box;
   int n_pixels = 0;
   double truncation = 0;
   double occupancy = 0;
@@ -42,12 +37,12 @@ std::optional<bool> moves(const SequenceTruth& truth, int id, int frame);
 /// Share of the 3-D box's volume outside of the view, on 8 x 8 x 8 points of it; needs size_m.
 double box_truncation(const SequenceInfo& info, const ObjectTruth& object);
 
-/// In order of frame and id. `extents` by frame.
-std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskExtents>& extents);
+/// In order of frame and id. `outlines` by frame.
+std::vector<VkittiRow> vkitti_rows(const Sequence& sequence, const std::map<int, MaskOutlines>& outlines);
 
-/// Writes all frames; returns the extents of their masks.
-std::map<int, MaskExtents> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
-                                               std::vector<LayoutFolder> folders);
+/// Writes all frames; returns the outlines of their masks.
+std::map<int, MaskOutlines> write_vkitti_frames(const Sequence& sequence, const LayoutRequest& request,
+                                                std::vector<LayoutFolder> folders);
 
 /// Throws Error unless all frames have a true camera pose, or none.
 void check_vkitti_poses(const Sequence& sequence);

@@ -4,8 +4,6 @@
 // scene), to be written and read back.
 
 #include <cmath>
-#include <filesystem>
-#include <map>
 #include <string>
 
 #include "sextant/base/files.h"
@@ -22,7 +20,7 @@ struct FormulaOptions {
   bool size = true;  ///< truth has box sizes
 };
 
-class FormulaSequence final : public Sequence {
+class FormulaSequence final : public MemorySequence {
  public:
   explicit FormulaSequence(const FormulaOptions& options = {}) : options_(options) {
     info_.dataset = "formula";
@@ -38,12 +36,6 @@ class FormulaSequence final : public Sequence {
     if (options.truth) make_truth();
   }
 
-  const SequenceInfo& info() const override { return info_; }
-  const SequenceTruth& truth() const override { return truth_; }
-  void check_files() const override {}
-  SequenceInfo& change_info() { return info_; }
-  SequenceTruth& change_truth() { return truth_; }
-
   Frame read(int frame, Channels channels) const override {
     Frame out;
     out.index = frame;
@@ -52,47 +44,34 @@ class FormulaSequence final : public Sequence {
     if (channels.depth) out.depth_m = depth(frame);
     if (channels.flow && frame != info_.last_frame) out.flow = flow(1 + 0.1 * frame);
     if (channels.backward_flow && frame != info_.first_frame) out.backward_flow = flow(-1 - 0.1 * frame);
-    if (channels.mask) {
-      out.mask = Image<uint16_t>(info_.width, info_.height);
-      for (int y = 100; y < 150; ++y) {
-        for (int x = 200 + frame; x < 300; ++x) out.mask(x, y) = static_cast<uint16_t>(options_.id);
-      }
-    }
+    if (channels.mask)
+      out.mask = image_of(info_.width, info_.height, [&](int x, int y) {
+        const bool inside = y >= 100 && y < 150 && x >= 200 + frame && x < 300;
+        return static_cast<uint16_t>(inside ? options_.id : 0);
+      });
     return out;
   }
 
  private:
+  static uint8_t byte(int value) { return static_cast<uint8_t>(value); }
+
   // Smooth, so that JPEG keeps it to a few levels.
   Image<Rgb> picture(int k) const {
-    Image<Rgb> image(info_.width, info_.height);
-    for (int y = 0; y < info_.height; ++y) {
-      for (int x = 0; x < info_.width; ++x) {
-        image(x, y) = {static_cast<uint8_t>(x / 8 + k), static_cast<uint8_t>(y / 2),
-                       static_cast<uint8_t>(2 * k)};
-      }
-    }
-    return image;
+    return image_of(info_.width, info_.height, [k](int x, int y) {
+      return Rgb{byte(x / 8 + k), byte(y / 2), byte(2 * k)};
+    });
   }
-
-  Image<float> depth(int frame) const {
-    Image<float> image(info_.width, info_.height);
-    for (int y = 0; y < info_.height; ++y) {
-      for (int x = 0; x < info_.width; ++x) {
-        image(x, y) = y < 40 ? NAN : static_cast<float>(2 + 0.0137 * x + 1.7 * y + frame);  // up to 660 m
-      }
-    }
-    return image;
+  Image<float> depth(int frame) const {  // up to 660 m
+    return image_of(info_.width, info_.height, [=](int x, int y) {
+      return y < 40 ? NAN : static_cast<float>(2 + 0.0137 * x + 1.7 * y + frame);
+    });
   }
-
   Image<Flow> flow(double scale) const {
-    Image<Flow> image(info_.width, info_.height);
-    for (int y = 40; y < info_.height; ++y) {
-      for (int x = 0; x < info_.width; ++x) {
-        image(x, y) = {static_cast<float>(scale * 0.1 * (x - 600)),
-                       static_cast<float>(scale * 0.2 * (y - 180))};
-      }
-    }
-    return image;
+    return image_of(info_.width, info_.height, [=](int x, int y) {
+      const Flow flow{static_cast<float>(scale * 0.1 * (x - 600)),
+                      static_cast<float>(scale * 0.2 * (y - 180))};
+      return y < 40 ? Flow() : flow;
+    });
   }
 
   void make_truth() {
@@ -111,19 +90,7 @@ class FormulaSequence final : public Sequence {
   }
 
   FormulaOptions options_;
-  SequenceInfo info_;
-  SequenceTruth truth_;
 };
-
-/// All files below a folder, by relative path.
-inline std::map<std::string, std::string> all_files(const std::filesystem::path& root) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
-    if (!entry.is_regular_file()) continue;
-    files[std::filesystem::relative(entry.path(), root).string()] = read_file(entry.path());
-  }
-  return files;
-}
 
 /// What is lost on the way through a layout's files.
 struct RoundTripErrors {
@@ -150,18 +117,16 @@ inline void compare_flow(const Image<Flow>& expected, const Image<Flow>& got, Ro
   ASSERT_EQ(expected.height(), got.height());
   const double w = expected.width() - 1;
   const double h = expected.height() - 1;
-  for (int y = 0; y < expected.height(); ++y) {
-    for (int x = 0; x < expected.width(); ++x) {
-      const Flow f = expected(x, y);
-      const float u = static_cast<float>(x) + f.u;
-      const float v = static_cast<float>(y) + f.v;
-      const bool representable = f.valid() && u >= 0 && v >= 0 && u <= w && v <= h;
-      ASSERT_EQ(got(x, y).valid(), representable) << x << ", " << y;
-      if (!representable) continue;
-      errors.flow_steps = std::max({errors.flow_steps, std::abs(got(x, y).u - f.u) / (2 * w / 65535),
-                                    std::abs(got(x, y).v - f.v) / (2 * h / 65535)});
-      ++errors.n_flow;
-    }
+  for (const auto [x, y] : pixels(expected)) {
+    const Flow f = expected(x, y);
+    const float u = static_cast<float>(x) + f.u;
+    const float v = static_cast<float>(y) + f.v;
+    const bool representable = f.valid() && u >= 0 && v >= 0 && u <= w && v <= h;
+    ASSERT_EQ(got(x, y).valid(), representable) << x << ", " << y;
+    if (!representable) continue;
+    errors.flow_steps = std::max({errors.flow_steps, std::abs(got(x, y).u - f.u) / (2 * w / 65535),
+                                  std::abs(got(x, y).v - f.v) / (2 * h / 65535)});
+    ++errors.n_flow;
   }
 }
 

@@ -6,12 +6,15 @@
 #include "sextant/datasets/channels/computed_channels.h"
 #include "sextant/datasets/channels/file_channels.h"
 #include "sextant/datasets/channels/network.h"
+#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/mots.h"
 
 namespace sextant {
 namespace {
 
-// How to add a kind: its maker in one of the files above, one line in the table of its channel here, and one
-// in the list at the head of channel_source.h.
+// How to add a kind: one line in the table of its channel here, and one in the list at the head of channel_source.h.
 template <typename Make>
 struct Kind {
   std::string name;
@@ -47,6 +50,72 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
   return kind->make(path, inputs);
 }
 
+/// A maker of sources with a file a frame.
+template <typename T>
+Make<T> files(const char* channel, const char* kind, const char* extension,
+              typename FolderSource<T>::Decode decode) {
+  return [=](const std::string& path, const ChannelInputs& inputs) {
+    return std::make_unique<FolderSource<T>>(channel, kind, extension, path, inputs, decode);
+  };
+}
+
+template <typename Map>
+auto of_png16(Map map) {
+  return [map](const std::string& bytes, const std::string& name) { return map(decode_png16(bytes, name)); };
+}
+
+template <typename Map>
+auto of_png_rgb16(Map map) {
+  return
+      [map](const std::string& bytes, const std::string& name) { return map(decode_png_rgb16(bytes, name)); };
+}
+
+std::unique_ptr<DepthSource> make_disparity256_source(const std::string& path, const ChannelInputs& inputs) {
+  const auto depth = [bf = inputs.camera.bf](const auto& image) {
+    return depth_from_disparity256(image, bf);
+  };
+  return files<float>("depth", "disparity256", ".png", of_png16(depth))(path, inputs);
+}
+
+Image<uint16_t> decode_instances(const std::string& bytes, const std::string& name) {
+  if (png_header(bytes, name).bit_depth == 16) return decode_png16(bytes, name);
+  const Image<uint8_t> ids = decode_png_index(bytes, name);
+  Image<uint16_t> mask(ids.width(), ids.height());
+  std::copy(ids.data(), ids.data() + ids.size(), mask.data());
+  return mask;
+}
+
+Image<uint16_t> decode_mots(const std::string& bytes, const std::string& name) {
+  return mask_from_mots(decode_png16(bytes, name), name);
+}
+
+/// One text file for all frames.
+class MotsSource final : public MaskSource {
+ public:
+  MotsSource(const char* kind, MotsIds ids, const std::string& path, const ChannelInputs& inputs)
+      : text_(inputs.inputs->read(path), path, ids),
+        width_(inputs.width),
+        height_(inputs.height),
+        provenance_(fmt::format("masks: {}:{}", kind, path)) {
+    if (ids == MotsIds::detections) provenance_ += " (detections: ids are of one frame each, not tracks)";
+  }
+
+  Image<uint16_t> read(int frame) const override { return text_.mask(frame, width_, height_); }
+  std::string provenance() const override { return provenance_; }
+
+ private:
+  MotsText text_;
+  int width_;
+  int height_;
+  std::string provenance_;
+};
+
+Make<uint16_t> mots_text(const char* kind, MotsIds ids) {
+  return [=](const std::string& path, const ChannelInputs& inputs) {
+    return std::make_unique<MotsSource>(kind, ids, path, inputs);
+  };
+}
+
 }  // namespace
 
 void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs) {
@@ -58,9 +127,9 @@ void check_size(int width, int height, const std::string& path, const ChannelInp
 std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs) {
   static const std::vector<Kind<Make<Flow>>> table = {
       {"dis", "", [](const auto&, const auto& i) { return make_dis_source(i); }},
-      {"flo", "DIR", make_flo_source},
-      {"kitti_png", "DIR", make_kitti_flow_source},
-      {"vkitti_png", "DIR", make_vkitti_flow_source},
+      {"flo", "DIR", files<Flow>("flow", "flo", ".flo", decode_flo)},
+      {"kitti_png", "DIR", files<Flow>("flow", "kitti_png", ".png", of_png_rgb16(flow_from_kitti))},
+      {"vkitti_png", "DIR", files<Flow>("flow", "vkitti_png", ".png", of_png_rgb16(flow_from_vkitti))},
       {"onnx", "FILE", make_network_flow_source},
   };
   return make("flow", choice, table, inputs);
@@ -70,8 +139,8 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
   static const std::vector<Kind<Make<float>>> table = {
       {"sgbm", "", [](const auto&, const auto& i) { return make_sgbm_source(i); }},
       {"disparity256", "DIR", make_disparity256_source},
-      {"depth256", "DIR", make_depth256_source},
-      {"cm", "DIR", make_cm_source},
+      {"depth256", "DIR", files<float>("depth", "depth256", ".png", of_png16(depth_from_depth256))},
+      {"cm", "DIR", files<float>("depth", "cm", ".png", of_png16(depth_from_cm))},
   };
   return make("depth", choice, table, inputs);
 }
@@ -79,11 +148,11 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
                                              std::map<int, std::vector<LabelBox>> boxes) {
   const std::vector<Kind<Make<uint16_t>>> table = {
-      {"instance_png", "DIR", make_instance_png_source},
-      {"mots_png", "DIR", make_mots_png_source},
-      {"mots_txt", "FILE", make_mots_txt_source},
-      {"detections_txt", "FILE", make_detections_txt_source},
-      {"vdo_text", "DIR", make_vdo_text_source},
+      {"instance_png", "DIR", files<uint16_t>("masks", "instance_png", ".png", decode_instances)},
+      {"mots_png", "DIR", files<uint16_t>("masks", "mots_png", ".png", decode_mots)},
+      {"mots_txt", "FILE", mots_text("mots_txt", MotsIds::tracks)},
+      {"detections_txt", "FILE", mots_text("detections_txt", MotsIds::detections)},
+      {"vdo_text", "DIR", files<uint16_t>("masks", "vdo_text", ".txt", decode_mask_text)},
       {"boxes", "", [&](const auto&, const auto& i) { return make_box_source(i, std::move(boxes)); }},
       {"onnx", "FILE", make_network_mask_source},
   };

@@ -32,6 +32,7 @@
 #include "sextant/base/files.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/measurement/frame.h"
+#include "sextant/measurement/image_box.h"
 
 namespace sextant {
 
@@ -51,7 +52,7 @@ struct ChannelInputs {
 /// A 2-D label box of one frame, px.
 struct LabelBox {
   int id = 0;  ///< as in masks
-  double left = 0, top = 0, right = 0, bottom = 0;
+  ImageBox box;
   double depth_m = 0;  ///< decides which box is in front
 };
 

@@ -26,18 +26,14 @@ Image<Rgb> texture(double dx, double dy, int width = frame_width, int height = f
   std::vector<double> value(64 * 64);
   for (double& v : value) v = static_cast<double>(rng() % 256);
   const auto at = [&](int x, int y) { return value[static_cast<size_t>((y & 63) * 64 + (x & 63))]; };
-  Image<Rgb> out(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const double u = (x + dx + 1000) / 4, v = (y + dy + 1000) / 4;
-      const int i = static_cast<int>(u), j = static_cast<int>(v);
-      const double a = u - i, b = v - j;
-      const auto gray = static_cast<uint8_t>((1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) +
-                                             b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1)));
-      out(x, y) = {gray, gray, gray};
-    }
-  }
-  return out;
+  return image_of(width, height, [&](int x, int y) {
+    const double u = (x + dx + 1000) / 4, v = (y + dy + 1000) / 4;
+    const int i = static_cast<int>(u), j = static_cast<int>(v);
+    const double a = u - i, b = v - j;
+    const auto gray = static_cast<uint8_t>((1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) +
+                                           b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1)));
+    return Rgb{gray, gray, gray};
+  });
 }
 
 // Frame k is moved by k * (4.5, 1.25) px; the right image of every frame by 12.25 px of disparity.
@@ -142,8 +138,7 @@ TEST_F(Channel, ComputedChannelsDoNotDependOnThreads) {
 
 TEST_F(Channel, BoxesAreDrawnFarToNear) {
   std::map<int, std::vector<LabelBox>> boxes;
-  boxes[0] = {{.id = 7, .left = 10, .top = 10, .right = 29.6, .bottom = 20, .depth_m = 5},
-              {.id = 3, .left = 20.2, .top = -5, .right = 400, .bottom = 15, .depth_m = 9}};
+  boxes[0] = {{7, {10, 10, 29.6, 20}, 5}, {3, {20.2, -5, 400, 15}, 9}};
   const auto source = make_mask_source("boxes", inputs(), boxes);
   const Image<uint16_t> mask = source->read(0);
   EXPECT_EQ(mask(10, 10), 7);
@@ -156,10 +151,10 @@ TEST_F(Channel, BoxesAreDrawnFarToNear) {
   EXPECT_EQ(mask(frame_width - 1, 15), 3);
   EXPECT_EQ(mask(frame_width - 1, 16), 0);
   EXPECT_EQ(source->read(1), Image<uint16_t>(frame_width, frame_height));
-  boxes[0][0].left = NAN;
+  boxes[0][0].box.left = NAN;
   expect_error([&] { make_mask_source("boxes", inputs(), boxes)->read(0); },
                "the box of object 7 is not finite");
-  boxes[0][0] = {.id = 0, .depth_m = 1};
+  boxes[0][0] = {0, {0, 0, 1, 1}, 1};
   expect_error([&] { make_mask_source("boxes", inputs(), boxes)->read(0); }, "a box has id 0");
 }
 

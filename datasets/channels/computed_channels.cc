@@ -57,17 +57,16 @@ Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int heig
   };
   std::ranges::sort(boxes, farther);
   Image<uint16_t> mask(width, height);
-  for (const LabelBox& box : boxes) {
-    const bool finite = std::isfinite(box.left) && std::isfinite(box.top) && std::isfinite(box.right) &&
-                        std::isfinite(box.bottom) && std::isfinite(box.depth_m);
-    if (!finite) fail("masks: the box of object {} is not finite", box.id);
-    if (box.id < 1 || box.id > 65535) fail("masks: a box has id {}: expected 1 to 65535", box.id);
+  for (const auto& [id, box, depth_m] : boxes) {
+    for (const double value : {box.left, box.top, box.right, box.bottom, depth_m})
+      if (!std::isfinite(value)) fail("masks: the box of object {} is not finite", id);
+    if (id < 1 || id > 65535) fail("masks: a box has id {}: expected 1 to 65535", id);
     const int x0 = static_cast<int>(std::clamp(std::ceil(box.left), 0.0, width * 1.0));
     const int x1 = static_cast<int>(std::clamp(std::floor(box.right), -1.0, width - 1.0));
     const int y0 = static_cast<int>(std::clamp(std::ceil(box.top), 0.0, height * 1.0));
     const int y1 = static_cast<int>(std::clamp(std::floor(box.bottom), -1.0, height - 1.0));
     for (int y = y0; y <= y1; ++y) {
-      for (int x = x0; x <= x1; ++x) mask(x, y) = static_cast<uint16_t>(box.id);
+      for (int x = x0; x <= x1; ++x) mask(x, y) = static_cast<uint16_t>(id);
     }
   }
   return mask;

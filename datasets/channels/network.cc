@@ -260,19 +260,17 @@ Image<uint16_t> connected_instances(const Image<uint16_t>& classes, const std::s
     ids(x, y) = static_cast<uint16_t>(n);
     open.emplace_back(x, y);
   };
-  for (int y = 0; y < classes.height(); ++y) {
-    for (int x = 0; x < classes.width(); ++x) {
-      const uint16_t class_id = classes(x, y);
-      if (class_id == 0 || ids(x, y) != 0) continue;
-      if (++n > 65535) fail("{}: more than 65535 separate instances in one frame", name);
-      visit(x, y);
-      while (!open.empty()) {
-        const auto [cx, cy] = open.back();
-        open.pop_back();
-        for (int ny = cy - 1; ny <= cy + 1; ++ny) {
-          for (int nx = cx - 1; nx <= cx + 1; ++nx) {
-            if (classes.contains(nx, ny) && classes(nx, ny) == class_id && ids(nx, ny) == 0) visit(nx, ny);
-          }
+  for (const auto [x, y] : pixels(classes)) {
+    const uint16_t class_id = classes(x, y);
+    if (class_id == 0 || ids(x, y) != 0) continue;
+    if (++n > 65535) fail("{}: more than 65535 separate instances in one frame", name);
+    visit(x, y);
+    while (!open.empty()) {
+      const auto [cx, cy] = open.back();
+      open.pop_back();
+      for (int ny = cy - 1; ny <= cy + 1; ++ny) {
+        for (int nx = cx - 1; nx <= cx + 1; ++nx) {
+          if (classes.contains(nx, ny) && classes(nx, ny) == class_id && ids(nx, ny) == 0) visit(nx, ny);
         }
       }
     }

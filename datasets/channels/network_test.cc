@@ -12,14 +12,10 @@ constexpr int frame_width = 12;
 constexpr int frame_height = 8;
 
 Image<Rgb> image(int frame) {
-  Image<Rgb> out(frame_width, frame_height);
-  for (int y = 0; y < frame_height; ++y) {
-    for (int x = 0; x < frame_width; ++x) {
-      out(x, y) = {static_cast<uint8_t>(10 * x + frame), static_cast<uint8_t>(20 * y),
-                   static_cast<uint8_t>(x == y ? 255 : frame)};
-    }
-  }
-  return out;
+  return image_of(frame_width, frame_height, [=](int x, int y) {
+    return Rgb{static_cast<uint8_t>(10 * x + frame), static_cast<uint8_t>(20 * y),
+               static_cast<uint8_t>(x == y ? 255 : frame)};
+  });
 }
 
 class Networks : public testing::Test {
@@ -48,11 +44,9 @@ void expect_flow(const FlowSource& source) {
     const Image<Flow> flow = source.read(frame);
     ASSERT_EQ(flow.width(), frame_width);
     ASSERT_EQ(flow.height(), frame_height);
-    for (int y = 0; y < frame_height; ++y) {
-      for (int x = 0; x < frame_width; ++x) {
-        EXPECT_EQ(flow(x, y).u, 0.5f * prev(x, y).r - 2.0f * curr(x, y).b + 3.0f);
-        EXPECT_EQ(flow(x, y).v, curr(x, y).g - 4.0f);
-      }
+    for (const auto [x, y] : PixelRange(frame_width, frame_height)) {
+      EXPECT_EQ(flow(x, y).u, 0.5f * prev(x, y).r - 2.0f * curr(x, y).b + 3.0f);
+      EXPECT_EQ(flow(x, y).v, curr(x, y).g - 4.0f);
     }
   }
   EXPECT_TRUE(source.read(3).empty());

@@ -10,12 +10,9 @@ namespace sextant {
 namespace {
 
 Image<Flow> sample() {
-  Image<Flow> flow(5, 3);
-  for (int y = 0; y < 3; ++y) {
-    for (int x = 0; x < 5; ++x)
-      flow(x, y) = {0.25f * static_cast<float>(x) - 1.0f, -3.5f * static_cast<float>(y)};
-  }
-  return flow;
+  return image_of(5, 3, [](int x, int y) {
+    return Flow{0.25f * static_cast<float>(x) - 1.0f, -3.5f * static_cast<float>(y)};
+  });
 }
 
 TEST(Flo, RoundTripsBitForBit) {

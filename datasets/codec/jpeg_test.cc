@@ -10,14 +10,10 @@ namespace sextant {
 namespace {
 
 Image<Rgb> texture() {
-  Image<Rgb> image(67, 45);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      image(x, y) = {static_cast<uint8_t>(x * 3 + (x * y) % 7 * 9), static_cast<uint8_t>(y * 5),
-                     static_cast<uint8_t>((x * 37 + y * 91) % 256)};
-    }
-  }
-  return image;
+  return image_of(67, 45, [](int x, int y) {
+    return Rgb{static_cast<uint8_t>(x * 3 + (x * y) % 7 * 9), static_cast<uint8_t>(y * 5),
+               static_cast<uint8_t>((x * 37 + y * 91) % 256)};
+  });
 }
 
 std::string textured_jpeg() { return encode_jpeg(texture(), 85); }
@@ -46,11 +42,9 @@ TEST(Jpeg, PixelsAreThoseOfOpenCv) {
   const std::vector<uint8_t> buffer(bytes.begin(), bytes.end());
   const Image<Rgb> ours = decode_jpeg_rgb(bytes, "x.jpg");
   cv::Mat theirs = cv::imdecode(buffer, cv::IMREAD_COLOR);
-  for (int y = 0; y < ours.height(); ++y) {
-    for (int x = 0; x < ours.width(); ++x) {
-      const auto& bgr = theirs.at<cv::Vec3b>(y, x);
-      ASSERT_EQ(ours(x, y), (Rgb{bgr[2], bgr[1], bgr[0]})) << x << " " << y;
-    }
+  for (const auto [x, y] : pixels(ours)) {
+    const auto& bgr = theirs.at<cv::Vec3b>(y, x);
+    ASSERT_EQ(ours(x, y), (Rgb{bgr[2], bgr[1], bgr[0]})) << x << " " << y;
   }
   std::vector<uint8_t> gray;
   ASSERT_TRUE(cv::imencode(".jpg", cv::Mat(8, 8, CV_8UC1, cv::Scalar(77)), gray));
@@ -59,10 +53,8 @@ TEST(Jpeg, PixelsAreThoseOfOpenCv) {
   std::vector<uint8_t> encoded;
   const Image<Rgb> image = texture();
   cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-  for (int y = 0; y < bgr.rows; ++y) {
-    for (int x = 0; x < bgr.cols; ++x)
-      bgr.at<cv::Vec3b>(y, x) = {image(x, y).b, image(x, y).g, image(x, y).r};
-  }
+  for (const auto [x, y] : PixelRange(bgr.cols, bgr.rows))
+    bgr.at<cv::Vec3b>(y, x) = {image(x, y).b, image(x, y).g, image(x, y).r};
   ASSERT_TRUE(cv::imencode(".jpg", bgr, encoded, {cv::IMWRITE_JPEG_QUALITY, 85}));
   EXPECT_EQ(textured_jpeg(), std::string(encoded.begin(), encoded.end()));
 }

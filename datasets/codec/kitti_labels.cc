@@ -41,10 +41,7 @@ KittiLabel read_label(const TextRows& rows) {
   label.truncated = rows.finite(3, "truncated");
   label.occluded = rows.integer(4, "occluded");
   label.alpha_rad = rows.finite(5, "alpha");
-  label.left = rows.finite(6, "the box");
-  label.top = rows.finite(7, "the box");
-  label.right = rows.finite(8, "the box");
-  label.bottom = rows.finite(9, "the box");
+  label.box = rows.box(6);
   read_pose(rows, label);
   return label;
 }
@@ -73,9 +70,9 @@ std::string encode_kitti_labels(const std::vector<KittiLabel>& labels) {
     fmt::format_to(std::back_inserter(out),
                    "{} {} {} {:.6f} {} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} "
                    "{:.6f} {:.6f} {:.6f} {:.17g} {:.17g} {:.17g} {:.17g}\n",
-                   l.frame, l.track_id, l.type, l.truncated, l.occluded, l.alpha_rad, l.left, l.top, l.right,
-                   l.bottom, l.height_m, l.width_m, l.length_m, l.position_m.x(), l.position_m.y(),
-                   l.position_m.z(), l.rotation_y_rad);
+                   l.frame, l.track_id, l.type, l.truncated, l.occluded, l.alpha_rad, l.box.left, l.box.top,
+                   l.box.right, l.box.bottom, l.height_m, l.width_m, l.length_m, l.position_m.x(),
+                   l.position_m.y(), l.position_m.z(), l.rotation_y_rad);
   }
   return out;
 }

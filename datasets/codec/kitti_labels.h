@@ -14,6 +14,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/measurement/image_box.h"
+
 namespace sextant {
 
 struct KittiLabel {
@@ -23,7 +25,7 @@ struct KittiLabel {
   double truncated = 0;
   int occluded = 0;
   double alpha_rad = 0;
-  double left = 0, top = 0, right = 0, bottom = 0;  ///< px
+  ImageBox box;
   double height_m = 0, width_m = 0, length_m = 0;
   Eigen::Vector3d position_m{0, 0, 0};
   double rotation_y_rad = 0;

@@ -169,7 +169,7 @@ TEST(KittiLabels, ReadsAllColumnsAndWritesThem) {
   EXPECT_EQ(car.type, "Car");
   EXPECT_EQ(car.truncated, 0.5);
   EXPECT_EQ(car.occluded, 2);
-  EXPECT_EQ(car.bottom, 40.25);
+  EXPECT_EQ(car.box, (ImageBox{10.5, 20, 30, 40.25}));
   EXPECT_EQ(car.height_m, 1.5);
   EXPECT_EQ(car.width_m, 1.6);
   EXPECT_EQ(car.length_m, 4.2);

@@ -1,7 +1,5 @@
 #include "sextant/datasets/codec/mots.h"
 
-#include <cstdlib>
-#include <filesystem>
 #include <numeric>
 #include <random>
 
@@ -144,9 +142,8 @@ TEST(MotsErrors, Png) {
 class MotsData : public testing::Test {
  protected:
   void SetUp() override {
-    const char* data = std::getenv("SEXTANT_DATA");
-    if (data == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set";
-    data_ = data;
+    SEXTANT_NEEDS_DATA("kitti_tracking");
+    SEXTANT_NEEDS_DATA("kitti_tracking_peers");
   }
 
   static int check(const MotsText& mots) {
@@ -161,21 +158,19 @@ class MotsData : public testing::Test {
     }
     return n;
   }
-
-  std::filesystem::path data_;
 };
 
 TEST_F(MotsData, LabelsDecodeAndEncode) {
   int n = 0;
   for (const char* sequence : {"0000", "0001", "0002", "0003", "0004", "0005", "0006", "0018", "0020"}) {
-    const auto file = data_ / "kitti_tracking/training/instances_txt" / fmt::format("{}.txt", sequence);
+    const auto file = real_data(fmt::format("kitti_tracking/training/instances_txt/{}.txt", sequence));
     n += check(MotsText(read_file(file), file.string()));
   }
   EXPECT_EQ(n, 16869);
 }
 
 TEST_F(MotsData, MaskEncodesToTheLabelsRow) {
-  const auto file = data_ / "kitti_tracking/training/instances_txt/0003.txt";
+  const auto file = real_data("kitti_tracking/training/instances_txt/0003.txt");
   const MotsText mots(read_file(file), file.string());
   const Image<uint16_t> mask = mots.mask(0, 1242, 375);
   for (const MotsText::Row& row : mots.rows(0)) {
@@ -185,7 +180,7 @@ TEST_F(MotsData, MaskEncodesToTheLabelsRow) {
 }
 
 TEST_F(MotsData, DetectionsDecodeAndEncode) {
-  const auto file = data_ / "kitti_tracking_peers/trackrcnn_image_02/0003.txt";
+  const auto file = real_data("kitti_tracking_peers/trackrcnn_image_02/0003.txt");
   EXPECT_EQ(check(MotsText(read_file(file), file.string(), MotsIds::detections)), 523);
 }
 

@@ -11,53 +11,27 @@ namespace sextant {
 namespace {
 
 // Smooth with noise, so that every filter has something to predict and every byte value occurs.
-int sample(int x, int y, int channel, int range, std::mt19937& rng) {
+template <typename T>
+T sample(int x, int y, int channel, std::mt19937& rng) {
+  constexpr int range = std::numeric_limits<T>::max() + 1;
   const double wave = 0.5 + 0.4 * std::sin(0.05 * x + channel) * std::cos(0.07 * y);
-  return static_cast<int>(wave * range + static_cast<double>(rng() % 64) * range / 1024.0) % range;
+  return static_cast<T>(static_cast<int>(wave * range + static_cast<double>(rng() % 64) * range / 1024.0) %
+                        range);
 }
 
-Image<uint8_t> gray8(int w, int h) {
-  std::mt19937 rng(1);
-  Image<uint8_t> image(w, h);
-  for (int y = 0; y < h; ++y) {
-    for (int x = 0; x < w; ++x) image(x, y) = static_cast<uint8_t>(sample(x, y, 0, 256, rng));
-  }
-  return image;
+template <typename T>
+Image<T> gray(int w, int h) {
+  std::mt19937 rng(sizeof(T));
+  return image_of(w, h, [&](int x, int y) { return sample<T>(x, y, 0, rng); });
 }
 
-Image<uint16_t> gray16(int w, int h) {
-  std::mt19937 rng(2);
-  Image<uint16_t> image(w, h);
-  for (int y = 0; y < h; ++y) {
-    for (int x = 0; x < w; ++x) image(x, y) = static_cast<uint16_t>(sample(x, y, 0, 65536, rng));
-  }
-  return image;
-}
-
-Image<Rgb> rgb8(int w, int h) {
-  std::mt19937 rng(3);
-  Image<Rgb> image(w, h);
-  for (int y = 0; y < h; ++y) {
-    for (int x = 0; x < w; ++x) {
-      image(x, y) = {static_cast<uint8_t>(sample(x, y, 0, 256, rng)),
-                     static_cast<uint8_t>(sample(x, y, 1, 256, rng)),
-                     static_cast<uint8_t>(sample(x, y, 2, 256, rng))};
-    }
-  }
-  return image;
-}
-
-Image<Rgb16> rgb16(int w, int h) {
-  std::mt19937 rng(4);
-  Image<Rgb16> image(w, h);
-  for (int y = 0; y < h; ++y) {
-    for (int x = 0; x < w; ++x) {
-      image(x, y) = {static_cast<uint16_t>(sample(x, y, 0, 65536, rng)),
-                     static_cast<uint16_t>(sample(x, y, 1, 65536, rng)),
-                     static_cast<uint16_t>(sample(x, y, 2, 65536, rng))};
-    }
-  }
-  return image;
+template <typename Pixel>
+Image<Pixel> colour(int w, int h) {
+  using T = decltype(Pixel::r);
+  std::mt19937 rng(2 + sizeof(T));
+  return image_of(w, h, [&](int x, int y) {
+    return Pixel{sample<T>(x, y, 0, rng), sample<T>(x, y, 1, rng), sample<T>(x, y, 2, rng)};
+  });
 }
 
 cv::Mat opencv_decode(const std::string& png, int flags) {
@@ -88,17 +62,17 @@ class PngFilters : public testing::TestWithParam<int> {};
 TEST_P(PngFilters, RoundTripsAndAgreesWithOpenCv) {
   const PngEncoding encoding{6, GetParam()};
   for (const auto& [w, h] : {std::pair{131, 47}, {1, 1}, {1, 9}, {9, 1}, {2, 3}}) {
-    const auto g8 = encode_png(gray8(w, h), encoding);
-    EXPECT_EQ(decode_png_gray(g8, "g8"), gray8(w, h));
+    const auto g8 = encode_png(gray<uint8_t>(w, h), encoding);
+    EXPECT_EQ(decode_png_gray(g8, "g8"), gray<uint8_t>(w, h));
     EXPECT_TRUE(equal(decode_png_gray(g8, "g8"), opencv_decode(g8, cv::IMREAD_UNCHANGED)));
-    const auto g16 = encode_png(gray16(w, h), encoding);
-    EXPECT_EQ(decode_png16(g16, "g16"), gray16(w, h));
+    const auto g16 = encode_png(gray<uint16_t>(w, h), encoding);
+    EXPECT_EQ(decode_png16(g16, "g16"), gray<uint16_t>(w, h));
     EXPECT_TRUE(equal(decode_png16(g16, "g16"), opencv_decode(g16, cv::IMREAD_UNCHANGED)));
-    const auto c8 = encode_png(rgb8(w, h), encoding);
-    EXPECT_EQ(decode_png_rgb(c8, "c8"), rgb8(w, h));
+    const auto c8 = encode_png(colour<Rgb>(w, h), encoding);
+    EXPECT_EQ(decode_png_rgb(c8, "c8"), colour<Rgb>(w, h));
     EXPECT_TRUE(equal(decode_png_rgb(c8, "c8"), opencv_decode(c8, cv::IMREAD_COLOR)));
-    const auto c16 = encode_png(rgb16(w, h), encoding);
-    EXPECT_EQ(decode_png_rgb16(c16, "c16"), rgb16(w, h));
+    const auto c16 = encode_png(colour<Rgb16>(w, h), encoding);
+    EXPECT_EQ(decode_png_rgb16(c16, "c16"), colour<Rgb16>(w, h));
     EXPECT_TRUE(equal(decode_png_rgb16(c16, "c16"), opencv_decode(c16, cv::IMREAD_UNCHANGED)));
   }
 }
@@ -117,7 +91,7 @@ TEST(Png, ReadsWhatOpenCvWrites) {
 }
 
 TEST(Png, GrayOfColourIsOpenCvsFixedPointFormula) {
-  const Image<Rgb> image = rgb8(333, 257);
+  const Image<Rgb> image = colour<Rgb>(333, 257);
   const cv::Mat rgb(image.height(), image.width(), CV_8UC3, const_cast<Rgb*>(image.data()));
   cv::Mat gray;
   cv::cvtColor(rgb, gray, cv::COLOR_RGB2GRAY);
@@ -127,9 +101,8 @@ TEST(Png, GrayOfColourIsOpenCvsFixedPointFormula) {
 
 TEST(Png, ReadsFewBitsPerPixel) {
   cv::Mat bits(11, 13, CV_8UC1);
-  for (int y = 0; y < bits.rows; ++y) {
-    for (int x = 0; x < bits.cols; ++x) bits.at<uint8_t>(y, x) = (x * y + x) % 3 == 0 ? 255 : 0;
-  }
+  for (const auto [x, y] : PixelRange(bits.cols, bits.rows))
+    bits.at<uint8_t>(y, x) = (x * y + x) % 3 == 0 ? 255 : 0;
   const std::string png = opencv_encode(bits, {cv::IMWRITE_PNG_BILEVEL, 1});
   ASSERT_EQ(png_header(png, "").bit_depth, 1);
   EXPECT_TRUE(equal(decode_png_gray(png, ""), bits));
@@ -154,14 +127,14 @@ TEST(Png, ReadsPalettes) {
 }
 
 TEST(Png, SizeComesFromTheHeaderAlone) {
-  const PngHeader header = png_header(encode_png(rgb8(31, 7)).substr(0, 40), "a.png");
+  const PngHeader header = png_header(encode_png(colour<Rgb>(31, 7)).substr(0, 40), "a.png");
   EXPECT_EQ(header.width, 31);
   EXPECT_EQ(header.height, 7);
   EXPECT_EQ(header.bit_depth, 8);
 }
 
 TEST(PngErrors, EveryTruncationIsSeen) {
-  const std::string png = encode_png(gray16(40, 30));
+  const std::string png = encode_png(gray<uint16_t>(40, 30));
   for (size_t n = 0; n < png.size(); ++n) {
     EXPECT_THROW(decode_png16(std::string_view(png).substr(0, n), "depth/000003.png"), Error) << n;
   }
@@ -171,7 +144,7 @@ TEST(PngErrors, EveryTruncationIsSeen) {
 }
 
 TEST(PngErrors, EveryDamagedByteIsSeen) {
-  const std::string png = encode_png(gray16(20, 10));
+  const std::string png = encode_png(gray<uint16_t>(20, 10));
   for (size_t i = 0; i < png.size(); ++i) {
     std::string damaged = png;
     set_byte(damaged, i, damaged[i] ^ 0x10);
@@ -184,10 +157,11 @@ TEST(PngErrors, EveryDamagedByteIsSeen) {
 
 TEST(PngErrors, OtherFilesAndKinds) {
   expect_error([] { decode_png16("\xff\xd8\xff JPEG", "a.jpg"); }, "a.jpg: not a PNG image");
-  expect_error([] { decode_png16(encode_png(rgb8(4, 4)), "a.png"); },
+  expect_error([] { decode_png16(encode_png(colour<Rgb>(4, 4)), "a.png"); },
                "a.png: expected a PNG of 16-bit gray, got 8-bit RGB");
-  expect_error([] { decode_png_rgb(encode_png(gray16(4, 4)), "a.png"); }, "got 16-bit gray");
-  expect_error([] { decode_png_rgb16(encode_png(gray16(4, 4)), "a.png"); }, "expected a PNG of 16-bit RGB");
+  expect_error([] { decode_png_rgb(encode_png(gray<uint16_t>(4, 4)), "a.png"); }, "got 16-bit gray");
+  expect_error([] { decode_png_rgb16(encode_png(gray<uint16_t>(4, 4)), "a.png"); },
+               "expected a PNG of 16-bit RGB");
 }
 
 }  // namespace

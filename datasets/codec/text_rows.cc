@@ -99,6 +99,11 @@ double TextRows::metres(size_t i, std::string_view what) const {
   return value;
 }
 
+ImageBox TextRows::box(size_t first) const {
+  const auto edge = [&](size_t i) { return finite(first + i, "the box"); };
+  return {edge(0), edge(1), edge(2), edge(3)};
+}
+
 int TextRows::integer(size_t i, std::string_view what) const {
   const std::optional<double> value = number_in(field(i));
   if (!value || *value != std::trunc(*value) || std::abs(*value) > std::numeric_limits<int>::max()) {
@@ -160,6 +165,8 @@ double TextTable::metres() {
   const size_t i = step();
   return rows_.metres(columns_[i], names_[i]);
 }
+
+Eigen::Vector3d TextTable::vector_m() { return Eigen::Vector3d{metres(), metres(), metres()}; }
 
 int TextTable::integer() {
   const size_t i = step();

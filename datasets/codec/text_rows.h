@@ -16,6 +16,7 @@
 //
 // Files of any size that hold numbers alone: eval/logs/number_file.h, over the same lines and fields.
 
+#include <Eigen/Core>
 #include <iterator>
 #include <optional>
 #include <span>
@@ -26,6 +27,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
+#include "sextant/measurement/image_box.h"
 
 namespace sextant {
 
@@ -112,6 +114,7 @@ class TextRows {
   double finite(size_t i, std::string_view what) const;
   double metres(size_t i,
                 std::string_view what) const;  ///< finite, at most 1e7 from 0: anything else is no pose
+  ImageBox box(size_t first) const;            ///< left, top, right, bottom
   int integer(size_t i, std::string_view what) const;  ///< also written as "3.0" or "3e0"
   int frame(size_t i) const;                           ///< a frame number: 0 to 9,999,999
   int track(size_t i) const;  ///< a track id: 0 to 65534, so that masks can hold it + 1
@@ -141,6 +144,7 @@ class TextTable {
   // The fields of the row in the order of `names`, one a call.
   double finite();
   double metres();
+  Eigen::Vector3d vector_m();  ///< three values as metres()
   int integer();
   int not_negative();   ///< integer >= 0
   int frame();          ///< as TextRows::frame

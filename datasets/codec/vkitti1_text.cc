@@ -1,5 +1,7 @@
 #include "sextant/datasets/codec/vkitti1_text.h"
 
+#include <fmt/ranges.h>
+
 #include <charconv>
 #include <set>
 #include <tuple>
@@ -25,16 +27,14 @@ Vkitti1Object read_object(TextTable& row) {
   object.label = row.word();
   object.truncated = row.integer();
   object.occluded = row.integer();
-  for (double* value : {&object.alpha, &object.l, &object.t, &object.r, &object.b}) *value = row.finite();
-  for (double* value : {&object.w3d, &object.h3d, &object.l3d, &object.x3d, &object.y3d, &object.z3d}) {
-    *value = row.metres();
-  }
-  if (!(object.w3d > 0 && object.h3d > 0 && object.l3d > 0)) {
-    row.fail_here("expected w3d, h3d and l3d > 0, got {} {} {}", object.w3d, object.h3d, object.l3d);
-  }
-  for (double* value : {&object.ry, &object.rx, &object.rz, &object.truncr, &object.occupr}) {
-    *value = row.finite();
-  }
+  auto& [left, top, right, bottom] = object.box;
+  for (double* value : {&object.alpha, &left, &top, &right, &bottom}) *value = row.finite();
+  object.size_m = row.vector_m();
+  object.position_m = row.vector_m();
+  if (!(object.size_m.minCoeff() > 0))
+    row.fail_here("expected w3d, h3d and l3d > 0, got {}", fmt::join(object.size_m, " "));
+  auto& [ry, rx, rz] = object.angles;
+  for (double* value : {&ry, &rx, &rz, &object.truncr, &object.occupr}) *value = row.finite();
   object.orig_label = row.word();
   object.moving = row.flag();
   object.model = row.word();
@@ -96,9 +96,9 @@ std::string encode_vkitti1_objects(const std::vector<Vkitti1Object>& objects) {
   std::string out;
   put_line(out, objects_header);
   for (const Vkitti1Object& o : objects) {
-    put_line(out, o.frame, o.tid, o.label, o.truncated, o.occluded, o.alpha, o.l, o.t, o.r, o.b, o.w3d, o.h3d,
-             o.l3d, o.x3d, o.y3d, o.z3d, o.ry, o.rx, o.rz, o.truncr, o.occupr, o.orig_label, int{o.moving},
-             o.model, o.color);
+    put_line(out, o.frame, o.tid, o.label, o.truncated, o.occluded, o.alpha, o.box.left, o.box.top,
+             o.box.right, o.box.bottom, fmt::join(o.size_m, " "), fmt::join(o.position_m, " "), o.angles.ry,
+             o.angles.rx, o.angles.rz, o.truncr, o.occupr, o.orig_label, int{o.moving}, o.model, o.color);
   }
   return out;
 }

@@ -18,8 +18,9 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/geometry/se3.h"
-#include "sextant/measurement/image.h"
+#include "sextant/measurement/image_box.h"
 
 namespace sextant {
 
@@ -31,10 +32,10 @@ struct Vkitti1Object {
   int truncated = 0;                  ///< 0, 1, 2: not, partly, heavily
   int occluded = 0;                   ///< 0, 1, 2
   double alpha = 0;                   ///< ry - atan2(x3d, z3d)
-  double l = 0, t = 0, r = 0, b = 0;  ///< 2-D box
-  double w3d = 0, h3d = 0, l3d = 0;   ///< size of the 3-D box
-  double x3d = 0, y3d = 0, z3d = 0;   ///< middle of its bottom face
-  double ry = 0, rx = 0, rz = 0;      ///< R = Ry(ry + pi/2) Rx(rx) Rz(rz), see vkitti_box.h
+  ImageBox box;                       ///< l, t, r, b
+  Eigen::Vector3d size_m{0, 0, 0};    ///< of the 3-D box: w3d, h3d, l3d
+  Eigen::Vector3d position_m{0, 0, 0};  ///< middle of its bottom face: x3d, y3d, z3d
+  VkittiAngles angles;                  ///< ry, rx, rz
   double truncr = 0;                  ///< 0 not truncated .. 1
   double occupr = 0;                  ///< share of the 2-D box that shows the object
   std::string orig_label;             ///< "Car", "Van", "Truck"

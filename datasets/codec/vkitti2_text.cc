@@ -96,16 +96,13 @@ std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::
   return decode(text, name, pose_header, [seen = Seen()](TextTable& table) mutable {
     auto row = seen.begin<Vkitti2Pose>(table);
     row.alpha = table.finite();
-    for (double* value : {&row.width, &row.height, &row.length, &row.world_x, &row.world_y, &row.world_z}) {
-      *value = table.metres();
-    }
-    if (!(row.width > 0 && row.height > 0 && row.length > 0)) {
-      table.fail_here("expected width, height and length > 0, got {} {} {}", row.width, row.height,
-                      row.length);
-    }
-    for (double* value : {&row.world_ry, &row.world_rx, &row.world_rz}) *value = table.finite();
-    for (double* value : {&row.camera_x, &row.camera_y, &row.camera_z}) *value = table.metres();
-    for (double* value : {&row.camera_ry, &row.camera_rx, &row.camera_rz}) *value = table.finite();
+    row.size_m = table.vector_m();
+    row.world_m = table.vector_m();
+    if (!(row.size_m.minCoeff() > 0))
+      table.fail_here("expected width, height and length > 0, got {}", fmt::join(row.size_m, " "));
+    row.world_angles = {table.finite(), table.finite(), table.finite()};
+    row.camera_m = table.vector_m();
+    row.camera_angles = {table.finite(), table.finite(), table.finite()};
     return row;
   });
 }
@@ -113,7 +110,8 @@ std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::
 std::vector<Vkitti2Box> decode_vkitti2_boxes(std::string_view text, const std::string& name) {
   return decode(text, name, box_header, [seen = Seen()](TextTable& table) mutable {
     auto row = seen.begin<Vkitti2Box>(table);
-    for (double* value : {&row.left, &row.right, &row.top, &row.bottom}) *value = table.finite();
+    for (double* value : {&row.box.left, &row.box.right, &row.box.top, &row.box.bottom})
+      *value = table.finite();
     row.number_pixels = table.not_negative();
     row.truncation_ratio = table.finite();
     row.occupancy_ratio = table.finite();
@@ -147,15 +145,16 @@ std::string encode_vkitti2_intrinsics(const std::vector<Vkitti2Intrinsic>& rows)
 
 std::string encode_vkitti2_poses(const std::vector<Vkitti2Pose>& rows) {
   return encode(pose_header, rows, [](std::string& text, const Vkitti2Pose& row) {
-    put_line(text, row.frame, row.camera, row.track, row.alpha, row.width, row.height, row.length,
-             row.world_x, row.world_y, row.world_z, row.world_ry, row.world_rx, row.world_rz, row.camera_x,
-             row.camera_y, row.camera_z, row.camera_ry, row.camera_rx, row.camera_rz);
+    const VkittiAngles &world = row.world_angles, &camera = row.camera_angles;
+    put_line(text, row.frame, row.camera, row.track, row.alpha, fmt::join(row.size_m, " "),
+             fmt::join(row.world_m, " "), world.ry, world.rx, world.rz, fmt::join(row.camera_m, " "),
+             camera.ry, camera.rx, camera.rz);
   });
 }
 
 std::string encode_vkitti2_boxes(const std::vector<Vkitti2Box>& rows) {
   return encode(box_header, rows, [](std::string& text, const Vkitti2Box& row) {
-    put_line(text, row.frame, row.camera, row.track, row.left, row.right, row.top, row.bottom,
+    put_line(text, row.frame, row.camera, row.track, row.box.left, row.box.right, row.box.top, row.box.bottom,
              row.number_pixels, row.truncation_ratio, row.occupancy_ratio, row.is_moving ? "True" : "False");
   });
 }

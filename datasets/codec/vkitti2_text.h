@@ -18,8 +18,9 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/geometry/camera.h"
-#include "sextant/geometry/se3.h"
+#include "sextant/measurement/image_box.h"
 
 namespace sextant {
 
@@ -40,12 +41,10 @@ struct Vkitti2Pose {
   int frame = 0;
   int camera = 0;
   int track = 0;
-  double alpha = 0;                              ///< camera_ry - atan2(camera_x, camera_z)
-  double width = 0, height = 0, length = 0;      ///< size of the 3-D box
-  double world_x = 0, world_y = 0, world_z = 0;  ///< middle of its bottom face
-  double world_ry = 0, world_rx = 0, world_rz = 0;
-  double camera_x = 0, camera_y = 0, camera_z = 0;  ///< the same in camera coordinates
-  double camera_ry = 0, camera_rx = 0, camera_rz = 0;
+  double alpha = 0;                                     ///< camera_angles.ry - atan2(x, z) of camera_m
+  Eigen::Vector3d size_m{0, 0, 0};                      ///< of the 3-D box: width, height, length
+  Eigen::Vector3d world_m{0, 0, 0}, camera_m{0, 0, 0};  ///< middle of its bottom face in both coordinates
+  VkittiAngles world_angles, camera_angles;
 };
 
 /// One row of bbox.txt; px.
@@ -53,7 +52,7 @@ struct Vkitti2Box {
   int frame = 0;
   int camera = 0;
   int track = 0;
-  double left = 0, right = 0, top = 0, bottom = 0;
+  ImageBox box;
   int number_pixels = 0;        ///< that show the object
   double truncation_ratio = 0;  ///< 0 not truncated .. 1
   double occupancy_ratio = 0;   ///< share of the box that shows the object

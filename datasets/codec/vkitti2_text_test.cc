@@ -19,16 +19,13 @@ TEST(Vkitti2Text, PosesAsTheDataSetHasThem) {
       "pose.txt");
   ASSERT_EQ(poses.size(), 1u);
   EXPECT_EQ(poses[0].frame, 25);
-  EXPECT_EQ(poses[0].width, 1.776562);
-  EXPECT_EQ(poses[0].height, 1.421875);
-  EXPECT_EQ(poses[0].length, 3.617188);
-  EXPECT_EQ(poses[0].world_y, -106);
-  EXPECT_EQ(poses[0].world_ry, 2.263542);
-  EXPECT_EQ(poses[0].camera_x, -3.088518);
-  EXPECT_EQ(poses[0].camera_z, 55.55215);
-  EXPECT_EQ(poses[0].camera_ry, 1.638601);
-  EXPECT_EQ(poses[0].camera_rx, -0.01539355);
-  EXPECT_EQ(poses[0].camera_rz, 0.03731001);
+  EXPECT_EQ(poses[0].size_m, Eigen::Vector3d(1.776562, 1.421875, 3.617188));
+  EXPECT_EQ(poses[0].world_m, Eigen::Vector3d(53.18796, -106, 79.85496));
+  EXPECT_EQ(poses[0].world_angles.ry, 2.263542);
+  EXPECT_EQ(poses[0].camera_m, Eigen::Vector3d(-3.088518, 1.056862, 55.55215));
+  EXPECT_EQ(poses[0].camera_angles.ry, 1.638601);
+  EXPECT_EQ(poses[0].camera_angles.rx, -0.01539355);
+  EXPECT_EQ(poses[0].camera_angles.rz, 0.03731001);
   EXPECT_EQ(encode_vkitti2_poses(poses),
             pose_header +
                 "25 0 0 1.69414 1.776562 1.421875 3.617188 53.18796 -106 79.85496 2.263542 0 0 -3.088518 "
@@ -59,10 +56,7 @@ TEST(Vkitti2Text, BoxesInfosAndColorsRoundTrip) {
       "frame cameraID trackID left right top bottom number_pixels truncation_ratio occupancy_ratio isMoving\n"
       "25 0 7 565 595 181 202 412 0.25 0.6634921 True\n26 0 7 557 591 183 204 420 0 0.5 False\n";
   const auto rows = decode_vkitti2_boxes(boxes, "x.txt");
-  EXPECT_EQ(rows[0].left, 565);
-  EXPECT_EQ(rows[0].right, 595);
-  EXPECT_EQ(rows[0].top, 181);
-  EXPECT_EQ(rows[0].bottom, 202);
+  EXPECT_EQ(rows[0].box, (ImageBox{565, 181, 595, 202}));
   EXPECT_EQ(rows[0].number_pixels, 412);
   EXPECT_TRUE(rows[0].is_moving);
   EXPECT_FALSE(rows[1].is_moving);

@@ -1,22 +1,17 @@
 // The channels of rendered frames against one another.
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/synthetic/scenario.h"
+#include "sextant/datasets/testing.h"
 
 namespace sextant {
 namespace {
 
 /// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) {
-  SourceSpec spec = SourceSpec::parse(source);
-  spec.options["cache"] = "";
-  return open_source(spec);
-}
+std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
 
 class RenderedChannels : public testing::TestWithParam<std::string> {
  protected:
@@ -48,36 +43,33 @@ TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
   const Frame here = pair->read(k, {.depth = true, .flow = true, .mask = true, .occlusion = true});
   const Frame next = pair->read(k + 1, {.depth = true, .backward_flow = true, .mask = true});
   int n_visible = 0, n_back = 0, n_hidden = 0, n_covered = 0;
-  for (int y = 0; y < info_.height; ++y) {
-    for (int x = 0; x < info_.width; ++x) {
-      const Flow& flow = here.flow(x, y);
-      const Occlusion state = here.occlusion(x, y);
-      if (!flow.valid()) continue;
-      const double to_x = x + static_cast<double>(flow.u), to_y = y + static_cast<double>(flow.v);
-      const bool inside =
-          to_x >= -0.5 && to_y >= -0.5 && to_x < info_.width - 0.5 && to_y < info_.height - 0.5;
-      ASSERT_EQ(state == Occlusion::outside, !inside) << x << " " << y;
-      if (!inside) continue;
-      // Whatever is hidden has something nearer in front of it.
-      const int i = std::clamp(static_cast<int>(std::lround(to_x)), 0, info_.width - 1);
-      const int j = std::clamp(static_cast<int>(std::lround(to_y)), 0, info_.height - 1);
-      const int id = here.mask(x, y);
-      const auto motion =
-          id == 0 ? pair->truth().background_motion(k, k + 1) : pair->truth().object_motion(id, k, k + 1);
-      if (!motion) continue;
-      const double depth_m = (*motion * info_.camera.left.backproject(x, y, here.depth_m(x, y))).z();
-      if (state == Occlusion::hidden) {
-        ++n_hidden;
-        n_covered += next.depth_m(i, j) < depth_m + 0.02 ? 1 : 0;
-        continue;
-      }
-      ASSERT_EQ(state, Occlusion::visible);
-      const auto back = flow_at(next, next.backward_flow, to_x, to_y);
-      if (!back || next.mask(i, j) != id || std::abs(next.depth_m(i, j) - depth_m) > 0.02 * depth_m) continue;
-      ++n_visible;
-      n_back +=
-          std::hypot(to_x + static_cast<double>(back->u) - x, to_y + static_cast<double>(back->v) - y) < 0.02;
+  for (const auto [x, y] : PixelRange(info_.width, info_.height)) {
+    const Flow& flow = here.flow(x, y);
+    const Occlusion state = here.occlusion(x, y);
+    if (!flow.valid()) continue;
+    const double to_x = x + static_cast<double>(flow.u), to_y = y + static_cast<double>(flow.v);
+    const bool inside = to_x >= -0.5 && to_y >= -0.5 && to_x < info_.width - 0.5 && to_y < info_.height - 0.5;
+    ASSERT_EQ(state == Occlusion::outside, !inside) << x << " " << y;
+    if (!inside) continue;
+    // Whatever is hidden has something nearer in front of it.
+    const int i = std::clamp(static_cast<int>(std::lround(to_x)), 0, info_.width - 1);
+    const int j = std::clamp(static_cast<int>(std::lround(to_y)), 0, info_.height - 1);
+    const int id = here.mask(x, y);
+    const auto motion =
+        id == 0 ? pair->truth().background_motion(k, k + 1) : pair->truth().object_motion(id, k, k + 1);
+    if (!motion) continue;
+    const double depth_m = (*motion * info_.camera.left.backproject(x, y, here.depth_m(x, y))).z();
+    if (state == Occlusion::hidden) {
+      ++n_hidden;
+      n_covered += next.depth_m(i, j) < depth_m + 0.02 ? 1 : 0;
+      continue;
     }
+    ASSERT_EQ(state, Occlusion::visible);
+    const auto back = flow_at(next, next.backward_flow, to_x, to_y);
+    if (!back || next.mask(i, j) != id || std::abs(next.depth_m(i, j) - depth_m) > 0.02 * depth_m) continue;
+    ++n_visible;
+    n_back +=
+        std::hypot(to_x + static_cast<double>(back->u) - x, to_y + static_cast<double>(back->v) - y) < 0.02;
   }
   EXPECT_GT(n_visible, 100000);
   EXPECT_GT(n_back, 0.99 * n_visible);  // the rest lies on edges between planes
@@ -105,14 +97,10 @@ TEST_P(RenderedChannels, RightImageIsTheLeftOneShiftedByDisparity) {
       unshifted.push_back(std::abs(frame.rgb_right(x, y).g - static_cast<double>(frame.rgb(x, y).g)));
     }
   }
-  const auto median = [](std::vector<double>& values) {
-    std::ranges::nth_element(values, values.begin() + static_cast<ptrdiff_t>(values.size() / 2));
-    return values[values.size() / 2];
-  };
   ASSERT_GT(shifted.size(), 50000U);
-  EXPECT_LT(median(shifted), 4.0);
-  EXPECT_LT(2 * median(shifted), median(unshifted));
-  RecordProperty("median_gray", fmt::format("{:.2f}", median(shifted)));
+  EXPECT_LT(middle_of(shifted), 4.0);
+  EXPECT_LT(2 * middle_of(shifted), middle_of(unshifted));
+  RecordProperty("median_gray", fmt::format("{:.2f}", middle_of(shifted)));
 }
 
 TEST_P(RenderedChannels, FirstAndLastFramesLackTheirNeighbours) {

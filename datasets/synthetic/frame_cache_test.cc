@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
 #include "sextant/datasets/dataset.h"
 
 namespace sextant::synthetic {
@@ -24,9 +24,7 @@ class Cache : public testing::Test {
   }
   std::vector<fs::path> files() const {
     std::vector<fs::path> found;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
-      if (entry.is_regular_file()) found.push_back(entry.path());
-    }
+    for (const auto& [name, bytes] : files_below(folder_)) found.push_back(folder_ / name);
     return found;
   }
 

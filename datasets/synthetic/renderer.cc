@@ -297,16 +297,10 @@ SequenceTruth Renderer::truth(int first, int last) const {
   for (int frame = first; frame <= last; ++frame) {
     truth.camera.set(frame, scenario().T_world_camera[frame]);
     const std::shared_ptr<const View> view = parts_->view(frame);
-    struct Box {
-      int left = 1 << 30, top = 1 << 30, right = -1, bottom = -1;
-    };
-    std::vector<Box> boxes(bodies.size());
-    for (int y = 0; y < view->seen.height(); ++y) {
-      for (int x = 0; x < view->seen.width(); ++x) {
-        if (view->seen(x, y) < bodies.first_surface(1) || view->seen(x, y) == Bodies::sky_surface) continue;
-        Box& box = boxes[bodies.body_of(view->seen(x, y))];
-        box = {std::min(box.left, x), std::min(box.top, y), std::max(box.right, x), std::max(box.bottom, y)};
-      }
+    std::vector<ImageBox> boxes(bodies.size());
+    for (const auto [x, y] : pixels(view->seen)) {
+      if (view->seen(x, y) < bodies.first_surface(1) || view->seen(x, y) == Bodies::sky_surface) continue;
+      boxes[bodies.body_of(view->seen(x, y))].include(x, y);
     }
     for (size_t body = 1; body < bodies.size(); ++body) {
       if (boxes[body].right < 0) continue;
@@ -314,10 +308,7 @@ SequenceTruth Renderer::truth(int first, int last) const {
       ObjectTruth object;
       object.id = actor.id;
       object.T_camera_object = *view->T_camera_body[body];
-      object.left = boxes[body].left;
-      object.top = boxes[body].top;
-      object.right = boxes[body].right;
-      object.bottom = boxes[body].bottom;
+      object.box = boxes[body];
       object.moving = actor.moves(frame);
       object.size_m = Vector3d(actor.shape.width_m, actor.shape.height_m, actor.shape.length_m);
       object.type = actor.type;

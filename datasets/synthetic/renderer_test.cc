@@ -53,11 +53,9 @@ TEST(Renderer, ActorsComeAndGo) {
     // The car's flow is known where it is there in both frames.
     if (!there || k == 5) continue;
     const bool there_next = k + 1 != 3;
-    for (int y = 0; y < frame.mask.height(); ++y) {
-      for (int x = 0; x < frame.mask.width(); ++x) {
-        if (frame.mask(x, y) == 7) {
-          ASSERT_EQ(frame.flow(x, y).valid(), there_next);
-        }
+    for (const auto [x, y] : pixels(frame.mask)) {
+      if (frame.mask(x, y) == 7) {
+        ASSERT_EQ(frame.flow(x, y).valid(), there_next);
       }
     }
   }

@@ -113,7 +113,7 @@ TEST(Scenario, CityCarsEnterLeaveAndHideOneAnother) {
   for (const auto& [k, objects] : truth.objects) {
     for (const ObjectTruth& object : objects) {
       frames[object.id].push_back(k);
-      n_cut_by_the_border += *object.left == 0 || *object.right == width - 1 ? 1 : 0;
+      n_cut_by_the_border += object.box->left == 0 || object.box->right == width - 1 ? 1 : 0;
     }
   }
   int n_enter = 0, n_leave = 0, n_gone_for_a_while = 0;
@@ -151,11 +151,9 @@ TEST(Scenario, HighwayIsCoveredByMovingCars) {
     const Frame frame = renderer.render(k, {.mask = true});
     const int horizon = static_cast<int>(s.camera.left.cy);
     double covered = 0, covered_below = 0;
-    for (int y = 0; y < s.height; ++y) {
-      for (int x = 0; x < s.width; ++x) {
-        covered += frame.mask(x, y) != 0 ? 1 : 0;
-        covered_below += frame.mask(x, y) != 0 && y > horizon ? 1 : 0;
-      }
+    for (const auto [x, y] : PixelRange(s.width, s.height)) {
+      covered += frame.mask(x, y) != 0 ? 1 : 0;
+      covered_below += frame.mask(x, y) != 0 && y > horizon ? 1 : 0;
     }
     mean_image += covered / (s.width * s.height);
     mean_below += covered_below / (s.width * (s.height - horizon - 1));

@@ -42,15 +42,13 @@ TEST(StreetAlong, TheWayIsOpenAndTheGroundBelowIt) {
   const Renderer renderer(ride.scenario);
   for (int k = 0; k < 90; k += 6) {
     const Frame frame = renderer.render(k, {.depth = true});
-    for (int y = 0; y < 96; ++y) {
-      for (int x = 0; x < 320; ++x) {
-        const double depth_m = frame.depth_m(x, y);
-        if (std::isnan(depth_m)) continue;
-        // Nothing but the ground comes near the camera, and the ground never rises towards it.
-        const Vector3d p = ride.scenario.camera.left.backproject(x, y, depth_m);
-        if (p.norm() < 3.5) {
-          EXPECT_NEAR(p.y(), 1.62, 0.25) << "frame " << k << " at " << x << " " << y;
-        }
+    for (const auto [x, y] : PixelRange(320, 96)) {
+      const double depth_m = frame.depth_m(x, y);
+      if (std::isnan(depth_m)) continue;
+      // Nothing but the ground comes near the camera, and the ground never rises towards it.
+      const Vector3d p = ride.scenario.camera.left.backproject(x, y, depth_m);
+      if (p.norm() < 3.5) {
+        EXPECT_NEAR(p.y(), 1.62, 0.25) << "frame " << k << " at " << x << " " << y;
       }
     }
     // Ahead, the road lies where the ride goes on: half a metre at most beside the way's own height.

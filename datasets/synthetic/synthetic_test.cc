@@ -1,14 +1,12 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <opencv2/features2d.hpp>
 #include <thread>
 
-#include "sextant/datasets/dataset.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/synthetic/scenario.h"
+#include "sextant/datasets/testing.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/registry.h"
@@ -16,17 +14,11 @@
 namespace sextant {
 namespace {
 
-using testing::HasSubstr;
-using testing::ThrowsMessage;
 
 constexpr Channels all_channels = Channels::all();
 
 /// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) {
-  SourceSpec spec = SourceSpec::parse(source);
-  spec.options["cache"] = "";
-  return open_source(spec);
-}
+std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
 
 /// NaN equals NaN: compares what is stored.
 template <typename T>
@@ -132,13 +124,9 @@ TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
       unmoved.push_back(std::abs(prev.gray(x, y) - curr.gray(x, y)));
     }
   }
-  const auto median = [](std::vector<int>& values) {
-    std::ranges::nth_element(values, values.begin() + static_cast<ptrdiff_t>(values.size() / 2));
-    return values[values.size() / 2];
-  };
   ASSERT_GT(differences.size(), 200U);
-  EXPECT_LE(median(differences), 5);
-  EXPECT_LT(2 * median(differences), median(unmoved));
+  EXPECT_LE(middle_of(differences), 5);
+  EXPECT_LT(2 * middle_of(differences), middle_of(unmoved));
 }
 
 TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
@@ -169,20 +157,11 @@ TEST_P(SyntheticScenario, TruthHasTheBoxesOfTheMasks) {
     EXPECT_EQ(sequence->truth().objects.at(k).size(), shares.size() - 1);
     for (const ObjectTruth& object : sequence->truth().objects.at(k)) {
       ASSERT_TRUE(shares.contains(object.id));
-      double left = info.width, top = info.height, right = -1, bottom = -1;
-      for (int y = 0; y < info.height; ++y) {
-        for (int x = 0; x < info.width; ++x) {
-          if (mask(x, y) != object.id) continue;
-          left = std::min<double>(left, x);
-          right = std::max<double>(right, x);
-          top = std::min<double>(top, y);
-          bottom = std::max<double>(bottom, y);
-        }
+      ImageBox box;
+      for (const auto [x, y] : pixels(mask)) {
+        if (mask(x, y) == object.id) box.include(x, y);
       }
-      EXPECT_EQ(*object.left, left);
-      EXPECT_EQ(*object.top, top);
-      EXPECT_EQ(*object.right, right);
-      EXPECT_EQ(*object.bottom, bottom);
+      EXPECT_EQ(object.box, box);
     }
   }
 }
@@ -300,13 +279,11 @@ TEST(Synthetic, SkyHasNoDepthAndNoFlow) {
 }
 
 TEST(Synthetic, BadSourcesAreErrors) {
-  EXPECT_THAT([] { open("synthetic:s01-tun"); },
-              ThrowsMessage<Error>(HasSubstr("unknown scenario 's01-tun': did you mean 's01-turn'")));
-  EXPECT_THAT([] { open("synthetic:s18@3-11"); },
-              ThrowsMessage<Error>(HasSubstr("synthetic:s18: frames 3-11 asked for, it has frames 0-10")));
-  EXPECT_THAT([] { open("synthetic:s18#left"); }, ThrowsMessage<Error>(HasSubstr("no '#'")));
-  EXPECT_THAT([] { open("synthetic:s18@2-4")->read(5, {.depth = true}); },
-              ThrowsMessage<Error>(HasSubstr("no frame 5: it has frames 2-4")));
+  expect_error([] { open("synthetic:s01-tun"); }, "unknown scenario 's01-tun': did you mean 's01-turn'");
+  expect_error([] { open("synthetic:s18@3-11"); },
+               "synthetic:s18: frames 3-11 asked for, it has frames 0-10");
+  expect_error([] { open("synthetic:s18#left"); }, "no '#'");
+  expect_error([] { open("synthetic:s18@2-4")->read(5, {.depth = true}); }, "no frame 5: it has frames 2-4");
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ FrameContent read_frame(const Sequence& sequence, int frame, int step, bool samp
       }
     }
   }
-  grid.extents = mask_outlines(data.mask);
+  grid.outlines = mask_outlines(data.mask);
   if (!sampled) return content;
   grid.depth_m = sample_grid(data.depth_m, step);
   grid.flow = sample_grid(data.flow, step);
@@ -147,7 +147,7 @@ bool any_true_boxes(const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
   for (const auto& [frame, objects] : sequence.truth().objects) {
     if (frame < info.first_frame || frame > info.last_frame) continue;
-    if (std::ranges::any_of(objects, [](const ObjectTruth& o) { return o.left.has_value(); })) return true;
+    if (std::ranges::any_of(objects, [](const ObjectTruth& o) { return o.box.has_value(); })) return true;
   }
   return false;
 }
@@ -340,7 +340,7 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
   });
   std::set<int> mask_ids;
   for (const GridFrame& frame : data.frames) {
-    for (const auto& [id, extent] : frame.extents) mask_ids.insert(id);
+    for (const auto& [id, outline] : frame.outlines) mask_ids.insert(id);
   }
   for (size_t c = 0; c < channel_kinds.size(); ++c) {
     if (!(info.channels.*channel_kinds[c].flag)) {

@@ -30,23 +30,6 @@ ConventionData make_convention_data(const Sequence& sequence) {
   return data;
 }
 
-std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask) {
-  std::map<int, MaskOutline> extents;
-  for (int y = 0; y < mask.height(); ++y) {
-    const uint16_t* row = mask.row(y);
-    for (int x = 0; x < mask.width(); ++x) {
-      if (row[x] == 0) continue;
-      const auto [it, fresh] = extents.try_emplace(row[x], MaskOutline{x, y, x, y, 0});
-      MaskOutline& extent = it->second;
-      extent.left = std::min(extent.left, x);
-      extent.right = std::max(extent.right, x);
-      extent.bottom = y;
-      ++extent.n_pixels;
-    }
-  }
-  return extents;
-}
-
 std::vector<FlowSample> flow_samples(const ConventionData& data, int k) {
   const int from = k + data.flow_from, to = k + data.flow_to;
   if (!data.has(k) || !data.has(from) || !data.has(to)) return {};
@@ -57,12 +40,10 @@ std::vector<FlowSample> flow_samples(const ConventionData& data, int k) {
   const bool masked = mask.width() == flow.width() && mask.height() == flow.height();
   std::vector<FlowSample> samples;
   samples.reserve(flow.size());
-  for (int j = 0; j < flow.height(); ++j) {
-    for (int i = 0; i < flow.width(); ++i) {
-      const float z = depth(i, j);
-      if (!flow(i, j).valid() || !std::isfinite(z) || z <= 0) continue;
-      samples.push_back({data.pixel(i), data.pixel(j), z, flow(i, j), masked ? mask(i, j) : 0});
-    }
+  for (const auto [i, j] : pixels(flow)) {
+    const float z = depth(i, j);
+    if (!flow(i, j).valid() || !std::isfinite(z) || z <= 0) continue;
+    samples.push_back({data.pixel(i), data.pixel(j), z, flow(i, j), masked ? mask(i, j) : 0});
   }
   return samples;
 }

@@ -16,17 +16,11 @@
 
 namespace sextant {
 
-/// The pixels of one mask id: inclusive bounds (px, full resolution) and how many.
-struct MaskOutline {
-  int left = 0, top = 0, right = 0, bottom = 0;
-  size_t n_pixels = 0;
-};
-
 struct GridFrame {
   Image<float> depth_m;
   Image<Flow> flow;
   Image<uint16_t> mask;
-  std::map<int, MaskOutline> extents;  ///< by mask id, without the background
+  std::map<int, MaskOutline> outlines;  ///< of the full image
 };
 
 struct ConventionData {
@@ -55,13 +49,10 @@ ConventionData make_convention_data(const Sequence& sequence);
 /// The samples of one channel.
 template <typename T>
 Image<T> sample_grid(const Image<T>& image, int step) {
-  Image<T> grid((image.width() - step / 2 + step - 1) / step, (image.height() - step / 2 + step - 1) / step);
-  for (int j = 0; j < grid.height(); ++j) {
-    for (int i = 0; i < grid.width(); ++i) grid(i, j) = image(i * step + step / 2, j * step + step / 2);
-  }
-  return grid;
+  const int from = step / 2;
+  return image_of((image.width() - from + step - 1) / step, (image.height() - from + step - 1) / step,
+                  [&](int i, int j) { return image(i * step + from, j * step + from); });
 }
-std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask);
 
 /// One sample of a flow image, with the depth and mask id at its starting point.
 struct FlowSample {

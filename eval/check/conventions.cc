@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "sextant/stats/summary.h"
+
 namespace sextant {
 
 std::string_view to_string(CheckOutcome outcome) {
@@ -13,6 +15,17 @@ CheckOutcome Finding::outcome() const {
   if (!checkable()) return CheckOutcome::note;
   if (passes()) return CheckOutcome::pass;
   return fails() ? CheckOutcome::fail : CheckOutcome::suspect;
+}
+
+bool Finding::measure(const std::vector<double>& values) {
+  n = static_cast<int>(values.size());
+  if (!values.empty()) value = median(values);
+  return !values.empty();
+}
+
+const Finding& Finding::not_checkable(std::string_view why) {
+  message = fmt::format("not checkable: {}", why);
+  return *this;
 }
 
 double Finding::ratio() const {

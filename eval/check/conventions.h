@@ -33,6 +33,10 @@ struct Finding {
   bool passes() const { return checkable() && *value <= limit; }
   bool fails() const { return checkable() && *value > fail_limit; }
   CheckOutcome outcome() const;
+  /// The median of the values becomes the number; false without any.
+  bool measure(const std::vector<double>& values);
+  /// Itself, with the message "not checkable: " and why.
+  const Finding& not_checkable(std::string_view why);
   /// How far from passing: <= 1 passes. 0 when not checkable.
   double ratio() const;
 };

@@ -1,5 +1,6 @@
 #include "sextant/eval/check/dense_truth.h"
 
+#include "sextant/datasets/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
@@ -7,7 +8,7 @@ namespace {
 
 // Frames 3 to 5: flow off by (frame, 0) px, disparity by 1 px; truth of flow in all but frame 4, of depth
 // in 3.
-class Crooked final : public Sequence {
+class Crooked final : public MemorySequence {
  public:
   Crooked() {
     info_.first_frame = 3;
@@ -15,8 +16,6 @@ class Crooked final : public Sequence {
     info_.camera = {{100, 100, 2, 2}, 100};
     info_.channels = {.depth = true, .flow = true};
   }
-  const SequenceInfo& info() const override { return info_; }
-  const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override {
     Frame out;
     if (channels.flow && frame != 5) out.flow = Image<Flow>(4, 4, Flow{10.0f + static_cast<float>(frame), 0});
@@ -31,13 +30,8 @@ class Crooked final : public Sequence {
     if (frame != 3) return std::nullopt;
     return Image<float>(4, 4, 5.0f);
   }
-  void check_files() const override {}
 
-  SequenceInfo info_;
   bool hide_ = true;
-
- private:
-  SequenceTruth truth_;
 };
 
 TEST(DenseTruth, IsMeasuredWhereThereIsTruth) {

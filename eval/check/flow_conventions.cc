@@ -72,17 +72,18 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Why there is nothing to compare.
-std::string nothing_to_compare(const ConventionData& data, bool poses, bool objects) {
+/// Why there is nothing to compare; `otherwise` where all that it takes is there.
+std::string nothing_to_compare(const ConventionData& data, bool poses, bool objects,
+                               const std::string& otherwise) {
   const auto any = [&](auto channel) {
     return std::ranges::any_of(data.frames, [&](const GridFrame& f) { return !(f.*channel).empty(); });
   };
-  if (!any(&GridFrame::flow)) return "not checkable: no flow";
-  if (!any(&GridFrame::depth_m)) return "not checkable: no depth";
-  if (poses && data.truth.camera.poses().size() < 2) return "not checkable: no true camera poses";
-  if (objects && data.truth.objects.empty()) return "not checkable: no true objects";
-  if (objects && !any(&GridFrame::mask)) return "not checkable: no masks";
-  return "";
+  if (!any(&GridFrame::flow)) return "no flow";
+  if (!any(&GridFrame::depth_m)) return "no depth";
+  if (poses && data.truth.camera.poses().size() < 2) return "no true camera poses";
+  if (objects && data.truth.objects.empty()) return "no true objects";
+  if (objects && !any(&GridFrame::mask)) return "no masks";
+  return otherwise;
 }
 
 }  // namespace
@@ -108,15 +109,11 @@ Finding check_static_flow(const ConventionData& data) {
     residuals.insert(residuals.end(), r.begin(), r.end());
     parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
   }
-  finding.n = static_cast<int>(residuals.size());
-  if (residuals.empty()) {
-    finding.message = nothing_to_compare(data, true, false);
-    if (finding.message.empty() && seen) finding.message = "not checkable: the camera stands still";
-    if (finding.message.empty())
-      finding.message = "not checkable: too few background points with depth and flow";
-    return finding;
+  if (!finding.measure(residuals)) {
+    return finding.not_checkable(nothing_to_compare(
+        data, true, false,
+        seen ? "the camera stands still" : "too few background points with depth and flow"));
   }
-  finding.value = median(residuals);
   const double typical = median(parallax);
   finding.limit = std::max(static_floor_px, typical < far_off_px ? static_share * typical : 0);
   finding.fail_limit = static_fail_factor * finding.limit;
@@ -208,9 +205,8 @@ Finding check_depth_scale(const ConventionData& data) {
   const DepthFactor fit = fit_depth_factor(data);
   finding.n = fit.n;
   if (finding.n == 0) {
-    finding.message = nothing_to_compare(data, true, false);
-    if (finding.message.empty()) finding.message = "not checkable: no pair with parallax that depth explains";
-    return finding;
+    return finding.not_checkable(
+        nothing_to_compare(data, true, false, "no pair with parallax that depth explains"));
   }
   finding.value = 100 * std::abs(fit.factor - 1);
   finding.limit = scale_limit_percent + 200 * fit.error;
@@ -242,13 +238,9 @@ Finding check_object_flow(const ConventionData& data) {
       residuals.push_back(median(metres));
     }
   }
-  finding.n = static_cast<int>(residuals.size());
-  if (residuals.empty()) {
-    finding.message = nothing_to_compare(data, false, true);
-    if (finding.message.empty()) finding.message = "not checkable: no mask of a true object in two frames";
-    return finding;
+  if (!finding.measure(residuals)) {
+    finding.not_checkable(nothing_to_compare(data, false, true, "no mask of a true object in two frames"));
   }
-  finding.value = median(residuals);
   return finding;
 }
 
@@ -268,12 +260,7 @@ Finding check_depth_order(const ConventionData& data) {
     }
     if (low.size() > 10 && mid.size() > 10) ratios.push_back(median(low) / median(mid));
   }
-  finding.n = static_cast<int>(ratios.size());
-  if (ratios.empty()) {
-    finding.message = "not checkable: no depth";
-    return finding;
-  }
-  finding.value = median(ratios);
+  if (!finding.measure(ratios)) return finding.not_checkable("no depth");
   if (*finding.value > 1) {
     finding.message = "depth grows towards the bottom of the image: is it disparity, or upside down?";
   }

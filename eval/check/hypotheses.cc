@@ -223,7 +223,7 @@ Undo renumbered_masks();
 Undo with_class(int offset) {
   return [offset](ConventionData& data, double& ignored) {
     const auto has_class = [](const GridFrame& f) {
-      return !f.extents.empty() && f.extents.rbegin()->first >= 1000;
+      return !f.outlines.empty() && f.outlines.rbegin()->first >= 1000;
     };
     if (std::ranges::none_of(data.frames, has_class)) return false;
     return mask_ids([offset](int id) { return id % 1000 + offset; })(data, ignored);
@@ -271,13 +271,14 @@ Undo renumbered_masks() {
     for (const auto& [frame, list] : data.truth.objects) {
       if (!data.has(frame)) continue;
       for (const ObjectTruth& object : list) {
-        if (!object.left || !object.right || !object.top || !object.bottom) continue;
-        for (const auto& [id, extent] : data.at(frame).extents) {
-          const double w = *object.right - *object.left, h = *object.bottom - *object.top;
-          const bool fits = std::abs(extent.left - *object.left) < 0.2 * w &&
-                            std::abs(extent.right - *object.right) < 0.2 * w &&
-                            std::abs(extent.top - *object.top) < 0.25 * h &&
-                            std::abs(extent.bottom - *object.bottom) < 0.25 * h;
+        if (!object.box) continue;
+        const ImageBox& box = *object.box;
+        for (const auto& [id, outline] : data.at(frame).outlines) {
+          const ImageBox& mask = outline.box;
+          const bool fits = std::abs(mask.left - box.left) < 0.2 * box.width() &&
+                            std::abs(mask.right - box.right) < 0.2 * box.width() &&
+                            std::abs(mask.top - box.top) < 0.25 * box.height() &&
+                            std::abs(mask.bottom - box.bottom) < 0.25 * box.height();
           if (fits) ++counts[id][object.id];
         }
       }

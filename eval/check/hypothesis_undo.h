@@ -18,12 +18,10 @@ template <typename Change>  // z, u, v -> z
 Undo depth(Change change) {
   return [change](ConventionData& data, double&) {
     for (GridFrame& frame : data.frames) {
-      for (int j = 0; j < frame.depth_m.height(); ++j) {
-        for (int i = 0; i < frame.depth_m.width(); ++i) {
-          float& z = frame.depth_m(i, j);
-          if (std::isfinite(z)) z = static_cast<float>(change(data, double{z}, data.pixel(i), data.pixel(j)));
-          if (z <= 0) z = NAN;
-        }
+      for (const auto [i, j] : pixels(frame.depth_m)) {
+        float& z = frame.depth_m(i, j);
+        if (std::isfinite(z)) z = static_cast<float>(change(data, double{z}, data.pixel(i), data.pixel(j)));
+        if (z <= 0) z = NAN;
       }
     }
     return true;
@@ -130,10 +128,10 @@ Undo mask_ids(Change change) {
       for (size_t i = 0; i < frame.mask.size(); ++i) {
         frame.mask.data()[i] = changed(frame.mask.data()[i]);
       }
-      std::map<int, MaskOutline> extents;
-      for (const auto& [id, extent] : frame.extents) extents[changed(id)] = extent;
-      extents.erase(0);
-      frame.extents = extents;
+      std::map<int, MaskOutline> outlines;
+      for (const auto& [id, outline] : frame.outlines) outlines[changed(id)] = outline;
+      outlines.erase(0);
+      frame.outlines = outlines;
     }
     return true;
   };
@@ -153,7 +151,7 @@ Undo shifted_channel(int shift, Take take) {
   };
 }
 inline void take_mask(GridFrame& to, const GridFrame& from) {
-  to.mask = from.mask, to.extents = from.extents;
+  to.mask = from.mask, to.outlines = from.outlines;
 }
 inline void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
 

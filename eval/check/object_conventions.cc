@@ -23,30 +23,22 @@ constexpr int max_steps = 5;
 constexpr size_t min_mask_samples = 6;
 const Eigen::Vector3d typical_car_m(1.7, 1.5, 4.2);  // width, height, length
 
-struct Box {
-  double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
-};
-
-std::optional<Box> label_box(const ObjectTruth& object) {
-  if (!object.left || !object.top || !object.right || !object.bottom) return std::nullopt;
-  const Box box{*object.left, *object.top, *object.right, *object.bottom};
-  if (box.right - box.left < min_box_px || box.bottom - box.top < min_box_px) return std::nullopt;
-  return box;
+std::optional<ImageBox> label_box(const ObjectTruth& object) {
+  const bool large = object.box && object.box->width() >= min_box_px && object.box->height() >= min_box_px;
+  return large ? object.box : std::nullopt;
 }
 
-bool cut_by_border(const Box& box, const ConventionData& data) {
+bool cut_by_border(const ImageBox& box, const ConventionData& data) {
   return box.left < border_px || box.top < border_px || box.right > data.width - 1 - border_px ||
          box.bottom > data.height - 1 - border_px;
 }
 
 /// Whether a nearer object's box covers more than a tenth of this one: its mask is smaller, and rightly so.
-bool hidden(const ObjectTruth& object, const Box& box, const std::vector<ObjectTruth>& others) {
+bool hidden(const ObjectTruth& object, const ImageBox& box, const std::vector<ObjectTruth>& others) {
   return std::ranges::any_of(others, [&](const ObjectTruth& other) {
-    if (other.id == object.id || !other.left || !other.top || !other.right || !other.bottom) return false;
+    if (other.id == object.id || !other.box) return false;
     if (other.T_camera_object.translation().z() >= object.T_camera_object.translation().z()) return false;
-    const double w = std::min(box.right, *other.right) - std::max(box.left, *other.left);
-    const double h = std::min(box.bottom, *other.bottom) - std::max(box.top, *other.top);
-    return w > 0 && h > 0 && w * h > hidden_share * (box.right - box.left) * (box.bottom - box.top);
+    return shared_area(box, *other.box) > hidden_share * box.width() * box.height();
   });
 }
 
@@ -63,29 +55,22 @@ bool any_masks(const ConventionData& data) {
   return std::ranges::any_of(data.frames, [](const GridFrame& f) { return !f.mask.empty(); });
 }
 
-/// Intersection over union of a box and a mask's outline.
-double overlap(const Box& box, const MaskOutline& mask) {
-  const double w = std::min(box.right, mask.right + 0.5) - std::max(box.left, mask.left - 0.5);
-  const double h = std::min(box.bottom, mask.bottom + 0.5) - std::max(box.top, mask.top - 0.5);
-  if (w <= 0 || h <= 0) return 0;
-  const double mask_area = (mask.right - mask.left + 1.0) * (mask.bottom - mask.top + 1.0);
-  return w * h / ((box.right - box.left) * (box.bottom - box.top) + mask_area - w * h);
-}
-
 /// The mask whose outline fits the box best; 0 when none fits.
-int id_in_box(const GridFrame& frame, const Box& box) {
+int id_in_box(const GridFrame& frame, const ImageBox& box) {
   int best = 0;
   double most = min_overlap;
-  for (const auto& [id, mask] : frame.extents) {
-    if (const double o = overlap(box, mask); o > most) best = id, most = o;
+  for (const auto& [id, outline] : frame.outlines) {
+    const auto& [left, top, right, bottom] = outline.box;  // of pixels' centres
+    const double o = overlap(box, {left - 0.5, top - 0.5, right + 0.5, bottom + 0.5});
+    if (o > most) best = id, most = o;
   }
   return best;
 }
 
 /// The eight corners projected; empty when one is not clearly ahead of the camera.
-std::optional<Box> projected_box(const PinholeCamera& camera, const ObjectTruth& object) {
+std::optional<ImageBox> projected_box(const PinholeCamera& camera, const ObjectTruth& object) {
   const Eigen::Vector3d size = object.size_m.value_or(typical_car_m);
-  Box box;
+  ImageBox box;
   for (const double x : {-0.5, 0.5}) {
     for (const double y : {-1.0, 0.0}) {
       for (const double z : {-0.5, 0.5}) {
@@ -93,8 +78,7 @@ std::optional<Box> projected_box(const PinholeCamera& camera, const ObjectTruth&
             object.T_camera_object * Eigen::Vector3d(x * size.x(), y * size.y(), z * size.z());
         if (corner.z() < nearest_m) return std::nullopt;
         const Eigen::Vector2d p = camera.project(corner);
-        box = {std::min(box.left, p.x()), std::min(box.top, p.y()), std::max(box.right, p.x()),
-               std::max(box.bottom, p.y())};
+        box.include(p.x(), p.y());
       }
     }
   }
@@ -127,13 +111,12 @@ BoxOffsets box_offsets(const ConventionData& data) {
 }
 
 void judge_offsets(const BoxOffsets& offsets, const std::vector<double>& metres, Finding& finding) {
-  finding.n = static_cast<int>(metres.size());
-  if (metres.empty()) {
-    finding.message = offsets.n_boxes == 0 ? "not checkable: no 2-D boxes away from the image border"
-                                           : "not checkable: no box nearer than 50 m";
+  if (!finding.measure(metres)) {
+    finding.not_checkable(offsets.n_boxes == 0 ? "no 2-D boxes away from the image border"
+                                               : "no box nearer than 50 m");
     return;
   }
-  const double offset = median(metres);
+  const double offset = *finding.value;
   finding.value = std::abs(offset);
   finding.message = fmt::format("offset {:+.2f} m", offset);
   if (offsets.sizes_known) return;
@@ -163,10 +146,8 @@ double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, doubl
 
 Finding check_mask_ids(const ConventionData& data) {
   Finding finding{.check = "mask ids", .limit = 20, .fail_limit = 50, .unit = "%", .counted = "boxes"};
-  if (!any_masks(data) || data.truth.objects.empty()) {
-    finding.message = any_masks(data) ? "not checkable: no true objects" : "not checkable: no masks";
-    return finding;
-  }
+  if (!any_masks(data)) return finding.not_checkable("no masks");
+  if (data.truth.objects.empty()) return finding.not_checkable("no true objects");
   int wrong = 0, boxes = 0, empty = 0;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto box = label_box(object);
@@ -177,13 +158,13 @@ Finding check_mask_ids(const ConventionData& data) {
     wrong += id != 0 && id != object.id ? 1 : 0;
   });
   finding.n = boxes - empty;
-  if (boxes == 0) finding.message = "not checkable: no true 2-D boxes";
-  if (boxes > 0 && finding.n == 0) {
+  if (boxes == 0) return finding.not_checkable("no true 2-D boxes");
+  if (finding.n == 0) {
     finding.n = boxes;
     finding.value = 100;
     finding.message = "no mask fits any true box";
+    return finding;
   }
-  if (finding.n == 0 || finding.value) return finding;
   finding.value = 100.0 * wrong / finding.n;
   if (empty > 0) finding.message = fmt::format("{} more boxes have no mask that fits", empty);
   return finding;
@@ -195,26 +176,22 @@ Finding check_mask_boxes(const ConventionData& data) {
   std::vector<double> shares;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto box = label_box(object);
-    const auto& extents = data.at(frame).extents;
-    const auto found = extents.find(object.id);
-    if (!box || found == extents.end()) return;
-    const MaskOutline& mask = found->second;
+    const auto& outlines = data.at(frame).outlines;
+    const auto found = outlines.find(object.id);
+    if (!box || found == outlines.end()) return;
+    const auto& [mask, n_pixels] = found->second;
     // A mask may lack what is hidden, but not stick out.
-    const double area = (box->right - box->left) * (box->bottom - box->top);
-    const bool may_lack = static_cast<double>(mask.n_pixels) < full_share * area ||
-                          hidden(object, *box, data.truth.objects.at(frame));
+    const bool may_lack =
+        n_pixels < full_share * box->area() || hidden(object, *box, data.truth.objects.at(frame));
     const auto off = [&](double outwards) { return may_lack ? std::max(outwards, 0.0) : std::abs(outwards); };
     const double x = std::max(off(std::max(box->left, 0.0) - mask.left),
                               off(mask.right - std::min(box->right, data.width - 1.0)));
     const double y = std::max(off(std::max(box->top, 0.0) - mask.top),
                               off(mask.bottom - std::min(box->bottom, data.height - 1.0)));
-    shares.push_back(100 * std::max(x / (box->right - box->left), y / (box->bottom - box->top)));
+    shares.push_back(100 * std::max(x / box->width(), y / box->height()));
   });
-  finding.n = static_cast<int>(shares.size());
-  if (shares.empty()) {
-    finding.message =
-        any_masks(data) ? "not checkable: no true 2-D box has a mask of its id" : "not checkable: no masks";
-    return finding;
+  if (!finding.measure(shares)) {
+    return finding.not_checkable(any_masks(data) ? "no true 2-D box has a mask of its id" : "no masks");
   }
   finding.value = quantile(shares, box_quantile);
   return finding;
@@ -248,16 +225,13 @@ Finding check_object_depth(const ConventionData& data) {
     const GridFrame& grid = data.at(frame);
     if (grid.depth_m.empty() || grid.depth_m.width() != grid.mask.width()) return;
     if (object.T_camera_object.translation().norm() > max_distance_m) return;
-    const auto extent = grid.extents.find(object.id);
-    if (extent == grid.extents.end()) return;
+    if (!grid.outlines.contains(object.id)) return;
     std::vector<double> given, expected;
-    for (int j = 0; j < grid.mask.height(); ++j) {
-      for (int i = 0; i < grid.mask.width(); ++i) {
-        if (grid.mask(i, j) != object.id || !std::isfinite(grid.depth_m(i, j))) continue;
-        const double z = box_depth_m(camera, object, data.pixel(i), data.pixel(j));
-        given.push_back(grid.depth_m(i, j));
-        if (std::isfinite(z)) expected.push_back(z);
-      }
+    for (const auto [i, j] : pixels(grid.mask)) {
+      if (grid.mask(i, j) != object.id || !std::isfinite(grid.depth_m(i, j))) continue;
+      const double z = box_depth_m(camera, object, data.pixel(i), data.pixel(j));
+      given.push_back(grid.depth_m(i, j));
+      if (std::isfinite(z)) expected.push_back(z);
     }
     if (given.size() < min_mask_samples) return;
     sizes_known &= object.size_m.has_value();
@@ -266,12 +240,8 @@ Finding check_object_depth(const ConventionData& data) {
         expected.size() < min_mask_samples / 2 ? object.T_camera_object.translation().z() : median(expected);
     ratios.push_back(median(given) / std::max(z, 1e-3));
   });
-  finding.n = static_cast<int>(ratios.size());
-  if (ratios.empty()) {
-    finding.message = "not checkable: no mask of a true object with depth";
-    return finding;
-  }
-  const double ratio = median(ratios);
+  if (!finding.measure(ratios)) return finding.not_checkable("no mask of a true object with depth");
+  const double ratio = *finding.value;
   finding.value = std::min(100 * std::abs(ratio - 1), 1e6);
   finding.message = fmt::format("depth is {:.4g} of that of the true box{}", ratio,
                                 sizes_known ? "" : " (of a typical car: sizes unknown)");
@@ -281,11 +251,8 @@ Finding check_object_depth(const ConventionData& data) {
 
 Finding check_heading(const ConventionData& data) {
   Finding finding{.check = "heading", .limit = 15, .fail_limit = 30, .unit = "deg", .counted = "steps"};
-  if (data.truth.camera.poses().size() < 2 || data.truth.objects.empty()) {
-    finding.message =
-        data.truth.objects.empty() ? "not checkable: no true objects" : "not checkable: no true camera poses";
-    return finding;
-  }
+  if (data.truth.objects.empty()) return finding.not_checkable("no true objects");
+  if (data.truth.camera.poses().size() < 2) return finding.not_checkable("no true camera poses");
   std::vector<double> angles;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto T_world_a = data.truth.camera.pose(frame);
@@ -303,12 +270,7 @@ Finding check_heading(const ConventionData& data) {
       return;
     }
   });
-  finding.n = static_cast<int>(angles.size());
-  if (angles.empty()) {
-    finding.message = "not checkable: no object moves by 1 m within 5 frames";
-    return finding;
-  }
-  finding.value = median(angles);
+  if (!finding.measure(angles)) finding.not_checkable("no object moves by 1 m within 5 frames");
   return finding;
 }
 

@@ -47,8 +47,7 @@ Finding check_camera_model(const ConventionData& data) {
   const PinholeCamera& camera = data.camera.left;
   if (data.width <= 0 || data.height <= 0) {
     finding.n = 0;
-    finding.message = "not checkable: the image size is unknown";
-    return finding;
+    return finding.not_checkable("the image size is unknown");
   }
   const double w = data.width, h = data.height;
   const std::pair<double, std::string> deviations[] = {
@@ -73,13 +72,10 @@ Finding check_camera_path(const ConventionData& data) {
     const Eigen::Vector3d t = data.truth.camera.motion(frame, frame + 1)->translation();
     angles.push_back(std::atan2(std::hypot(t.x(), t.y()), t.z()) * 180 / std::numbers::pi);
   }
-  finding.n = static_cast<int>(angles.size());
-  if (angles.empty()) {
-    finding.message = data.truth.camera.empty() ? "not checkable: no true camera poses"
-                                                : "not checkable: the camera stands still";
-    return finding;
+  if (!finding.measure(angles)) {
+    return finding.not_checkable(data.truth.camera.empty() ? "no true camera poses"
+                                                           : "the camera stands still");
   }
-  finding.value = median(angles);
   if (*finding.value > finding.limit) {
     finding.message =
         "the camera does not move along its z axis (right for a camera that looks sideways or back)";
@@ -105,8 +101,7 @@ Finding check_repeated_poses(const ConventionData& data) {
     for (const ObjectTruth& object : list) objects += same(object.T_camera_object, SE3()) ? 1 : 0;
   }
   if (finding.n == 0 && objects == 0) {
-    finding.message = "not checkable: no true poses in successive frames";
-    return finding;
+    return finding.not_checkable("no true poses in successive frames");
   }
   finding.value = repeated + identities + objects;
   if (repeated > 0)
@@ -139,10 +134,7 @@ Finding check_speed(const ConventionData& data) {
       objects[object.id].push_back(way.norm() * kmh_per_step);
     }
   }
-  if (ego.empty()) {
-    finding.message = "not checkable: no true camera poses in successive frames";
-    return finding;
-  }
+  if (ego.empty()) return finding.not_checkable("no true camera poses in successive frames");
   double fastest = median(ego);
   std::string who = "the camera";
   for (const auto& [id, speeds] : objects) {
@@ -166,10 +158,7 @@ Finding check_times(const ConventionData& data) {
     if (next == data.times_s.end() || next->first != it->first + 1 || !data.has(next->first)) continue;
     steps.push_back(next->second - it->second);
   }
-  if (steps.empty()) {
-    finding.message = "not checkable: the source has no time stamps";
-    return finding;
-  }
+  if (steps.empty()) return finding.not_checkable("the source has no time stamps");
   const double typical = median(steps);
   if (*std::ranges::min_element(steps) <= 0 || typical <= 0) {
     finding.value = 100;

@@ -1,8 +1,7 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/baseline.h"
 #include "sextant/eval/gate/comparison.h"
@@ -57,12 +56,9 @@ void add_baseline_command(CLI::App& app) {
   command->require_subcommand(1);
   CLI::App* update =
       command->add_subcommand("update", "Show what accepting NEW changes; with --yes accept it");
-  update->add_option("new", flags->fresh, "Folder of a run or sweep")->required()->type_name("NEW");
-  update->add_option("--baseline", flags->baseline, "Folder of the baseline")
-      ->type_name("DIR")
-      ->capture_default_str();
-  update->add_option("--policy", flags->policy, "What is shown as a change; see `sextant compare`")
-      ->type_name("FILE");
+  add_value(*update, "new", flags->fresh, "NEW", "Folder of a run or sweep")->required();
+  add_value(*update, "--baseline", flags->baseline, "DIR", "Folder of the baseline")->capture_default_str();
+  add_value(*update, "--policy", flags->policy, "FILE", "What is shown as a change; see `sextant compare`");
   update->add_flag("--yes", flags->yes, "Write it");
   add_jobs_flag(*update, *flags);
   update->add_flag("--quiet", flags->quiet, "Do not show the changes");

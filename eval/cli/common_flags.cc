@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/machine.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/case_estimator.h"
 
 namespace sextant {
@@ -40,35 +40,31 @@ CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::s
 }
 
 void add_source_argument(CLI::App& command, std::string& source) {
-  command.add_option("source", source, "adapter:path[#sequence][@first-last]")
-      ->required()
-      ->type_name("SOURCE");
+  add_value(command, "source", source, "SOURCE", "adapter:path[#sequence][@first-last]")->required();
 }
 
 void add_cache_flag(CLI::App& command, std::string& folder) {
-  command.add_option("--cache", folder, "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)")
-      ->type_name("DIR");
+  add_value(command, "--cache", folder, "DIR",
+            "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)");
 }
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {
-  command.add_option("--data", flags.data_root, "Folder in which relative source paths are looked up")
-      ->envname("SEXTANT_DATA")
-      ->type_name("ROOT");
+  add_value(command, "--data", flags.data_root, "ROOT", "Folder in which relative source paths are looked up")
+      ->envname("SEXTANT_DATA");
 }
 
 void add_option_flags(CLI::App& command, CommonFlags& flags) {
-  command.add_option("--options", flags.options, "Options as JSON, or @FILE; see `sextant options`")
-      ->type_name("JSON|@FILE");
-  command.add_option("--set", flags.sets, "One option, e.g. pipeline.max_object_distance_m=30; repeatable")
-      ->type_name("KEY=VALUE")
+  add_value(command, "--options", flags.options, "JSON|@FILE",
+            "Options as JSON, or @FILE; see `sextant options`");
+  add_value(command, "--set", flags.sets, "KEY=VALUE",
+            "One option, e.g. pipeline.max_object_distance_m=30; repeatable")
       ->expected(1)
       ->take_all();
 }
 
 void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
   flags.jobs = available_cores();
-  command.add_option("--jobs", flags.jobs, "Threads; results do not depend on it")
-      ->type_name("N")
+  add_value(command, "--jobs", flags.jobs, "N", "Threads; results do not depend on it")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024));
 }

@@ -1,10 +1,9 @@
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/comparison_page.h"
 #include "sextant/eval/gate/outputs.h"
@@ -85,26 +84,19 @@ void run_compare(const CompareFlags& flags) {
 void add_compare_command(CLI::App& app) {
   const auto flags = std::make_shared<CompareFlags>();
   CLI::App* command = app.add_subcommand("compare", "Has NEW regressed against BASE? Errors and times");
-  command->add_option("base", flags->base, "Folder of a run or sweep, or JSON of Google Benchmark")
-      ->type_name("BASE");
-  command->add_option("new", flags->fresh, "The same, of what is to be judged")->type_name("NEW");
-  command->add_option("--policy", flags->policy, "What counts as a change; see --show-policy")
-      ->type_name("FILE");
+  add_value(*command, "base", flags->base, "BASE", "Folder of a run or sweep, or JSON of Google Benchmark");
+  add_value(*command, "new", flags->fresh, "NEW", "The same, of what is to be judged");
+  add_value(*command, "--policy", flags->policy, "FILE", "What counts as a change; see --show-policy");
   command->add_flag("--show-policy", flags->show_policy, "Print every rule with its value and meaning");
-  command->add_option("--only", flags->only, "Judge these alone")
-      ->type_name("accuracy|speed")
+  add_value(*command, "--only", flags->only, "accuracy|speed", "Judge these alone")
       ->check(CLI::IsMember({"accuracy", "speed"}));
-  command
-      ->add_option(
-          "--allow", flags->allowed,
-          "Accept a difference, and say so: cases, new_cases, data, configuration, definitions, machine")
-      ->type_name("WHAT")
+  add_value(*command, "--allow", flags->allowed, "WHAT",
+            "Accept a difference, and say so: cases, new_cases, data, configuration, definitions, machine")
       ->expected(1)
       ->take_all()
       ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
-  command
-      ->add_option("--out", flags->out, "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json")
-      ->type_name("DIR");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json");
   add_jobs_flag(*command, *flags);
   command->add_flag("--all", flags->all, "Also rows that are ok");
   command->add_flag("--quiet", flags->quiet, "Print nothing");

@@ -1,10 +1,9 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/command_tree.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/records/output.h"
 
 namespace sextant {
@@ -45,7 +44,7 @@ void add_completion_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("completion", "Print what a shell needs to complete commands, flags and options");
   std::string names;
   for (const Shell& shell : shells) names += fmt::format("{}{}", names.empty() ? "" : "|", shell.name);
-  command->add_option("shell", *name, "Which shell")->required()->type_name(names);
+  add_value(*command, "shell", *name, names, "Which shell")->required();
   command->footer(
       "A package of Sextant installs all three. By hand:\n"
       "  sextant completion bash > ~/.local/share/bash-completion/completions/sextant\n"
@@ -64,8 +63,8 @@ void add_completion_command(CLI::App& app) {
 void add_man_command(CLI::App& app) {
   const auto flags = std::make_shared<ManFlags>();
   CLI::App* command = app.add_subcommand("man", "Print the man page of a command, or write all of them");
-  command->add_option("command", flags->words, "Whose page, e.g. evaluate ego; none: of sextant")->type_name("COMMAND");
-  command->add_option("--out", flags->out, "Folder for all pages")->type_name("DIR");
+  add_value(*command, "command", flags->words, "COMMAND", "Whose page, e.g. evaluate ego; none: of sextant");
+  add_value(*command, "--out", flags->out, "DIR", "Folder for all pages");
   command->footer("Examples:\n  sextant man run | man -l -\n  sextant man --out man1");
   command->callback([flags, &app] {
     const CommandHelp tree = command_tree(app);

@@ -1,11 +1,10 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 
 namespace sextant {
 namespace {
@@ -59,11 +58,9 @@ void make(const MakeFlags& flags) {
 void add_data_make_command(CLI::App& data) {
   const auto flags = std::make_shared<MakeFlags>();
   CLI::App* command = data.add_subcommand("make", "Write a scenario, or any source, in a data set's layout");
-  command
-      ->add_option("source", flags->source,
-                   "A scenario (s18, city, ...) or adapter:path[#sequence][@first-last]")
-      ->required()
-      ->type_name("SCENARIO");
+  add_value(*command, "source", flags->source, "SCENARIO",
+            "A scenario (s18, city, ...) or adapter:path[#sequence][@first-last]")
+      ->required();
   std::string names;
   std::string lines;
   for (const Layout& layout : layouts()) {
@@ -74,12 +71,10 @@ void add_data_make_command(CLI::App& data) {
                            option.meaning);
     }
   }
-  command->add_option("--layout", flags->layout, "Which data set's layout")->required()->type_name(names);
-  command->add_option("--out", flags->out, "Root folder of the data set; made if it does not exist")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--sequence", flags->sequence, "The sequence's name there, e.g. 0018/clone")
-      ->type_name("NAME");
+  add_value(*command, "--layout", flags->layout, names, "Which data set's layout")->required();
+  add_value(*command, "--out", flags->out, "DIR", "Root folder of the data set; made if it does not exist")
+      ->required();
+  add_value(*command, "--sequence", flags->sequence, "NAME", "The sequence's name there, e.g. 0018/clone");
   add_option_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/pictures/strip.h"
 
 namespace sextant {
@@ -29,7 +28,7 @@ void add_data_strip_command(CLI::App& data) {
   CLI::App* command =
       data.add_subcommand("strip", "Draw some frames of a source: image, depth, flow and masks");
   add_source_argument(*command, flags->source);
-  command->add_option("--out", flags->out, "PNG file")->required()->type_name("FILE.png");
+  add_value(*command, "--out", flags->out, "FILE.png", "PNG file")->required();
   command->add_option("--frames", flags->n_frames, "How many frames, evenly spread")
       ->check(CLI::Range(1, 50))
       ->capture_default_str();

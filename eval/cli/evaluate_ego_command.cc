@@ -1,10 +1,9 @@
-#include <CLI/CLI.hpp>
-
 #include <cmath>
 #include <limits>
 #include <memory>
 
 #include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/evaluation/evo_result.h"
@@ -95,9 +94,8 @@ void evaluate(EgoFlags& flags) {
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
   add_choice(command, "--align", flags.options.alignment, "How an estimate is laid on the reference");
-  command.add_option("--up", flags.up,
-                     "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"")
-      ->type_name("DIRECTION");
+  add_value(command, "--up", flags.up, "DIRECTION",
+            "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
   command
       .add_option("--n-to-align", flags.options.n_to_align,
                   "Poses that se3, sim3, scale and yaw look at, from the start; 0: all")
@@ -105,9 +103,8 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   add_choice(command, "--relation", flags.options.relation,
              "What of a pose is compared, point_distance_error_ratio with --rpe only");
-  command.add_option("--rpe", flags.rpe,
-                     "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s")
-      ->type_name("DISTANCE");
+  add_value(command, "--rpe", flags.rpe, "DISTANCE",
+            "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
   command
       .add_option("--delta-tolerance", flags.delta_tolerance,
@@ -142,8 +139,8 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
                   "The estimates are poses of a body: T_body_camera, to be multiplied from the right; "
                   "a file or a text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
       ->type_name("FILE|VALUES");
-  command.add_option("--ref-body-from-camera", flags.reference_body_from_camera, "The same of the reference")
-      ->type_name("FILE|VALUES");
+  add_value(command, "--ref-body-from-camera", flags.reference_body_from_camera, "FILE|VALUES",
+            "The same of the reference");
 }
 
 }  // namespace
@@ -160,27 +157,22 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   command->add_option(
       "EST", flags->files.estimates,
       "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
-  command
-      ->add_option(
-          "--format", flags->files.format,
-          "Of both; auto: what the header names or the first record fits, where only one format does")
-      ->type_name("FORMAT")
+  add_value(*command, "--format", flags->files.format, "FORMAT",
+            "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
-  command->add_option("--ref-format", flags->files.reference_format, "Of the reference, where it differs")
-      ->type_name("FORMAT");
-  command->add_option("--est-format", flags->files.estimate_format, "Of the estimates, where it differs")
-      ->type_name("FORMAT");
+  add_value(*command, "--ref-format", flags->files.reference_format, "FORMAT",
+            "Of the reference, where it differs");
+  add_value(*command, "--est-format", flags->files.estimate_format, "FORMAT",
+            "Of the estimates, where it differs");
   add_metric_flags(*command, *flags);
   add_association_flags(*command, *flags);
   add_frame_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
-  command->add_option("--save-zip", flags->zip, "Write the result as evo does (evo_res reads it)")
-      ->type_name("FILE");
-  command->add_option("--save-tum", flags->tum, "Write the matched, aligned trajectories as TUM files")
-      ->type_name("DIR");
-  command->add_option("--out", flags->out, "Write report.html, tables and figures (CDF, boxes) here")
-      ->type_name("DIR");
+  add_value(*command, "--save-zip", flags->zip, "FILE", "Write the result as evo does (evo_res reads it)");
+  add_value(*command, "--save-tum", flags->tum, "DIR",
+            "Write the matched, aligned trajectories as TUM files");
+  add_value(*command, "--out", flags->out, "DIR", "Write report.html, tables and figures (CDF, boxes) here");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(

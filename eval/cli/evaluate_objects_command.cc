@@ -1,8 +1,7 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/object_report.h"
 #include "sextant/eval/evaluation/recorded_files.h"
@@ -54,19 +53,17 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
   add_choice(*command, "--format", flags->files.format, "Whose logs")->required();
   add_choice(*command, "--stage", flags->files.stage,
              "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
-  command->add_option("--preset", flags->preset, "One metric preset; default: all side by side")
-      ->type_name("NAME");
-  command->add_option("--truth", flags->files.truth,
-                      "SOURCE whose true objects replace the log's; ids are matched by overlap")
-      ->type_name("SOURCE");
+  add_value(*command, "--preset", flags->preset, "NAME", "One metric preset; default: all side by side");
+  add_value(*command, "--truth", flags->files.truth, "SOURCE",
+            "SOURCE whose true objects replace the log's; ids are matched by overlap");
   command->add_option("--rate", flags->files.rate_hz, "Frame rate, Hz, for velocities")
       ->capture_default_str();
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
-  command->add_option("--save-tum", flags->files.tum, "Write obj_<id>.tum and obj_<id>_gt.tum per object")
-      ->type_name("DIR");
-  command->add_option("--out", flags->out, "Write report.html, tables, figures and records.jsonl here")
-      ->type_name("DIR");
+  add_value(*command, "--save-tum", flags->files.tum, "DIR",
+            "Write obj_<id>.tum and obj_<id>_gt.tum per object");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Write report.html, tables, figures and records.jsonl here");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/options.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/report/table_layout.h"
 #include "sextant/eval/report/words.h"
 
@@ -41,9 +40,8 @@ void explain_words(const ExplainFlags& flags) {
 void add_explain_command(CLI::App& app) {
   const auto flags = std::make_shared<ExplainFlags>();
   CLI::App* command = app.add_subcommand("explain", "What a word of a table or report means");
-  command
-      ->add_option("word", flags->word, "The word: coverage, gated, E_t, split_nees, ..; none: all of them")
-      ->type_name("WORD");
+  add_value(*command, "word", flags->word, "WORD",
+            "The word: coverage, gated, E_t, split_nees, ..; none: all of them");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer("Example:\n  sextant explain coverage");
   command->callback([flags] { explain_words(*flags); });

@@ -1,8 +1,7 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/export/export.h"
 
 namespace sextant {
@@ -30,11 +29,9 @@ void add_export_command(CLI::App& app) {
   const auto flags = std::make_shared<ExportFlags>();
   CLI::App* command =
       app.add_subcommand("export", "The records of a run or sweep as one file: CSV, numpy, SQLite");
-  command->add_option("dir", flags->folder, "Folder of a run or sweep")->required()->type_name("DIR");
-  command->add_option("--format", flags->format, "What to write")->required()->type_name("csv|npz|sqlite");
-  command->add_option("--out", flags->out, "The file; one that is there is replaced")
-      ->required()
-      ->type_name("FILE");
+  add_value(*command, "dir", flags->folder, "DIR", "Folder of a run or sweep")->required();
+  add_value(*command, "--format", flags->format, "csv|npz|sqlite", "What to write")->required();
+  add_value(*command, "--out", flags->out, "FILE", "The file; one that is there is replaced")->required();
   command->add_flag("--quiet", flags->quiet, "No progress, nothing printed");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(

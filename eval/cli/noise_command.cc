@@ -1,6 +1,5 @@
 #include "sextant/eval/cli/noise_command.h"
-
-#include <CLI/CLI.hpp>
+#include "sextant/eval/cli/flags.h"
 
 #include <memory>
 
@@ -55,11 +54,10 @@ void add_noise_command(CLI::App& app) {
   add_data_flag(*command, flags->common);
   add_option_flags(*command, flags->common);
   add_jobs_flag(*command, flags->common);
-  command->add_option("--out", flags->out, "The profile, NAME.json")->required()->type_name("FILE.json");
-  command->add_option("--name", flags->name, "What the profile calls itself; default: NAME of --out")
-      ->type_name("NAME");
-  command->add_option("--noise", flags->noise, "Noise that is added to the source first: none or JSON")
-      ->type_name("JSON")
+  add_value(*command, "--out", flags->out, "FILE.json", "The profile, NAME.json")->required();
+  add_value(*command, "--name", flags->name, "NAME", "What the profile calls itself; default: NAME of --out");
+  add_value(*command, "--noise", flags->noise, "JSON",
+            "Noise that is added to the source first: none or JSON")
       ->capture_default_str();
   command->add_option("--seed", flags->seed, "Of that noise")->capture_default_str();
   command
@@ -71,8 +69,8 @@ void add_noise_command(CLI::App& app) {
   command->add_option("--max-frames", flags->max_frames, "Frames that are looked at, evenly spread")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--figure", flags->figure, "Folder for the figure: measured and injected correlation")
-      ->type_name("DIR");
+  add_value(*command, "--figure", flags->figure, "DIR",
+            "Folder for the figure: measured and injected correlation");
   command->add_flag("--quiet", flags->common.quiet, "No table");
   command->add_flag("--json", flags->common.json, "Print the profile");
   command->footer(

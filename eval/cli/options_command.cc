@@ -1,10 +1,9 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/registry.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/table.h"
@@ -62,9 +61,7 @@ void add_options_command(CLI::App& app) {
   const auto flags = std::make_shared<Flags>();
   CLI::App* command =
       app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
-  command->add_option("--estimator", flags->estimator, "Whose options")
-      ->type_name("NAME")
-      ->capture_default_str();
+  add_value(*command, "--estimator", flags->estimator, "NAME", "Whose options")->capture_default_str();
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer("Example:\n  sextant options --estimator motion_only");
   command->callback([flags] {

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/pictures/showcase.h"
 
 namespace sextant {
@@ -32,16 +31,13 @@ void add_overlay_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("overlay", "Draw one frame pair: features, flow, moving objects and their speeds");
   add_source_argument(*command, flags->source);
-  command
-      ->add_option("--frame", flags->request.frame,
-                   "Current frame of the pair; the pipeline runs from the first one")
-      ->required()
-      ->type_name("K");
-  command->add_option("--out", flags->out, "PNG file")->required()->type_name("FILE.png");
+  add_value(*command, "--frame", flags->request.frame, "K",
+            "Current frame of the pair; the pipeline runs from the first one")
+      ->required();
+  add_value(*command, "--out", flags->out, "FILE.png", "PNG file")->required();
   command->add_option("--width", flags->request.width_px, "Width of the picture in px; 0 = twice the image's")
       ->check(CLI::Range(0, 20000));
-  command->add_option("--estimator", flags->request.estimator, "Which estimator")
-      ->type_name("NAME")
+  add_value(*command, "--estimator", flags->request.estimator, "NAME", "Which estimator")
       ->capture_default_str();
   add_option_flags(*command, *flags);
   add_jobs_flag(*command, *flags);

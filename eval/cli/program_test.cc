@@ -66,12 +66,8 @@ TEST_F(ProgramOnFixture, RunWritesACompleteFolder) {
 /// Path -> bytes of a run's folder, times apart.
 std::map<std::string, std::string> untimed_files(const fs::path& folder) {
   static const std::regex times(R"("time_ms":\{[^}]*\}|"wall_time_s": [^,]*)");
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    files[entry.path().lexically_relative(folder).string()] =
-        std::regex_replace(read_file(entry.path()), times, "");
-  }
+  std::map<std::string, std::string> files = files_below(folder);
+  for (auto& [name, bytes] : files) bytes = std::regex_replace(bytes, times, "");
   return files;
 }
 

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/claims/noise_document.h"
 #include "sextant/eval/report/html/report_folder.h"
@@ -57,9 +56,8 @@ void add_report_command(CLI::App& app) {
   const auto flags = std::make_shared<ReportFlags>();
   CLI::App* command = app.add_subcommand(
       "report", "Errors by noise level, their growth, estimators compared, figures; from records");
-  command->add_option("dir", flags->folders, "Folders of runs or sweeps")->required()->type_name("DIR");
-  command->add_option("--out", flags->out, "Folder for report.html, report.md, tables and figures")
-      ->type_name("DIR");
+  add_value(*command, "dir", flags->folders, "DIR", "Folders of runs or sweeps")->required();
+  add_value(*command, "--out", flags->out, "DIR", "Folder for report.html, report.md, tables and figures");
   command->add_flag("--no-figures", flags->no_figures, "Tables only");
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "Print nothing");

@@ -1,8 +1,7 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/report_folder.h"
 #include "sextant/eval/reproduce/reproduce.h"
@@ -54,9 +53,9 @@ void add_reproduce_command(CLI::App& app) {
   const auto flags = std::make_shared<ReproduceFlags>();
   CLI::App* command =
       app.add_subcommand("reproduce", "Every table, figure and claim of the paper, with a verdict");
-  command->add_option("--out", flags->out, "Folder for records and report; an unfinished one is resumed")
-      ->required()
-      ->type_name("DIR");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Folder for records and report; an unfinished one is resumed")
+      ->required();
   command->add_flag("--report-only", flags->report_only, "Run nothing: the report of the records in --out");
   add_cache_flag(*command, flags->cache);
   add_data_flag(*command, *flags);

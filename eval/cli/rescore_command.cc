@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/external/rescore.h"
 
 namespace sextant {
@@ -43,11 +42,9 @@ void add_rescore_command(CLI::App& app) {
   const auto flags = std::make_shared<RescoreFlags>();
   CLI::App* command = app.add_subcommand(
       "rescore", "Score again what external programs left in a run or sweep, without running them");
-  command->add_option("dir", flags->folder, "Folder of a finished run or sweep; it is only read")
-      ->required()
-      ->type_name("OUT");
-  command->add_option("--config", flags->config, "Configuration in place of the recorded one")
-      ->type_name("CONFIG.json");
+  add_value(*command, "dir", flags->folder, "OUT", "Folder of a finished run or sweep; it is only read")
+      ->required();
+  add_value(*command, "--config", flags->config, "CONFIG.json", "Configuration in place of the recorded one");
   add_option_flags(*command, *flags);
   add_cache_flag(*command, flags->cache);
   add_jobs_flag(*command, *flags);

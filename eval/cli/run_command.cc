@@ -1,11 +1,10 @@
-#include <CLI/CLI.hpp>
-
 #include <cstdlib>
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/run_output.h"
@@ -68,14 +67,12 @@ void run_as_told(RunFlags& flags) {
 }  // namespace
 
 void add_run_output_flags(CLI::App& command, RunOutput& output) {
-  command.add_option("--preset", output.preset, "Metric preset of the summary of a run")
-      ->type_name("NAME")
+  add_value(command, "--preset", output.preset, "NAME", "Metric preset of the summary of a run")
       ->capture_default_str();
-  command.add_option("--out", output.out, "Folder for the results; made if it does not exist")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--columns", output.columns, "Columns of the printed summary: the six that matter first, or all")
-      ->type_name("first|all")
+  add_value(command, "--out", output.out, "DIR", "Folder for the results; made if it does not exist")
+      ->required();
+  add_value(command, "--columns", output.columns, "first|all",
+            "Columns of the printed summary: the six that matter first, or all")
       ->capture_default_str()
       ->check(CLI::IsMember({"first", "all"}));
   command.add_flag("--force", output.force, "Replace the results of another run in --out");
@@ -148,31 +145,23 @@ void add_run_command(CLI::App& app) {
   const auto flags = std::make_shared<RunFlags>();
   CLI::App* command =
       app.add_subcommand("run", "Estimate all motions of sources and compare with ground truth");
-  command
-      ->add_option("source", flags->sources, "adapter:path[#sequence][@first-last]; see `sextant data list`")
-      ->required()
-      ->type_name("SOURCE");
-  command->add_option("--estimator", flags->estimator, "Which estimator, or external:CONFIG.json")
-      ->type_name("NAME")
+  add_value(*command, "source", flags->sources, "SOURCE",
+            "adapter:path[#sequence][@first-last]; see `sextant data list`")
+      ->required();
+  add_value(*command, "--estimator", flags->estimator, "NAME", "Which estimator, or external:CONFIG.json")
       ->capture_default_str();
-  command
-      ->add_option("--procedure", flags->procedure,
-                   "Follow somebody else's procedure; --options and --set come on top of it")
-      ->type_name("NAME");
+  add_value(*command, "--procedure", flags->procedure, "NAME",
+            "Follow somebody else's procedure; --options and --set come on top of it");
   add_option_flags(*command, *flags);
-  command
-      ->add_option("--noise", flags->noise,
-                   "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
-      ->type_name("JSON|procedure")
+  add_value(*command, "--noise", flags->noise, "JSON|procedure",
+            "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->capture_default_str();
   command->add_flag(
       "--consistency", flags->consistency,
       "Also estimate every body from halves of its points and record how they agree (split_nees)");
-  command->add_option("--level", flags->level, "What records call the level of the noise")
-      ->type_name("NUMBER")
+  add_value(*command, "--level", flags->level, "NUMBER", "What records call the level of the noise")
       ->capture_default_str();
-  command->add_option("--seeds", flags->n_seeds, "Repeat with seeds 0..N-1 of the noise")
-      ->type_name("N")
+  add_value(*command, "--seeds", flags->n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   add_jobs_flag(*command, *flags);

@@ -1,10 +1,9 @@
-#include <CLI/CLI.hpp>
-
 #include <charconv>
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/experiment/sweep_status.h"
 
@@ -81,10 +80,10 @@ void add_sweep_status_command(CLI::App& sweep) {
   const auto flags = std::make_shared<StatusFlags>();
   CLI::App* command = sweep.add_subcommand("status", "How far a sweep in shards is, and what is missing");
   command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")->required()->type_name("DIR");
-  command->add_option("--shards", flags->n_shards, "How many there are (default: as those that have begun say)")
-      ->type_name("N");
+  add_value(*command, "--shards", flags->n_shards, "N",
+            "How many there are (default: as those that have begun say)");
   command->add_flag("--missing", flags->only_missing, "Print only the missing and stopped ones, as sbatch --array takes them");
-  command->add_option("--except", flags->except, "Shards to leave out of these")->type_name("I,J,...")->delimiter(',');
+  add_value(*command, "--except", flags->except, "I,J,...", "Shards to leave out of these")->delimiter(',');
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer("Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) shard.sh");
   command->callback([flags] { print_status(*flags); });
@@ -130,11 +129,10 @@ void sweep_and_print(const SweepConfig& config, bool json) {
 void add_sweep_command(CLI::App& app) {
   const auto flags = std::make_shared<SweepFlags>();
   CLI::App* command = app.add_subcommand("sweep", "Run a plan: sources x estimators x noise levels x seeds");
-  command->add_option("plan", flags->plan, "JSON file; see docs/sweeps.md and eval/plans/")->type_name("PLAN.json");
-  command->add_option("--out", flags->out, "Folder for the results; an unfinished sweep in it is resumed")
-      ->type_name("DIR");
-  command->add_option("--shard", flags->shard, "Only the I-th of N equal shares; a folder per shard")
-      ->type_name("I/N")
+  add_value(*command, "plan", flags->plan, "PLAN.json", "JSON file; see docs/sweeps.md and eval/plans/");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Folder for the results; an unfinished sweep in it is resumed");
+  add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
       ->capture_default_str();
   command->add_flag("--dry-run", flags->dry_run, "Say how many cases there are and how long they will take");
   add_cache_flag(*command, flags->cache);
@@ -158,8 +156,8 @@ void add_sweep_command(CLI::App& app) {
 void add_merge_command(CLI::App& app) {
   const auto flags = std::make_shared<MergeFlags>();
   CLI::App* command = app.add_subcommand("merge", "Join the shards of a sweep");
-  command->add_option("dir", flags->folders, "Folders of finished shards")->required()->type_name("DIR");
-  command->add_option("--out", flags->out, "Folder for the results")->required()->type_name("DIR");
+  add_value(*command, "dir", flags->folders, "DIR", "Folders of finished shards")->required();
+  add_value(*command, "--out", flags->out, "DIR", "Folder for the results")->required();
   command->add_flag("--allow-mixed", flags->allow_mixed,
                     "Join shards of different versions of Sextant; run.json names them");
   command->add_flag("--quiet", flags->quiet, "No summary");

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/report/html/html.h"
@@ -43,14 +42,11 @@ void run_trend(const TrendFlags& flags) {
 void add_trend_command(CLI::App& app) {
   const auto flags = std::make_shared<TrendFlags>();
   CLI::App* command = app.add_subcommand("trend", "Past results as series over time, with changes of level");
-  command
-      ->add_option("dir", flags->folders,
-                   "Results, oldest first, or folders of results, which are taken in order of their names")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--out", flags->out, "Page that needs no other file")->type_name("FILE.html");
-  command->add_option("--policy", flags->policy, "Smallest step that counts; see `sextant compare`")
-      ->type_name("FILE");
+  add_value(*command, "dir", flags->folders, "DIR",
+            "Results, oldest first, or folders of results, which are taken in order of their names")
+      ->required();
+  add_value(*command, "--out", flags->out, "FILE.html", "Page that needs no other file");
+  add_value(*command, "--policy", flags->policy, "FILE", "Smallest step that counts; see `sextant compare`");
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "Print nothing");
   command->add_flag("--json", flags->json, "Print the series as JSON");

@@ -1,9 +1,8 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/view/page.h"
 
 namespace sextant {
@@ -45,18 +44,18 @@ void view(ViewFlags& flags, bool with_level, bool with_seed) {
 void add_view_command(CLI::App& app) {
   const auto flags = std::make_shared<ViewFlags>();
   CLI::App* command = app.add_subcommand("view", "Walk through one run, or two side by side, in a browser");
-  command->add_option("RUN", flags->first, "Folder of `sextant run`, `sweep` or `merge`")->required()->type_name("DIR");
-  command->add_option("RUN2", flags->second, "Another one of the same source, to stand beside it")->type_name("DIR");
-  command->add_option("--out", flags->out, "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
-      ->required()
-      ->type_name("DIR|FILE.html");
+  add_value(*command, "RUN", flags->first, "DIR", "Folder of `sextant run`, `sweep` or `merge`")->required();
+  add_value(*command, "RUN2", flags->second, "DIR", "Another one of the same source, to stand beside it");
+  add_value(*command, "--out", flags->out, "DIR|FILE.html",
+            "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
+      ->required();
   command->add_option("--source", flags->choice.source, "Which source of the folder; default: its first")->type_name("SOURCE");
-  command->add_option("--estimator", flags->choice.estimator, "Which estimator, by its label; default: the first")
-      ->type_name("NAME");
+  add_value(*command, "--estimator", flags->choice.estimator, "NAME",
+            "Which estimator, by its label; default: the first");
   CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")->type_name("NUMBER");
-  CLI::Option* seed = command->add_option("--seed", flags->seed, "Which seed; default: the first")->type_name("N");
-  command->add_option("--images", flags->images, "For folders of `evaluate objects`: the SOURCE that they are about")
-      ->type_name("SOURCE");
+  CLI::Option* seed = add_value(*command, "--seed", flags->seed, "N", "Which seed; default: the first");
+  add_value(*command, "--images", flags->images, "SOURCE",
+            "For folders of `evaluate objects`: the SOURCE that they are about");
   command->add_option("--quality", flags->page.jpeg_quality, "JPEG quality of the images")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));

@@ -1,5 +1,7 @@
 #include "sextant/eval/evaluation/distribution_figures.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 #include "sextant/base/error.h"
@@ -14,11 +16,7 @@ std::vector<double> sorted(std::vector<double> values) {
   return values;
 }
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", \\\n     ") + part;
-  return text;
-}
+constexpr const char* next_line = ", \\\n     ";  // of a plot's parts
 
 }  // namespace
 
@@ -68,7 +66,7 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
   figure.script = fmt::format(
       "set xlabel {} noenhanced\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
       "set key bottom right noenhanced\nplot {}\n",
-      gp_text(axis), joined(lines));
+      gp_text(axis), fmt::join(lines, next_line));
   return figure;
 }
 
@@ -92,7 +90,7 @@ Figure box_figure(const std::string& name, const std::string& axis,
       "noenhanced\nplot {}\n",
       static_cast<double>(samples.size()) + 0.6, tics,
       samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis),
-      joined(box_plots("(column(\"position\"))", 0.5, line_colour(0))));
+      fmt::join(box_plots("(column(\"position\"))", 0.5, line_colour(0)), next_line));
   return figure;
 }
 

@@ -2,9 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-
 #include "sextant/base/error.h"
+#include "sextant/base/testing.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -23,12 +22,11 @@ class RealRecordings : public testing::TestWithParam<Recording> {};
 // (0.039 m and 0.048 deg, ...). For E_R of ORB-SLAM3 0.060, 0.041 and 0.062 deg are known, which are those of
 // single precision with acos and without its zeros; in double it is what numpy has with 2 atan2 on the files.
 TEST_P(RealRecordings, AgreeWithWhatIsKnown) {
-  const char* root = std::getenv("SEXTANT_DATA");
-  if (root == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set: no recorded results to evaluate";
+  SEXTANT_NEEDS_DATA("kitti_tracking_peers");
   const Recording& known = GetParam();
   const EgoReference reference =
-      source_reference(std::string("kitti:kitti_tracking#") + known.sequence, root, Json::object());
-  const std::string path = std::string(root) + "/kitti_tracking_peers/" + known.file;
+      source_reference(std::string("kitti:kitti_tracking#") + known.sequence, real_data(""), Json::object());
+  const std::string path = real_data("kitti_tracking_peers") / known.file;
   const EgoResult result = evaluate_ego(reference, read_trajectory(path), path, {});
   EXPECT_NEAR(mean(result.per_frame.Et_m), known.Et_m, 0.002);
   EXPECT_NEAR(mean(result.per_frame.ER_deg), known.ER_deg, 0.002);

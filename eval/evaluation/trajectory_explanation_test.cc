@@ -1,7 +1,6 @@
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 
 #include <cmath>
-#include <cstdlib>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
@@ -160,13 +159,12 @@ struct Real {
 class PlantedInRealTrajectories : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const char* root = std::getenv("SEXTANT_DATA");
-    if (root == nullptr) GTEST_SKIP() << "SEXTANT_DATA is not set: no recorded trajectories to plant in";
+    SEXTANT_NEEDS_DATA("kitti_tracking_peers");
     real.reference =
-        source_reference(std::string("kitti:kitti_tracking#") + GetParam(), root, Json::object());
+        source_reference(std::string("kitti:kitti_tracking#") + GetParam(), real_data(""), Json::object());
     real.reference.warnings.clear();
     const std::string path =
-        std::string(root) + "/kitti_tracking_peers/orbslam3_camera/" + GetParam() + ".txt";
+        real_data("kitti_tracking_peers") / "orbslam3_camera" / (std::string(GetParam()) + ".txt");
     TrajectoryFile file = read_trajectory(path, "kitti");
     const EgoResult matched = evaluate_ego(real.reference, file, path, {});
     EXPECT_THAT(matched.warnings, IsEmpty());

@@ -1,10 +1,10 @@
 #include "sextant/eval/experiment/evaluate_pair.h"
-#include "sextant/geometry/object_motion.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "sextant/geometry/object_motion.h"
 
 namespace sextant {
 namespace {
@@ -82,19 +82,25 @@ class EvaluatePair : public testing::Test {
   FrameResult result_;
 };
 
+void expect_near(const Record::Numbers& numbers, const std::map<std::string, double>& expected,
+                 double tolerance) {
+  for (const auto& [key, value] : expected) EXPECT_NEAR(numbers.at(key), value, tolerance) << key;
+}
+
 TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
   const Record ego = evaluate().at(0);
   EXPECT_EQ(ego.body, "ego");
   EXPECT_EQ(ego.frame, 5);
   EXPECT_EQ(ego.status, Status::ok);
-  EXPECT_NEAR(ego.errors.at("Et_m"), 0.1, 1e-12);
-  EXPECT_NEAR(ego.errors.at("ER_deg"), 0, 1e-12);
-  EXPECT_NEAR(ego.values.at("step_gt_m"), 1, 1e-12);
-  EXPECT_NEAR(ego.values.at("step_m"), 0.9, 1e-12);
-  EXPECT_NEAR(ego.values.at("step_error_x_m"), 0, 1e-12);
-  EXPECT_NEAR(ego.values.at("step_error_y_m"), 0, 1e-12);
-  EXPECT_NEAR(ego.values.at("step_error_z_m"), -0.1, 1e-12);
-  EXPECT_NEAR(ego.values.at("rotation_gt_deg"), 0, 1e-12);
+  expect_near(ego.errors, {{"Et_m", 0.1}, {"ER_deg", 0}}, 1e-12);
+  expect_near(ego.values,
+              {{"step_gt_m", 1},
+               {"step_m", 0.9},
+               {"step_error_x_m", 0},
+               {"step_error_y_m", 0},
+               {"step_error_z_m", -0.1},
+               {"rotation_gt_deg", 0}},
+              1e-12);
   EXPECT_EQ(ego.values.at("start_propagated"), 0);
   EXPECT_EQ(ego.time_ms.at("total"), 3.5);
 }
@@ -115,17 +121,15 @@ TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {
   EXPECT_EQ(ego.flow_truth, "induced");
   EXPECT_NEAR(ego.errors.at("epe_initial_px"), 1, 1e-12);
   EXPECT_GT(ego.errors.at("epe_measured_px"), ego.errors.at("epe_initial_px"));
-  EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 1, 1e-12);
-  EXPECT_NEAR(ego.errors.at("epe_initial_y_px"), 0, 1e-12);
-  EXPECT_NEAR(ego.errors.at("epe_refined_px"), 0.25, 1e-12);
+  expect_near(ego.errors, {{"epe_initial_x_px", 1}, {"epe_initial_y_px", 0}, {"epe_refined_px", 0.25}},
+              1e-12);
 }
 
 TEST_F(EvaluatePair, GivenTrueFlowWins) {
   const FlowSamples flow({{50, 50, {0.5F, 2.0F}}});
   const Record ego = evaluate(&flow).at(0);
   EXPECT_EQ(ego.flow_truth, "given");
-  EXPECT_NEAR(ego.errors.at("epe_initial_x_px"), 0.5, 1e-12);
-  EXPECT_NEAR(ego.errors.at("epe_initial_y_px"), 2, 1e-12);
+  expect_near(ego.errors, {{"epe_initial_x_px", 0.5}, {"epe_initial_y_px", 2}}, 1e-12);
 }
 
 TEST_F(EvaluatePair, NoEpeWhereTheTrueFlowIsUnknown) {
@@ -141,13 +145,9 @@ TEST_F(EvaluatePair, ObjectErrorsInEveryFrame) {
   EXPECT_EQ(object.status, Status::ok);
   EXPECT_NEAR(object.errors.at("Et_m"), 0.3, 1e-12);
   EXPECT_NEAR(object.errors.at("Et_world_m"), 0.4, 1e-9);  // H: 1.6 m for 2 m
-  EXPECT_NEAR(object.errors.at("Et_body_m"), 0.4, 1e-9);
-  EXPECT_NEAR(object.errors.at("ER_world_deg"), 0, 1e-9);
-  EXPECT_NEAR(object.values.at("v_kmh"), 57.6, 1e-9);
-  EXPECT_NEAR(object.values.at("v_gt_kmh"), 72, 1e-9);
-  EXPECT_NEAR(object.values.at("v_gt_origin_kmh"), 72, 1e-9);
-  EXPECT_NEAR(object.errors.at("Ev_kmh"), 14.4, 1e-9);
-  EXPECT_NEAR(object.errors.at("Ev_origin_kmh"), 14.4, 1e-9);
+  expect_near(object.errors, {{"Et_body_m", 0.4}, {"ER_world_deg", 0}}, 1e-9);
+  expect_near(object.values, {{"v_kmh", 57.6}, {"v_gt_kmh", 72}, {"v_gt_origin_kmh", 72}}, 1e-9);
+  expect_near(object.errors, {{"Ev_kmh", 14.4}, {"Ev_origin_kmh", 14.4}}, 1e-9);
   EXPECT_EQ(object.values.at("distance_gt_m"), 10);
   EXPECT_EQ(object.values.at("dynamic_gt"), 1);
   EXPECT_EQ(object.values.at("dynamic"), 1);
@@ -160,10 +160,8 @@ TEST_F(EvaluatePair, TurningObjectHasTwoTrueVelocities) {
   const Record object = evaluate().at(1);
   const Eigen::Vector3d lever = yaw(10) * Eigen::Vector3d(0, 0, -1) - Eigen::Vector3d(0, 0, -1);
   const double expected_kmh = (Eigen::Vector3d(0, 0, 2) + lever).norm() / 0.1 * 3.6;
-  EXPECT_NEAR(object.values.at("v_gt_origin_kmh"), 72, 1e-9);
-  EXPECT_NEAR(object.values.at("v_gt_kmh"), expected_kmh, 1e-9);
-  EXPECT_NEAR(object.errors.at("ER_deg"), 10, 1e-9);
-  EXPECT_NEAR(object.errors.at("ER_body_deg"), 10, 1e-9);
+  expect_near(object.values, {{"v_gt_origin_kmh", 72}, {"v_gt_kmh", expected_kmh}}, 1e-9);
+  expect_near(object.errors, {{"ER_deg", 10}, {"ER_body_deg", 10}}, 1e-9);
 }
 
 TEST_F(EvaluatePair, EveryObjectHasAStatus) {

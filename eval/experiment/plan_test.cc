@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-class PlanTest : public SmallPlan, public testing::Test {};
+class PlanTest : public SmallPlan {};
 
 TEST_F(PlanTest, CasesAreAGrid) {
   const Plan plan = parse_plan(plan_text(), "plan.json", "");

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
+#include "sextant/base/testing.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
@@ -19,9 +18,8 @@ using testing::flow_difference;
 using testing::pose_difference;
 
 TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_03_demo";
-  const auto sequence = open_source(SourceSpec::parse(fmt::format("vdo:{}/kitti_03_demo@0-6", data)));
+  SEXTANT_NEEDS_DATA("kitti_03_demo");
+  const auto sequence = open_source(SourceSpec::parse("vdo:" + real_data("kitti_03_demo").string() + "@0-6"));
   const SequenceInfo& info = sequence->info();
   const JointFlowOptions options;
   MotionOnlyOptions matched{.sigma_px = options.effective_kernel().sigma_px,
@@ -60,10 +58,9 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
 
 // Neither flow nor depth is given: images of a stereo pair, through SGBM and DIS, and MOTS masks.
 TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_tracking";
+  SEXTANT_NEEDS_DATA("kitti_tracking");
   RunConfig config;
-  config.sources = {SourceSpec::parse(fmt::format("kitti:{}/kitti_tracking#0005@0-15", data))};
+  config.sources = {SourceSpec::parse("kitti:" + real_data("kitti_tracking").string() + "#0005@0-15")};
   config.jobs = 2;
   config.quiet = true;
   double sum_m = 0, sum_deg = 0;
@@ -83,16 +80,13 @@ TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
 
 // The true motions of real sequences, rendered without noise, are found again.
 TEST(RealFrames, ReplaysGiveTheTrueMotions) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) {
-    GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text and kitti_tracking";
-  }
+  SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
+  SEXTANT_NEEDS_DATA("kitti_tracking");
   RunConfig config;
   for (const char* source :
-       {"replay-vkitti1:{}/vkitti_1.3.1_text#0018@124-128",
-        "replay-vkitti1:{}/vkitti_1.3.1_text#0001@410-414", "replay-kitti:{}/kitti_tracking#0003@8-12",
-        "replay-kitti:{}/kitti_tracking#0020@0-4"}) {
-    config.sources.push_back(SourceSpec::parse(fmt::format(fmt::runtime(source), data)));
+       {"replay-vkitti1:{}vkitti_1.3.1_text#0018@124-128", "replay-vkitti1:{}vkitti_1.3.1_text#0001@410-414",
+        "replay-kitti:{}kitti_tracking#0003@8-12", "replay-kitti:{}kitti_tracking#0020@0-4"}) {
+    config.sources.push_back(SourceSpec::parse(fmt::format(fmt::runtime(source), real_data("").string())));
   }
   config.jobs = 2;
   config.quiet = true;

@@ -4,15 +4,8 @@ namespace sextant {
 namespace {
 
 std::string matrix_line(const SE3& T) {
-  const Eigen::Matrix4d m = T.matrix();
-  std::string line;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      if (!line.empty()) line += ' ';
-      line += fmt::format("{}", m(row, column));
-    }
-  }
-  return line;
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> m = T.matrix().topRows<3>();
+  return fmt::format("{}", fmt::join(m.data(), m.data() + m.size(), " "));
 }
 
 std::string kitti_text(const Trajectory& trajectory) {

@@ -1,6 +1,5 @@
 #include "sextant/eval/experiment/run.h"
 
-#include <cstdlib>
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
@@ -231,9 +230,8 @@ double mean_of(const std::vector<Record>& records, const std::string& body, Reco
 }
 
 TEST(RunOnRealData, Kitti03DemoReachesTheKnownErrors) {
-  const char* data = std::getenv("SEXTANT_DATA");
-  if (data == nullptr) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds kitti_03_demo";
-  const std::string source = fmt::format("vdo:{}/kitti_03_demo@0-19", data);
+  SEXTANT_NEEDS_DATA("kitti_03_demo");
+  const std::string source = "vdo:" + real_data("kitti_03_demo").string() + "@0-19";
   const RunResult result = run(config_of(source, 2));
   EXPECT_LE(mean_of(result.records, "ego", &Record::errors, "Et_m"), 0.072);
   EXPECT_LE(mean_of(result.records, "ego", &Record::errors, "ER_deg"), 0.042);

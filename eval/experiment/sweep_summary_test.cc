@@ -1,12 +1,7 @@
 // Sweeps that keep summaries: what they hold, and that no job, shard or kill changes a byte.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 
-#include "sextant/base/error.h"
-#include "sextant/base/files.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/plan_testing.h"
@@ -18,22 +13,12 @@
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
-class SweepSummary : public SmallPlan, public testing::Test {
+class SweepSummary : public SmallPlan {
  protected:
   SweepConfig config(const std::string& out, KeepOfCases keep = KeepOfCases::summary) const {
-    SweepConfig config;
-    config.plan = parse_plan(plan_text(), "plan.json", "");
-    config.plan.keep = keep;
-    config.out = file(out);
-    config.cache = PackCache(file("cache"));
-    config.quiet = true;
-    return config;
+    return SmallPlan::config(out, keep);
   }
-  fs::path file(const std::string& name) const { return folder_.path() / name; }
   std::string bytes(const std::string& out) const { return read_file(file(out) / summary_file_name); }
-  Json noise_of(const std::string& out) const { return read_json(file(out) / "run.json")["noise"]; }
 
   /// Numbers within 1e-12 of their size, everything else equal.
   static void expect_near(const Json& a, const Json& b) {
@@ -46,14 +31,11 @@ class SweepSummary : public SmallPlan, public testing::Test {
     }
   }
 
-  std::vector<fs::path> run_shards(uint64_t n, KeepOfCases keep = KeepOfCases::summary) const {
+  std::vector<fs::path> run_shards(uint64_t n) const {
     std::vector<fs::path> parts;
     for (uint64_t shard = 0; shard < n; ++shard) {
-      SweepConfig part = config(fmt::format("part{}of{}", shard, n), keep);
-      part.shard = shard;
-      part.n_shards = n;
-      sweep(part);
-      parts.push_back(part.out);
+      parts.push_back(file(fmt::format("part{}of{}", shard, n)));
+      sweep(shard_of(config(parts.back().filename()), shard, n));
     }
     return parts;
   }
@@ -100,7 +82,7 @@ TEST_F(SweepSummary, JobsAndShardsDoNotChangeAByte) {
     EXPECT_EQ(bytes(out), bytes("one"));
     EXPECT_EQ(noise_of(out), noise_of("one"));
     parts.pop_back();
-    EXPECT_THAT(error_of([&] { merge_sweeps(parts, file("m")); }), HasSubstr("a shard is missing"));
+    expect_error([&] { merge_sweeps(parts, file("m")); }, "a shard is missing");
   }
 }
 
@@ -114,7 +96,7 @@ TEST_F(SweepSummary, ResumesFromAnyCutOfTheJournal) {
   };
   // All cases are done, and the results cannot be moved into place.
   fs::create_directories(file("full") / "run.json" / "in the way");
-  EXPECT_THAT(error_of([&] { sweep(config("full")); }), HasSubstr("run.json"));
+  expect_error([&] { sweep(config("full")); }, "run.json");
   const std::string journal = read_file(file("full") / "journal.jsonl");
   begin_again();
   write_file(folder / "journal.jsonl", journal);
@@ -140,7 +122,7 @@ TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
   // All cases are done, and the results cannot be moved into place: what has been moved out of the journal is there.
   const fs::path in_the_way = file("small") / "run.json" / "in the way";
   fs::create_directories(in_the_way);
-  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  expect_error([&] { sweep(small); }, "run.json");
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(file("small") / ".finished")) {
     if (entry.is_regular_file()) files.push_back(entry.path());
@@ -176,11 +158,11 @@ TEST_F(SweepSummary, WhatBecameAFileStaysInTheJournalWhereThatWasNotEmptied) {
   sweep(config("whole"));
   SweepConfig small = config("small");
   fs::create_directories(file("small") / "run.json" / "in the way");
-  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  expect_error([&] { sweep(small); }, "run.json");
   const std::string journal = read_file(file("small") / "journal.jsonl");
   small.journal_bytes = 1;
   fs::remove(file("small") / "journal.jsonl");
-  EXPECT_THAT(error_of([&] { sweep(small); }), HasSubstr("run.json"));
+  expect_error([&] { sweep(small); }, "run.json");
   EXPECT_EQ(fs::file_size(file("small") / "journal.jsonl"), 0U);
   write_file(file("small") / "journal.jsonl", journal);  // killed between the two
   fs::remove_all(file("small") / "run.json");
@@ -215,26 +197,17 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
 
 TEST_F(SweepSummary, AndRecordsAreDifferentSweeps) {
   sweep(config("sums"));
-  EXPECT_THAT(error_of([&] { sweep(config("sums", KeepOfCases::records)); }), HasSubstr("holds a sweep of another plan"));
-  EXPECT_THAT(error_of([&] { read_records(file("sums") / "records.jsonl"); }),
-              HasSubstr("\"keep\": \"summary\""));
+  expect_error([&] { sweep(config("sums", KeepOfCases::records)); }, "holds a sweep of another plan");
+  expect_error([&] { read_records(file("sums") / "records.jsonl"); }, "\"keep\": \"summary\"");
   std::vector<fs::path> parts = run_shards(2);
   fs::remove_all(parts[1]);
-  SweepConfig other = config("other", KeepOfCases::records);
-  other.shard = 1;
-  other.n_shards = 2;
-  sweep(other);
-  parts[1] = other.out;
-  EXPECT_THAT(error_of([&] { merge_sweeps(parts, file("m")); }), HasSubstr("another plan"));
+  sweep(shard_of(config("other", KeepOfCases::records), 1, 2));
+  parts[1] = file("other");
+  expect_error([&] { merge_sweeps(parts, file("m")); }, "another plan");
 }
 
 TEST_F(SweepSummary, StatusCountsTheirCases) {
-  for (const uint64_t shard : {1, 2}) {
-    SweepConfig part = config(fmt::format("shards/{}", shard));
-    part.shard = shard;
-    part.n_shards = 3;
-    sweep(part);
-  }
+  for (const uint64_t shard : {1, 2}) sweep(shard_of(config(fmt::format("shards/{}", shard)), shard, 3));
   const SweepStatus status = sweep_status(folder_.path(), 0);
   EXPECT_EQ(status.to_submit(), "3");
   EXPECT_EQ(status.cases_done(), 8U);
@@ -248,8 +221,7 @@ TEST_F(SweepSummary, KeepIsAKeyOfThePlan) {
   };
   EXPECT_EQ(parse_plan(with("\"summary\""), "p", "").keep, KeepOfCases::summary);
   EXPECT_EQ(parse_plan(with("\"records\""), "p", "").json(), parse_plan(plan_text(), "p", "").json());
-  EXPECT_THAT(error_of([&] { parse_plan(with("\"sums\""), "p", ""); }),
-              HasSubstr("p:5: keep: unknown value of 'keep' 'sums'"));
+  expect_error([&] { parse_plan(with("\"sums\""), "p", ""); }, "p:5: keep: unknown value of 'keep' 'sums'");
 }
 
 TEST_F(SweepSummary, ManySeedsStandAsARange) {

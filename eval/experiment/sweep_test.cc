@@ -6,8 +6,6 @@
 
 #include <csignal>
 
-#include "sextant/base/error.h"
-#include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/journal.h"
@@ -16,20 +14,8 @@
 namespace sextant {
 namespace {
 
-class SweepTest : public SmallPlan, public testing::Test {
+class SweepTest : public SmallPlan {
  protected:
-  SweepConfig config(const std::string& out, int jobs = 1) const {
-    SweepConfig config;
-    config.plan = parse_plan(plan_text(), "plan.json", "");
-    config.out = folder_.path() / out;
-    config.cache = PackCache(folder_.path() / "cache");
-    config.jobs = jobs;
-    config.quiet = true;
-    return config;
-  }
-
-  fs::path file(const std::string& name) const { return folder_.path() / name; }
-
   /// The name under which the sweep in a folder writes its journal.
   std::string owner(const std::string& out) const {
     Json plan = read_json(file(out) / "plan.json");
@@ -48,11 +34,14 @@ class SweepTest : public SmallPlan, public testing::Test {
     write(journal);
   }
 
+  static uint64_t n_lines(const std::string& text) {
+    return static_cast<uint64_t>(std::ranges::count(text, '\n'));
+  }
   struct Case {
     std::string lines;
     Json noise;
     void append(Journal& journal, uint64_t number) const {
-      journal.append(number, static_cast<uint64_t>(std::ranges::count(lines, '\n')), lines, noise);
+      journal.append(number, n_lines(lines), lines, noise);
     }
   };
   /// Those of a finished sweep.
@@ -70,15 +59,17 @@ class SweepTest : public SmallPlan, public testing::Test {
     }
     return cases;
   }
-  static uint64_t n_lines(const std::string& text) {
-    return static_cast<uint64_t>(std::ranges::count(text, '\n'));
+  /// What writes them all into a journal.
+  auto all_cases_of(const std::string& out) const {
+    return [cases = cases_of(out)](Journal& journal) {
+      for (const auto& [number, done] : cases) done.append(journal, number);
+    };
   }
 
   /// The records' bytes without times.
   std::string untimed_bytes(const std::string& out) const {
     return write_records(untimed(read_records(file(out) / "records.jsonl")));
   }
-  Json noise_of(const std::string& out) const { return read_json(file(out) / "run.json")["noise"]; }
 
   /// Estimator joint_flow at the last level of `plan` is what run() makes of it: records and achieved noise.
   void expect_run_of_last_level(const std::string& out, const Plan& plan) const {
@@ -140,7 +131,9 @@ TEST_F(SweepTest, JobsAndPacksDoNotChangeTheRecords) {
   const SweepOutcome outcome = sweep(config("a"));
   EXPECT_EQ(outcome.n_cases, 12U);
   EXPECT_EQ(outcome.n_before, 0U);
-  sweep(config("b", 3));
+  SweepConfig three = config("b");
+  three.jobs = 3;
+  sweep(three);
   SweepConfig without = config("c");
   without.use_packs = false;
   sweep(without);
@@ -155,10 +148,7 @@ TEST_F(SweepTest, JobsAndPacksDoNotChangeTheRecords) {
 TEST_F(SweepTest, ShardsMergeToTheWhole) {
   sweep(config("whole"));
   for (uint64_t shard = 1; shard <= 5; ++shard) {  // 5 does not divide 12
-    SweepConfig part = config(fmt::format("part{}", shard));
-    part.shard = shard;
-    part.n_shards = 5;
-    sweep(part);
+    sweep(shard_of(config(fmt::format("part{}", shard)), shard, 5));
   }
   const auto parts = [&](std::vector<int> numbers) {
     std::vector<fs::path> folders;
@@ -179,9 +169,7 @@ TEST_F(SweepTest, ShardsMergeToTheWhole) {
 
 TEST_F(SweepTest, ResumesFromAnyCutOfTheJournal) {
   sweep(config("whole"));
-  make_unfinished("full", "whole", [&](Journal& journal) {  // of all cases, as it is before the end
-    for (const auto& [number, done] : cases_of("whole")) done.append(journal, number);
-  });
+  make_unfinished("full", "whole", all_cases_of("whole"));  // as it is before the end
   const std::string journal = read_file(file("full") / "journal.jsonl");
   const std::string plan = read_file(file("whole") / "plan.json");
   for (const size_t cut :
@@ -248,16 +236,12 @@ TEST_F(SweepTest, ABlockOfAnotherSweepIsDoneAgain) {
   other.plan = parse_plan(text, "plan.json", "");
   sweep(other);
   // Same cases, same keys in every record, other results.
-  make_unfinished("foreign", "other", [&](Journal& journal) {
-    for (const auto& [number, done] : cases_of("other")) done.append(journal, number);
-  });
+  make_unfinished("foreign", "other", all_cases_of("other"));
   write_file(file("foreign") / "plan.json", read_file(file("whole") / "plan.json"));
   EXPECT_EQ(sweep(config("foreign")).n_before, 0U);
   EXPECT_EQ(untimed_bytes("foreign"), untimed_bytes("whole"));
   // A header under another number.
-  make_unfinished("moved", "whole", [&](Journal& journal) {
-    for (const auto& [number, done] : cases_of("whole")) done.append(journal, number);
-  });
+  make_unfinished("moved", "whole", all_cases_of("whole"));
   std::string bytes = read_file(file("moved") / "journal.jsonl");
   bytes.replace(bytes.find("\"case\":5,"), 9, "\"case\":3,");
   write_file(file("moved") / "journal.jsonl", bytes);
@@ -289,9 +273,7 @@ TEST_F(SweepTest, AFolderOfAnotherSweepIsRefused) {
   SweepConfig other = config("a");
   other.plan = parse_plan(plan_text(R"({"parameter":"depth.delta_d_px","levels":[0.1]})"), "p", "");
   expect_error([&] { sweep(other); }, "holds a sweep of another plan");
-  SweepConfig part = config("a");
-  part.n_shards = 2;
-  expect_error([&] { sweep(part); }, "another shard");
+  expect_error([&] { sweep(shard_of(config("a"), 0, 2)); }, "another shard");
   fs::copy_file(file("vdo/depth/000000.png"), file("vdo/depth/000001.png"),
                 fs::copy_options::overwrite_existing);
   expect_error([&] { sweep(config("a")); }, "data that have changed");
@@ -305,11 +287,8 @@ void set_program(const fs::path& folder, const std::string& version) {
 }
 
 TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
-  SweepConfig first = config("part1"), second = config("part2");
-  first.n_shards = second.n_shards = 2;
-  second.shard = 1;
-  sweep(first);
-  sweep(second);
+  sweep(shard_of(config("part1"), 0, 2));
+  sweep(shard_of(config("part2"), 1, 2));
   set_program(file("part2"), "0.0.9");
   const std::vector<fs::path> parts = {file("part1"), file("part2")};
   expect_error([&] { merge_sweeps(parts, file("m")); }, "was made by Sextant 0.0.9 (commit abc)");
@@ -320,8 +299,7 @@ TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
 
   make_unfinished("begun", "part1", [](Journal&) {});
   set_program(file("begun"), "0.0.9");
-  SweepConfig resumed = config("begun");
-  resumed.n_shards = 2;
+  SweepConfig resumed = shard_of(config("begun"), 0, 2);
   expect_error([&] { sweep(resumed); }, "was begun by Sextant 0.0.9 (commit abc)");
   resumed.allow_mixed = true;
   sweep(resumed);

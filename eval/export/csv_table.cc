@@ -8,15 +8,12 @@ namespace sextant {
 namespace {
 
 void append_field(std::string& line, const RecordValue& value) {
-  if (const auto* text = std::get_if<Interned>(&value)) {
-    line += csv_field(text->str());
-  } else if (const auto* count = std::get_if<int64_t>(&value)) {
-    fmt::format_to(std::back_inserter(line), "{}", *count);
-  } else if (const auto* large = std::get_if<uint64_t>(&value)) {
-    fmt::format_to(std::back_inserter(line), "{}", *large);
-  } else if (const auto* number = std::get_if<double>(&value)) {
-    fmt::format_to(std::back_inserter(line), "{}", *number);
-  }
+  const auto append = [&](const auto& given) {
+    using Value = std::decay_t<decltype(given)>;
+    if constexpr (std::is_same_v<Value, Interned>) line += csv_field(given.str());
+    if constexpr (std::is_arithmetic_v<Value>) fmt::format_to(std::back_inserter(line), "{}", given);
+  };
+  std::visit(append, value);
 }
 
 }  // namespace

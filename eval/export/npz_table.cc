@@ -134,17 +134,8 @@ std::string member_name(const std::string& column) {
 }
 
 const char* type_of(ColumnKind kind) {
-  switch (kind) {
-    case ColumnKind::text:
-      return "<i4";
-    case ColumnKind::integer:
-      return "<i8";
-    case ColumnKind::unsigned_integer:
-      return "<u8";
-    case ColumnKind::number:
-      return "<f8";
-  }
-  return "";
+  constexpr const char* types[] = {"<i4", "<i8", "<u8", "<f8"};
+  return types[static_cast<size_t>(kind)];
 }
 
 }  // namespace

@@ -51,17 +51,8 @@ class Database {
 };
 
 const char* type_of(ColumnKind kind) {
-  switch (kind) {
-    case ColumnKind::text:
-      return "TEXT";
-    case ColumnKind::integer:
-      return "INTEGER";
-    case ColumnKind::unsigned_integer:
-      return "";  // no affinity: see bind()
-    case ColumnKind::number:
-      return "REAL";
-  }
-  return "";
+  constexpr const char* types[] = {"TEXT", "INTEGER", "", "REAL"};  // unsigned: no affinity, see bind()
+  return types[static_cast<size_t>(kind)];
 }
 
 int bind(sqlite3_stmt* statement, int at, const RecordValue& value) {

@@ -34,18 +34,9 @@ TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
 
 TEST_F(ExternalEstimatorTest, RecordsHaveWhatThoseOfEstimatorsInsideHave) {
   write_camera();
-  write_results(
-      "obj_1.txt",
-      [&](int k) {
-        return fmt::format(
-            "{} {}", k,
-            kitti_row(own(T_world_object(k) * T_world_object(k - 1).inverse()) * own(SE3()).inverse()));
-      },
-      4);
+  write_motions();
   const std::string noise = R"({"depth":{"delta_d_px":0.1},"flow":{"epe_px":0.2}})";
-  last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/",
-                          {{"objects", {{"format", "motions"}}}}),
-                   noise);
+  last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/", motions_), noise);
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
   const RunResult inside = run_with("joint_flow", noise);
   ASSERT_EQ(last_.records.size(), inside.records.size());
@@ -116,7 +107,6 @@ TEST_F(ExternalEstimatorTest, EveryFormatOfTrajectories) {
 
 TEST_F(ExternalEstimatorTest, EveryFormOfObjectMotions) {
   write_camera();
-  const auto H = [&](int k) { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); };
   const auto check = [&](const std::string& what, const Json& objects) {
     last_ =
         run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_* $output/", {{"objects", objects}}));
@@ -129,30 +119,18 @@ TEST_F(ExternalEstimatorTest, EveryFormOfObjectMotions) {
       if (entry.path().filename().string().starts_with("obj_")) fs::remove(entry.path());
     }
   };
-  write_results(
-      "obj_1.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  write_motions();
   check("world", {{"format", "motions"}});
-  write_results(
-      "obj_8.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  write_motions("obj_8.txt");
   check("another id", {{"format", "motions"}, {"id_offset", -7}});
-  write_results(
-      "obj_8.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(H(k))); }, 4);
+  write_motions("obj_8.txt");
   check("any id", {{"format", "motions"}, {"ids", "overlap"}});
-  write_results(
-      "obj_1.txt",
-      [&](int k) {
-        return fmt::format("{} {}", k,
-                           kitti_row(T_world_camera(k).inverse() * T_world_object(k) *
-                                     T_world_object(k - 1).inverse() * T_world_camera(k - 1)));
-      },
-      4);
+  const auto seen = [&](int k) { return T_world_camera(k).inverse() * T_world_object(k); };
+  write_poses(
+      "obj_1.txt", [&](int k) { return seen(k) * seen(k - 1).inverse(); }, 4);
   check("camera", {{"format", "motions"}, {"frame", "camera"}});
-  write_results(
-      "obj_1.txt",
-      [&](int k) {
-        return fmt::format("{} {}", k, kitti_row(T_world_object(k - 1).inverse() * T_world_object(k)));
-      },
-      4);
+  write_poses(
+      "obj_1.txt", [&](int k) { return body(k); }, 4);
   check("body", {{"format", "motions"}, {"frame", "body"}});
   write_results("obj_1.tum",
                 [&](int k) { return fmt::format("{} {}", 0.1 * k, tum_row(own(T_world_object(k)))); });
@@ -170,43 +148,32 @@ TEST_F(ExternalEstimatorTest, LogsOfDynosamAndVdo) {
   });
   write_results(
       "m_object_motion_log.csv",
-      [&](int k) {
-        const SE3 H = own(T_world_object(k)) * own(T_world_object(k - 1)).inverse();
-        return fmt::format("{},1,{},{}", k, csv(tum_row(H)), identity);
-      },
-      4);
-  last_ = run_with(config("cp $(dirname $0)/*.csv $output/",
-                          {{"camera", {{"file", "*_camera_pose_log.csv"}, {"format", "dynosam"}}},
-                           {"objects", {{"format", "dynosam"}}}}));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+      [&](int k) { return fmt::format("{},1,{},{}", k, csv(tum_row(world(k))), identity); }, 4);
+  run_well("cp $(dirname $0)/*.csv $output/",
+           {{"camera", {{"file", "*_camera_pose_log.csv"}, {"format", "dynosam"}}},
+            {"objects", {{"format", "dynosam"}}}});
   EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
   EXPECT_EQ(statuses("object:1"), ok4);
 
   write_results("refined_0.txt",
                 [&](int k) { return fmt::format("{} {} 0 0 0 1", k, kitti_row(own(T_world_camera(k)))); });
   write_results(
-      "obj_mot_rgbd_new.txt",
-      [&](int k) {
-        return fmt::format("{} 1 {} 0 0 0 1", k,
-                           kitti_row(T_world_object(k - 1).inverse() * T_world_object(k)));
-      },
+      "obj_mot_rgbd_new.txt", [&](int k) { return fmt::format("{} 1 {} 0 0 0 1", k, kitti_row(body(k))); },
       4);
-  last_ = run_with(config("cp $(dirname $0)/refined_0.txt $(dirname $0)/obj_mot* $output/",
-                          {{"camera", {{"file", "refined_*.txt"}}}, {"objects", {{"format", "vdo"}}}}));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  run_well("cp $(dirname $0)/refined_0.txt $(dirname $0)/obj_mot* $output/",
+           {{"camera", {{"file", "refined_*.txt"}}}, {"objects", {{"format", "vdo"}}}});
   EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
   EXPECT_EQ(statuses("object:1"), ok4);
 }
 
 TEST_F(ExternalEstimatorTest, ProgramsMayCountFramesFromZero) {
-  write_results("any.txt",
-                [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(own(T_world_camera(k)))); });
+  write_camera("any.txt", -3);
   EXPECT_THAT(
       problem_of("cp $(dirname $0)/any.txt $output/camera.txt"),
       HasSubstr(
           "frame 0 is not among 3 to 7 of the input; if the program counts otherwise, give first_frame"));
   EXPECT_EQ(statuses("ego"), diverged4);
-  last_ = run_with(config("cp $(dirname $0)/any.txt $output/camera.txt", {{"first_frame", 0}}));
+  problems_of("cp $(dirname $0)/any.txt $output/camera.txt", {{"first_frame", 0}});
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
 }
 
@@ -226,8 +193,7 @@ TEST_F(ExternalEstimatorTest, Garbage) {
   EXPECT_THAT(problem_of("printf '0.3 0 0 0 0 0 0 1\\n0.4 0 0 nan 0 0 0 1\\n' > $output/camera.txt"),
               HasSubstr("camera.txt:2: value 4 is 'nan'"));
   write_camera();
-  EXPECT_THAT(problem_of("cp $(dirname $0)/camera.txt $output; echo 4 what > $output/obj_1.txt",
-                         {{"objects", {{"format", "motions"}}}}),
+  EXPECT_THAT(problem_of("cp $(dirname $0)/camera.txt $output; echo 4 what > $output/obj_1.txt", motions_),
               HasSubstr("obj_1.txt"));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), diverged4);
@@ -235,49 +201,39 @@ TEST_F(ExternalEstimatorTest, Garbage) {
 
 TEST_F(ExternalEstimatorTest, ExitCodeAndPartialOutput) {
   write_camera();
-  last_ =
-      run_with(config("head -n 3 $(dirname $0)/camera.txt > $output/camera.txt; "
-                      "printf '6 1 0 0' >> $output/camera.txt; exit 3"));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("program: exit code 3 (")));
+  const std::string script =
+      "head -n 3 $(dirname $0)/camera.txt > $output/camera.txt; "
+      "printf '6 1 0 0' >> $output/camera.txt; exit 3";
+  EXPECT_THAT(problems_of(script), ElementsAre(HasSubstr("program: exit code 3 (")));
   EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
-  const std::string log = read_file(file("logs") / "vdo_data_3-7_seed0" / "log.txt");
-  EXPECT_THAT(log, HasSubstr("end: exit code 3"));
-  EXPECT_THAT(log, HasSubstr("camera poses: 3 of 5 frames"));
-  EXPECT_THAT(log, HasSubstr("its last line is not finished: left out"));
+  EXPECT_THAT(log(), AllOf(HasSubstr("end: exit code 3"), HasSubstr("camera poses: 3 of 5 frames"),
+                           HasSubstr("its last line is not finished: left out")));
   EXPECT_THAT(problem_of("head -n 2 $(dirname $0)/camera.txt > $output/camera.txt"),
               HasSubstr("camera poses of 2 of 5 frames"));
 }
 
 TEST_F(ExternalEstimatorTest, AnObjectThatIsMissingInSomeFrames) {
   write_camera();
-  write_results(
-      "obj_1.txt",
-      [&](int k) {
-        return fmt::format("{} {}", k,
-                           kitti_row(own(T_world_object(k)) * own(T_world_object(k - 1)).inverse()));
-      },
-      6);
-  last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/",
-                          {{"objects", {{"format", "motions"}}}}));
+  write_motions("obj_1.txt", 6);
+  problems_of("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/", motions_);
   EXPECT_THAT(statuses("object:1"), ElementsAre("lost", "lost", "ok", "ok"));
 }
 
 TEST_F(ExternalEstimatorTest, KilledByASignal) {
   EXPECT_THAT(last_.records, ElementsAre());
-  last_ = run_with(config("kill -SEGV $$"));
+  problems_of("kill -SEGV $$");
   EXPECT_THAT(last_.sources.front().problems.front(), HasSubstr("signal 11 (Segmentation fault)"));
   EXPECT_EQ(statuses("ego"), lost4);
 }
 
 TEST_F(ExternalEstimatorTest, AHangingProgramIsKilledWithAllThatItStarted) {
   const auto start = std::chrono::steady_clock::now();
-  last_ = run_with(
-      config("trap '' TERM; sleep 60 & echo $! > $output/pid; wait; sleep 60", {{"time_limit_s", 0.3}}));
+  problems_of("trap '' TERM; sleep 60 & echo $! > $output/pid; wait; sleep 60", {{"time_limit_s", 0.3}});
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
   EXPECT_THAT(last_.sources.front().problems.front(), HasSubstr("killed at the time limit"));
   EXPECT_EQ(statuses("ego"), lost4);
-  const int pid = std::stoi(read_file(file("logs") / "vdo_data_3-7_seed0" / "output" / "pid"));
+  const int pid = std::stoi(read_file(case_folder() / "output" / "pid"));
   // Gone, or dead and not yet collected by its new parent.
   const fs::path stat = fs::path("/proc") / std::to_string(pid) / "stat";
   if (fs::exists(stat)) {
@@ -290,8 +246,8 @@ TEST_F(ExternalEstimatorTest, AHangingProgramIsKilledWithAllThatItStarted) {
 
 TEST_F(ExternalEstimatorTest, StdoutAndStderrAreKept) {
   problem_of("echo said; echo wrong >&2");
-  EXPECT_EQ(read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt"), "said\n");
-  EXPECT_EQ(read_file(file("logs") / "vdo_data_3-7_seed0" / "stderr.txt"), "wrong\n");
+  EXPECT_EQ(output_of_program(), "said\n");
+  EXPECT_EQ(read_file(case_folder() / "stderr.txt"), "wrong\n");
 }
 
 TEST_F(ExternalEstimatorTest, AProgramThatCannotBeStarted) {
@@ -303,9 +259,7 @@ TEST_F(ExternalEstimatorTest, AProgramThatCannotBeStarted) {
 TEST_F(ExternalEstimatorTest, EnvironmentAndWorkingDirectory) {
   problem_of("echo \"$A|$PATH\"; pwd",
              {{"environment", "A='two words' B={n}"}, {"working_directory", "{output}"}});
-  const std::string out = read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
-  EXPECT_TRUE(out.starts_with("two words|/")) << out;
-  EXPECT_THAT(out, HasSubstr("seed0/output\n"));
+  EXPECT_THAT(output_of_program(), AllOf(StartsWith("two words|/"), HasSubstr("seed0/output\n")));
 }
 
 // ---- the input
@@ -314,9 +268,7 @@ TEST_F(ExternalEstimatorTest, InputHoldsTheNoiseOfTheCaseAndNoTruth) {
   const std::string noise = R"({"depth":{"delta_d_px":0.2},"flow":{"epe_px":0.5},"mask":{"erode_px":1}})";
   run_with(config("exit 0", {{"keep", "all"}}), noise, 2);
   const fs::path input = file("logs") / "vdo_data_3-7_seed1" / "input";
-  for (const auto& entry : fs::recursive_directory_iterator(input)) {
-    EXPECT_EQ(entry.path().filename().string().find("pose"), std::string::npos) << entry.path();
-  }
+  for (const auto& [name, bytes] : files_below(input)) EXPECT_THAT(name, Not(HasSubstr("pose")));
   const auto written = open_source(SourceSpec::parse("vdo:" + input.string()));
   const Channels channels{.depth = true, .flow = true, .mask = true};
   const Draws draws(1, sequence_->info().dataset, sequence_->info().sequence);
@@ -339,9 +291,9 @@ TEST_F(ExternalEstimatorTest, InputHoldsTheNoiseOfTheCaseAndNoTruth) {
 
 TEST_F(ExternalEstimatorTest, EveryLayout) {
   const auto files = [&](const std::string& layout, bool truth) {
-    last_ = run_with(config("echo $4; find $input -type f | sort | sed \"s|$input/||\"",
-                            {{"layout", layout}, {"write_truth", truth}}));
-    return read_file(file("logs") / "vdo_data_3-7_seed0" / "stdout.txt");
+    problems_of("echo $4; find $input -type f | sort | sed \"s|$input/||\"",
+                {{"layout", layout}, {"write_truth", truth}});
+    return output_of_program();
   };
   EXPECT_THAT(files("vdo", false), HasSubstr("semantic/000007.txt"));
   EXPECT_THAT(files("vdo", false), Not(HasSubstr("pose_gt.txt")));

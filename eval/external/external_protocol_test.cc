@@ -19,15 +19,9 @@ namespace {
 
 class ExternalProtocolTest : public ExternalEstimatorTest {
  protected:
-  fs::path case_folder() const { return file("logs") / "vdo_data_3-7_seed0"; }
-  std::string log() const { return read_file(case_folder() / "log.txt"); }
-  std::string output_of_program() const { return read_file(case_folder() / "stdout.txt"); }
-
   static std::string matrix_row(int frame, const SE3& T) {
     return fmt::format("{} {} 0 0 0 1", frame, kitti_row(T));
   }
-  SE3 body(int k) const { return T_world_object(k - 1).inverse() * T_world_object(k); }
-  SE3 world(int k) const { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); }
 
   /// The files that VDO-SLAM's System::SaveResults() leaves, under its names. Poses and motions of the front
   /// end are off by 0.1 m.
@@ -58,11 +52,9 @@ class ExternalProtocolTest : public ExternalEstimatorTest {
   /// Camera and object 1 as they are, in camera.txt and obj_1.txt.
   void write_right_results() const {
     write_camera();
-    write_results(
-        "obj_1.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(world(k))); }, 4);
+    write_motions();
   }
   static constexpr const char* copy_results = "cp $(dirname $0)/camera.txt $(dirname $0)/obj_*.txt $output/";
-  const Json motions_ = {{"objects", {{"format", "motions"}}}};
 };
 
 // ---- VDO-SLAM's folder
@@ -74,12 +66,10 @@ TEST_F(ExternalProtocolTest, VdoFolderOfBothStages) {
               AllOf(HasSubstr("motions of two stages, obj_mot_stereo_new.txt (initial) "
                               "and obj_mot_stereo_rf_new.txt (refined)"),
                     HasSubstr("choose one")));
-  last_ = run_with(config(copy, vdo_set("refined")));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  run_well(copy, vdo_set("refined"));
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
   EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
-  last_ = run_with(config(copy, vdo_set("initial")));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  run_well(copy, vdo_set("initial"));
   EXPECT_NEAR(worst("object:1", "Et_body_m"), 0.1, 0.11);
   EXPECT_GT(worst("object:1", "Et_body_m"), 0.01);
   EXPECT_GT(worst("ego", "Et_m"), 0.09);
@@ -87,8 +77,7 @@ TEST_F(ExternalProtocolTest, VdoFolderOfBothStages) {
 
 TEST_F(ExternalProtocolTest, VdoLabelsMatchedByOverlap) {
   write_vdo_results(7);  // its own track numbers
-  last_ = run_with(config("cp $(dirname $0)/vdo/* $output/", vdo_set("refined", "overlap")));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  run_well("cp $(dirname $0)/vdo/* $output/", vdo_set("refined", "overlap"));
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
 }
@@ -96,8 +85,7 @@ TEST_F(ExternalProtocolTest, VdoLabelsMatchedByOverlap) {
 TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
   write_vdo_results();
   const std::string script = "cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs";
-  last_ = run_with(
-      config(script, {{"results", {{"initial", vdo_set("initial")}, {"refined", vdo_set("refined")}}}}));
+  problems_of(script, {{"results", {{"initial", vdo_set("initial")}, {"refined", vdo_set("refined")}}}});
   EXPECT_EQ(read_file(file("runs")), "ran\n");
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
   std::map<std::string, std::pair<int, double>> by_label;  // records of the camera, largest error
@@ -131,8 +119,7 @@ TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
 TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
   write_right_results();
   write_file(file("obj_centre.txt"), "4 1 1.5 2.5 9.5\n");
-  last_ = run_with(config(copy_results, motions_));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  run_well(copy_results, motions_);
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_THAT(log(), HasSubstr("note: " + (case_folder() / "output" / "obj_centre.txt").string() +
                                ": 'centre' in place of the * of 'obj_*.txt' is no number: passed over"));
@@ -171,37 +158,35 @@ TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
   write_right_results();
   const std::string precious = read_file(file("camera.txt")) + "8 1 0 0";  // no end of its last line
   write_file(file("precious.txt"), precious);
-  last_ =
-      run_with(config("ln -s $(dirname $0)/precious.txt $output/camera.txt\n"
-                      "ln -s $(dirname $0) $output/sub\nexit 3",
-                      motions_));
+  problems_of(
+      "ln -s $(dirname $0)/precious.txt $output/camera.txt\n"
+      "ln -s $(dirname $0) $output/sub\nexit 3",
+      motions_);
   EXPECT_EQ(read_file(file("precious.txt")), precious);
   EXPECT_EQ(statuses("ego"), lost4);
   EXPECT_THAT(log(), HasSubstr("camera.txt: leads to a file outside {output}: ignored"));
-  last_ =
-      run_with(config("ln -s $(dirname $0) $output/sub; exit 0", {{"camera", {{"file", "sub/camera.txt"}}}}));
+  problems_of("ln -s $(dirname $0) $output/sub; exit 0", {{"camera", {{"file", "sub/camera.txt"}}}});
   EXPECT_EQ(statuses("ego"), lost4);
   // The folder itself.
-  last_ =
-      run_with(config("rmdir $output; mkdir $(dirname $0)/away; "
-                      "cp $(dirname $0)/camera.txt $(dirname $0)/away; ln -s $(dirname $0)/away $output"));
+  problems_of(
+      "rmdir $output; mkdir $(dirname $0)/away; "
+      "cp $(dirname $0)/camera.txt $(dirname $0)/away; ln -s $(dirname $0)/away $output");
   EXPECT_EQ(statuses("ego"), lost4);
   // Those within are as good as files.
-  last_ = run_with(config("cp $(dirname $0)/camera.txt $output/pose.txt; ln -s pose.txt $output/camera.txt"));
+  problems_of("cp $(dirname $0)/camera.txt $output/pose.txt; ln -s pose.txt $output/camera.txt");
   EXPECT_EQ(statuses("ego"), ok4);
 }
 
 TEST_F(ExternalProtocolTest, WhatAProgramWroteIsNotTouched) {
   write_vdo_results();
   const std::string cut = "7 1 0 0";
-  last_ =
-      run_with(config("cp $(dirname $0)/vdo/* $output/\n"
-                      "for f in $output/*; do head -n 3 $f > x; printf '" +
-                          cut +
-                          "' >> x; cp x $f; done\n"
-                          "printf 'no end' > $output/other.bin; exit 3",
-                      vdo_set("refined")));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("exit code 3")));
+  EXPECT_THAT(problem_of("cp $(dirname $0)/vdo/* $output/\n"
+                         "for f in $output/*; do head -n 3 $f > x; printf '" +
+                             cut +
+                             "' >> x; cp x $f; done\n"
+                             "printf 'no end' > $output/other.bin; exit 3",
+                         vdo_set("refined")),
+              HasSubstr("exit code 3"));
   EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
   EXPECT_THAT(statuses("object:1"), ElementsAre("ok", "ok", "lost", "lost"));
   EXPECT_LT(worst("object:1", "Et_body_m"), 1e-8);
@@ -217,15 +202,13 @@ TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
               HasSubstr("camera.txt: has 64.4 GB, expected at most 0.10 GB for a file of poses or times"));
   EXPECT_EQ(statuses("ego"), diverged4);
   write_right_results();
-  last_ = run_with(
-      config("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/obj_1.txt; exit 3", motions_));
+  problems_of("cp $(dirname $0)/camera.txt $output; truncate -s 60G $output/obj_1.txt; exit 3", motions_);
   EXPECT_THAT(last_.sources.front().problems.at(1), HasSubstr("obj_1.txt: has 64.4 GB"));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), diverged4);
   // One that nobody asked for is not looked at, nor is a log of another kind.
   write_vdo_results();
-  last_ = run_with(
-      config("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/map.bin; exit 3", vdo_set("refined")));
+  problems_of("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/map.bin; exit 3", vdo_set("refined"));
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_THAT(problem_of("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/obj_mot_stereo_rf_new.txt",
                          vdo_set("refined")),
@@ -238,15 +221,12 @@ TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
 // ---- the input
 
 TEST_F(ExternalProtocolTest, FramesFromZero) {
-  write_results("any.txt",
-                [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(own(T_world_camera(k)))); });
-  write_results(
-      "obj_1.txt", [&](int k) { return fmt::format("{} {}", k - 3, kitti_row(world(k))); }, 4);
-  last_ =
-      run_with(config("cp $(dirname $0)/any.txt $output/camera.txt; cp $(dirname $0)/obj_1.txt $output\n"
-                      "cd $input; ls image_0; cat times.txt; cut -d' ' -f1 pose_gt.txt",
-                      {{"renumber", true}, {"write_truth", true}, {"objects", {{"format", "motions"}}}}));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  write_camera("any.txt", -3);
+  write_motions("obj_1.txt", 4, -3);
+  run_well(
+      "cp $(dirname $0)/any.txt $output/camera.txt; cp $(dirname $0)/obj_1.txt $output\n"
+      "cd $input; ls image_0; cat times.txt; cut -d' ' -f1 pose_gt.txt",
+      {{"renumber", true}, {"write_truth", true}, {"objects", {{"format", "motions"}}}});
   EXPECT_EQ(output_of_program(),
             "000000.png\n000001.png\n000002.png\n000003.png\n000004.png\n"
             "0.000000000\n0.100000000\n0.200000000\n0.300000000\n0.400000000\n0\n1\n2\n3\n4\n");
@@ -314,7 +294,7 @@ TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
   write_camera();
   const auto times = [&](const std::string& text, const Json& how) {
     write_file(file("ms.txt"), text);
-    last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/ms.txt $output", {{"times", how}}));
+    problems_of("cp $(dirname $0)/camera.txt $(dirname $0)/ms.txt $output", {{"times", how}});
     std::vector<double> ms;
     for (const Record& record : last_.records) {
       if (record.is_ego())
@@ -339,24 +319,16 @@ TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
 
 TEST_F(ExternalProtocolTest, TheLastLineOfStderrIsInTheMessage) {
   EXPECT_THAT(last_.records, ElementsAre());
-  last_ = run_with(config("echo first >&2; printf 'cannot open vocabulary\\r\\n\\n  \\n' >&2; exit 3"));
+  problems_of("echo first >&2; printf 'cannot open vocabulary\\r\\n\\n  \\n' >&2; exit 3");
   EXPECT_THAT(last_.sources.front().problems.front(),
               HasSubstr("exit code 3, stderr ends \"cannot open vocabulary\" ("));
   EXPECT_THAT(log(), HasSubstr("stderr ends"));
-  last_ = run_with(config("head -c 3000 /dev/zero | tr '\\0' x >&2; printf '\\033[31mred' >&2; exit 3"));
+  problems_of("head -c 3000 /dev/zero | tr '\\0' x >&2; printf '\\033[31mred' >&2; exit 3");
   EXPECT_THAT(last_.sources.front().problems.front(), AllOf(HasSubstr("...xxx"), HasSubstr("?[31mred\"")));
   EXPECT_LT(last_.sources.front().problems.front().size(), 500U);
 }
 
 // ---- scoring again
-
-std::map<std::string, std::string> files_of(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) files[entry.path().string()] = read_file(entry.path());
-  }
-  return files;
-}
 
 TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   write_vdo_results();
@@ -371,7 +343,7 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   run_config.folder = file("out") / "external";
   const RunResult first = run(run_config);
   write_output_folder(file("out"), run_files(first));
-  const auto before = files_of(file("out"));
+  const auto before = files_below(file("out"));
   const auto rescore = [&](const RescoreRequest& request) {
     RunConfig again = rescored_run(request);
     again.quiet = true;
@@ -404,7 +376,7 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
   EXPECT_EQ(last_.records.front().estimator, "other");
   EXPECT_EQ(read_file(file("runs")), "ran\nran\n");
-  EXPECT_EQ(files_of(file("out")), before);
+  EXPECT_EQ(files_below(file("out")), before);
   // What cannot be scored again.
   fs::remove_all(file("out") / "external" / "vdo_data_3-7_seed1" / "output");
   expect_error([&] { rescore({.folder = file("out")}); }, "outputs are kept with \"keep\" output or all");
@@ -436,7 +408,7 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
   fs::remove(file("my.yaml"));
   const std::string runs = read_file(file("runs"));
   EXPECT_EQ(runs.size(), 4 * std::string("ran\n").size());
-  const auto before = files_of(file("out"));
+  const auto before = files_below(file("out"));
   const auto rescore = [&](const char* out, const Json& options) {
     SweepConfig again = rescored_sweep({.folder = file("out"), .options = options});
     again.out = file(out);
@@ -461,7 +433,7 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
   }
   EXPECT_GT(changed, 0);
   EXPECT_EQ(read_file(file("runs")), runs);
-  EXPECT_EQ(files_of(file("out")), before);
+  EXPECT_EQ(files_below(file("out")), before);
 }
 
 // ---- the document
@@ -484,9 +456,7 @@ TEST_F(ExternalProtocolTest, TheListingInTheDocumentIsTrue) {
              {{"keep", "all"}, {"write_truth", true}, {"last_flow", "zero"}, {"settings", "template.yaml"}}));
   std::set<std::string> written;
   const fs::path folder = file("logs") / "vdo_small_0-2_seed0";
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) written.insert(entry.path().lexically_relative(folder).string());
-  }
+  for (const auto& [name, bytes] : files_below(folder)) written.insert(name);
   EXPECT_EQ(listed, written);
 }
 

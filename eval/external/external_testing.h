@@ -46,12 +46,25 @@ class ExternalEstimatorTest : public testing::Test {
     return run(run_config);
   }
 
-  /// The one problem of a run of `script`, which must not throw.
-  std::string problem_of(const std::string& script, const Json& more = Json::object()) {
+  /// Runs `script`, which must not throw; its problems.
+  std::vector<std::string> problems_of(const std::string& script, const Json& more = Json::object()) {
     last_ = run_with(config(script, more));
-    EXPECT_EQ(last_.sources.front().problems.size(), 1U);
-    return last_.sources.front().problems.empty() ? "" : last_.sources.front().problems.front();
+    return last_.sources.front().problems;
   }
+  /// The one problem of a run of `script`.
+  std::string problem_of(const std::string& script, const Json& more = Json::object()) {
+    const std::vector<std::string> problems = problems_of(script, more);
+    EXPECT_EQ(problems.size(), 1U);
+    return problems.empty() ? "" : problems.front();
+  }
+  /// Runs `script`, which gives all that it should.
+  void run_well(const std::string& script, const Json& more = Json::object()) {
+    EXPECT_THAT(problems_of(script, more), ElementsAre());
+  }
+
+  fs::path case_folder() const { return file("logs") / "vdo_data_3-7_seed0"; }
+  std::string log() const { return read_file(case_folder() / "log.txt"); }
+  std::string output_of_program() const { return read_file(case_folder() / "stdout.txt"); }
 
   std::vector<std::string> statuses(const std::string& body) const {
     std::vector<std::string> out;
@@ -76,16 +89,13 @@ class ExternalEstimatorTest : public testing::Test {
   SE3 own(const SE3& T_world_x) const { return T_world_camera(3).inverse() * T_world_x; }
 
   static std::string kitti_row(const SE3& T) {
-    const Eigen::Matrix4d m = T.matrix();
-    std::string row;
-    for (int i = 0; i < 12; ++i) row += fmt::format("{}{:.17g}", i == 0 ? "" : " ", m(i / 4, i % 4));
-    return row;
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> m = T.matrix().topRows<3>();
+    return fmt::format("{:.17g}", fmt::join(m.data(), m.data() + m.size(), " "));
   }
-  static std::string tum_row(const SE3& T) {
+  static std::string tum_row(const SE3& T, const char* separator = " ") {
     const Eigen::Vector3d& t = T.translation();
-    const Eigen::Quaterniond& q = T.rotation();
-    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", t.x(), t.y(), t.z(), q.x(),
-                       q.y(), q.z(), q.w());
+    const Eigen::Vector4d& q = T.rotation().coeffs();  // x y z w
+    return fmt::format("{:.17g}{}{:.17g}", fmt::join(t, separator), separator, fmt::join(q, separator));
   }
 
   /// A line for every frame; `line(frame)`.
@@ -95,15 +105,29 @@ class ExternalEstimatorTest : public testing::Test {
     for (int frame = first; frame <= 7; ++frame) text += line(frame) + "\n";
     write_file(file(name), text);
   }
-  void write_camera() const {
-    write_results("camera.txt",
-                  [&](int k) { return fmt::format("{} {}", k, kitti_row(own(T_world_camera(k)))); });
+  /// Poses in the program's own world, with a frame number before each.
+  template <typename Pose>
+  void write_poses(const std::string& name, const Pose& pose, int first = 3, int shift = 0) const {
+    write_results(
+        name, [&](int k) { return fmt::format("{} {}", k + shift, kitti_row(pose(k))); }, first);
+  }
+  void write_camera(const std::string& name = "camera.txt", int shift = 0) const {
+    write_poses(
+        name, [&](int k) { return own(T_world_camera(k)); }, 3, shift);
+  }
+  /// H of object 1.
+  SE3 world(int k) const { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); }
+  SE3 body(int k) const { return T_world_object(k - 1).inverse() * T_world_object(k); }
+  void write_motions(const std::string& name = "obj_1.txt", int first = 4, int shift = 0) const {
+    write_poses(
+        name, [&](int k) { return world(k); }, first, shift);
   }
 
   TempFolder folder_;
   VdoFixture fixture_;
   std::unique_ptr<Sequence> sequence_;
   RunResult last_;
+  const Json motions_ = {{"objects", {{"format", "motions"}}}};
 };
 
 inline const std::vector<std::string> lost4(4, "lost"), ok4(4, "ok"), diverged4(4, "diverged"),

@@ -18,8 +18,8 @@ class SystemConfigurations : public ExternalEstimatorTest {
   /// Names a program that checks what it is given and copies right results to $output, in `variable`.
   void offer_program(const char* variable, const std::string& script) const {
     write_camera();
-    write_results(
-        "obj_1.txt", [&](int k) { return fmt::format("{} {}", k, kitti_row(T_curr_prev(k))); }, 4);
+    write_poses(
+        "obj_1.txt", [&](int k) { return T_curr_prev(k); }, 4);
     write_results("times.txt", [](int k) { return fmt::format("{}", 10 * k); });
     const fs::path program = file("system");
     write_file(program, "#!/bin/sh\nset -e\nhere=$(dirname $0)\n" + script + "\n");
@@ -27,8 +27,7 @@ class SystemConfigurations : public ExternalEstimatorTest {
     setenv(variable, program.c_str(), 1);
   }
   SE3 T_curr_prev(int k) const {
-    return T_world_camera(k).inverse() * T_world_object(k) * T_world_object(k - 1).inverse() *
-           T_world_camera(k - 1);
+    return own(T_world_camera(k)).inverse() * world(k) * own(T_world_camera(k - 1));
   }
   std::set<std::string> estimators() const {
     std::set<std::string> names;

@@ -68,6 +68,15 @@ namespace {
 
 using Bytes = std::string_view;
 
+/// What was taken, written, is taken again as the same.
+template <typename Decode, typename Encode>
+std::function<void(Bytes)> unchanged(Decode decode, Encode encode) {
+  return [=](Bytes bytes) {
+    const auto value = decode(bytes, "file");
+    SEXTANT_CHECK(decode(encode(value), "written") == value);
+  };
+}
+
 // ---- JSON and results of ours
 
 void json(Bytes bytes) {
@@ -95,11 +104,6 @@ void plan(Bytes bytes) {
   const Plan plan = parse_plan(bytes, "plan", "");
   for (uint64_t i = 0; i < std::min<uint64_t>(plan.n_cases(), 10); ++i) plan.at(i);
   json_text(plan.json());
-}
-
-void records(Bytes bytes) {
-  const std::vector<Record> records = parse_records(bytes, "records");
-  SEXTANT_CHECK(parse_records(write_records(records), "written") == records);
 }
 
 /// The fast reader of a line against the general one.
@@ -135,12 +139,6 @@ void journal(Bytes bytes) {
   SEXTANT_CHECK(contents() == before);
 }
 
-/// The sum of a block is put right, else nothing behind it would ever be reached; what was taken reads back.
-void case_summary(Bytes bytes) {
-  const CaseSummary summary = decode_case_summary(bytes, "summary");
-  SEXTANT_CHECK(decode_case_summary(encode_case_summary(summary), "written") == summary);
-}
-
 /// A summary and its noise as a journal has them.
 void journal_case(Bytes bytes) {
   const JournalCase found = decode_journal_case(bytes, "journal");
@@ -157,9 +155,6 @@ void summary_file(Bytes bytes) {
   for (const auto& [place, noise] : noises) noise.total();
   SEXTANT_CHECK(encode_exact_noises(decode_exact_noises(encode_exact_noises(noises), "written")) == encode_exact_noises(noises));
 }
-
-/// The sum at a pack's end is put right, else nothing behind it would ever be reached.
-void pack(Bytes bytes) { decode_pack(std::string(bytes) + sha256(bytes), "pack"); }
 
 /// Every reader of such a folder has its turn, also when one before has refused it.
 void run_folder(Bytes bytes) {
@@ -206,10 +201,6 @@ void rescore(Bytes bytes) {
   }
 }
 
-void benchmark_file(Bytes bytes) { parse_benchmark_file(bytes, "benchmark"); }
-void policy(Bytes bytes) { read_policy(MemoryFile(bytes).path()); }
-void tracks(Bytes bytes) { parse_tracks(std::string(bytes), "tracks"); }
-
 // ---- files of data sets
 
 void append32(std::string& out, uint32_t x) {
@@ -243,8 +234,6 @@ void read_png(Bytes png) {
   if (taken < 2) fail("no PNG");
 }
 
-void png(Bytes bytes) { read_png(bytes); }
-
 /// Width, height, depth, kind, length of the palette; palette; pixels: what the sums of a PNG keep a fuzzer
 /// from.
 void png_pixels(Bytes bytes) {
@@ -275,9 +264,6 @@ void flo(Bytes bytes) {
   SEXTANT_CHECK(encode_flo(flow).size() == bytes.size());
 }
 
-void jpeg(Bytes bytes) { decode_jpeg_rgb(bytes, "jpeg"); }
-void onnx(Bytes bytes) { read_onnx_header(bytes, "onnx"); }
-
 /// Equal but for the last digits of numbers, and the sign of 0.
 bool equal_texts(const std::string& a, const std::string& b) {
   std::istringstream words_a(a), words_b(b);
@@ -305,11 +291,6 @@ std::function<void(Bytes)> both_ways(Decode decode, Encode encode) {
   };
 }
 
-void mask_text(Bytes bytes) {
-  const Image<uint16_t> mask = decode_mask_text(bytes, "mask");
-  SEXTANT_CHECK(decode_mask_text(encode_mask_text(mask), "written") == mask);
-}
-
 void mots_text(Bytes bytes) {
   for (const MotsIds ids : {MotsIds::tracks, MotsIds::detections}) {
     const MotsText text(bytes, "mots", ids);
@@ -331,8 +312,6 @@ void mots_rle(Bytes bytes) {
   const std::vector<uint32_t> runs = decode_rle(bytes.substr(line + 1), width, height, "rle");
   SEXTANT_CHECK(decode_rle(encode_rle(runs), width, height, "written") == runs);
 }
-
-void vdo_objects(Bytes bytes) { decode_vdo_objects(bytes, "objects"); }
 
 void source(Bytes bytes) {
   const SourceSpec spec = SourceSpec::parse(std::string(bytes));
@@ -392,8 +371,6 @@ void body_from_camera(Bytes bytes) {
   SEXTANT_CHECK(body.position_m.allFinite() && (!body.rotation || body.rotation->allFinite()));
 }
 
-void direction(Bytes bytes) { SEXTANT_CHECK(parse_direction(std::string(bytes)).allFinite()); }
-
 void external_config(Bytes bytes) {
   const MemoryFile file(bytes);
   json_text(write_options(read_external_config(file.path())));
@@ -444,31 +421,32 @@ std::vector<FuzzTarget> make_targets() {
       {"options", options},
       {"noise", noise},
       {"plan", plan},
-      {"records", records},
+      {"records", unchanged(parse_records, write_records)},
       {"record_scanner", record_scanner},
       {"journal", journal},
-      {"case_summary", case_summary},
+      {"case_summary", unchanged(decode_case_summary, encode_case_summary)},
       {"journal_case", journal_case},
       {"summary_file", summary_file},
-      {"pack", pack},
+      // The sum at its end is put right, else nothing behind it would ever be reached.
+      {"pack", [](Bytes bytes) { decode_pack(std::string(bytes) + sha256(bytes), "pack"); }},
       {"run_folder", run_folder},
       {"sweep_folder", sweep_folder},
       {"pack_cache", pack_cache},
       {"rescore", rescore},
-      {"benchmark_file", benchmark_file},
-      {"policy", policy},
-      {"tracks", tracks},
-      {"png", png},
+      {"benchmark_file", [](Bytes bytes) { parse_benchmark_file(bytes, "benchmark"); }},
+      {"policy", [](Bytes bytes) { read_policy(MemoryFile(bytes).path()); }},
+      {"tracks", [](Bytes bytes) { parse_tracks(std::string(bytes), "tracks"); }},
+      {"png", read_png},
       {"png_pixels", png_pixels},
       {"flo", flo},
-      {"jpeg", jpeg},
-      {"onnx", onnx},
-      {"mask_text", mask_text},
+      {"jpeg", [](Bytes bytes) { decode_jpeg_rgb(bytes, "jpeg"); }},
+      {"onnx", [](Bytes bytes) { read_onnx_header(bytes, "onnx"); }},
+      {"mask_text", unchanged(decode_mask_text, encode_mask_text)},
       {"mots_text", mots_text},
       {"mots_rle", mots_rle},
       {"pose_text", both_ways(decode_pose_text, encode_pose_text)},
       {"object_poses", both_ways(decode_object_poses, encode_object_poses)},
-      {"vdo_objects", vdo_objects},
+      {"vdo_objects", [](Bytes bytes) { decode_vdo_objects(bytes, "objects"); }},
       {"yaml_camera", both_ways(decode_yaml_camera, encode_yaml_camera)},
       {"kitti_calibration",
        both_ways(decode_kitti_calibration,
@@ -488,7 +466,7 @@ std::vector<FuzzTarget> make_targets() {
       {"object_log_dynosam", [](Bytes bytes) { object_log(LogFormat::dynosam, bytes); }},
       {"object_log_vdo", [](Bytes bytes) { object_log(LogFormat::vdo, bytes); }},
       {"body_from_camera", body_from_camera},
-      {"direction", direction},
+      {"direction", [](Bytes bytes) { SEXTANT_CHECK(parse_direction(std::string(bytes)).allFinite()); }},
       {"external_config", external_config},
       {"external_results", external_results},
       {"dense_flow_flo", [](Bytes bytes) { dense_flow(bytes, ".flo", FlowFormat::by_name); }},

@@ -49,9 +49,9 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
 GateVerdict verdict_of(const Comparison& c) {
   GateVerdict verdict = GateVerdict::ok;
   for (const Mismatch& f : c.findings) verdict = f.invalidates ? GateVerdict::invalid : verdict;
-  for (const AccuracyRow& row : c.accuracy) verdict = worse(verdict, row.verdict);
-  for (const StatusRow& row : c.statuses) verdict = worse(verdict, row.verdict);
-  for (const SpeedRow& row : c.speed) verdict = worse(verdict, row.verdict);
+  for (const AccuracyRow& row : c.accuracy) verdict = std::min(verdict, row.verdict);  // the worse
+  for (const StatusRow& row : c.statuses) verdict = std::min(verdict, row.verdict);
+  for (const SpeedRow& row : c.speed) verdict = std::min(verdict, row.verdict);
   return verdict;
 }
 

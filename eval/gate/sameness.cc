@@ -76,36 +76,29 @@ Leaves data_of(const Json& run) {
   return leaves;
 }
 
-Leaves definitions_of(const Json& run) {
+/// Those below some keys of a tree.
+Leaves leaves_below(const Json& tree, std::initializer_list<const char*> keys) {
   Leaves leaves;
-  for (const char* key : {"schema", "metric_definitions", "metric_presets", "preset"}) {
-    if (run.contains(key)) leaves.merge(leaves_of(run[key], key));
+  for (const char* key : keys) {
+    if (tree.contains(key)) leaves.merge(leaves_of(tree[key], key));
   }
   return leaves;
+}
+
+Leaves definitions_of(const Json& run) {
+  return leaves_below(run, {"schema", "metric_definitions", "metric_presets", "preset"});
 }
 
 Leaves build_of(const Json& run) {
-  Leaves leaves;
-  for (const char* key : {"version", "git_commit", "compiler", "flags", "packages"}) {
-    if (run.contains(key)) leaves.merge(leaves_of(run[key], key));
-  }
-  return leaves;
+  return leaves_below(run, {"version", "git_commit", "compiler", "flags", "packages"});
 }
 
 Leaves machine_of(const BenchmarkFile& file) {
-  Leaves leaves;
-  for (const char* key : {"host_name", "num_cpus", "caches"}) {
-    if (file.context.contains(key)) leaves.merge(leaves_of(file.context[key], key));
-  }
-  return leaves;
+  return leaves_below(file.context, {"host_name", "num_cpus", "caches"});
 }
 
 Leaves benchmark_build_of(const BenchmarkFile& file) {
-  Leaves leaves;
-  for (const char* key : {"library_build_type", "json_schema_version"}) {
-    if (file.context.contains(key)) leaves.merge(leaves_of(file.context[key], key));
-  }
-  return leaves;
+  return leaves_below(file.context, {"library_build_type", "json_schema_version"});
 }
 
 /// What a path that only one side has is: a difference, or a note where nothing is lost by it.

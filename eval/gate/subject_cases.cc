@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 #include "sextant/eval/records/record_truth.h"
 
@@ -109,14 +110,10 @@ std::string to_string(const Subject& s) {
 }
 
 int compare_subjects(const Subject& a, const Subject& b) {
-  if (const int c = three_way(a.dataset, b.dataset)) return c;
-  if (const int c = three_way(a.sequence, b.sequence)) return c;
-  if (const int c = three_way(a.estimator, b.estimator)) return c;
-  if (const int c = three_way(a.level, b.level)) return c;
-  if (const int c = three_way(a.noise, b.noise)) return c;
-  if (const int c = three_way(a.body.str().size(), b.body.str().size()))
-    return c;  // object:2 before object:10
-  return three_way(a.body, b.body);
+  const auto key = [](const Subject& s) {  // object:2 before object:10
+    return std::tuple(s.dataset, s.sequence, s.estimator, s.level, s.noise, s.body.str().size(), s.body);
+  };
+  return three_way(key(a), key(b));
 }
 
 bool NumberColumn::has(size_t row) const { return !std::isnan(numbers[row]); }

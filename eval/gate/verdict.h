@@ -13,8 +13,9 @@ constexpr Names<5> names_of(GateVerdict) {
   return {"invalid", "regressed", "inconclusive", "improved", "ok"};
 }
 /// invalid 2, regressed 1, inconclusive 3, improved and ok 0.
-int exit_code(GateVerdict verdict);
-/// The worse of two.
-GateVerdict worse(GateVerdict a, GateVerdict b);
+constexpr int exit_code(GateVerdict verdict) {
+  constexpr int codes[] = {2, 1, 3, 0, 0};
+  return codes[static_cast<size_t>(verdict)];
+}
 
 }  // namespace sextant

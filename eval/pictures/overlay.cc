@@ -62,9 +62,7 @@ void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out
 /// Outline of one instance; its top-left corner on the canvas is returned.
 cv::Rect draw_contour(const Image<uint16_t>& mask, int instance, const cv::Scalar& colour, cv::Mat& canvas) {
   cv::Mat region(mask.height(), mask.width(), CV_8UC1, cv::Scalar(0));
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) region.at<uint8_t>(y, x) = mask(x, y) == instance ? 255 : 0;
-  }
+  for (const auto [x, y] : pixels(mask)) region.at<uint8_t>(y, x) = mask(x, y) == instance ? 255 : 0;
   cv::Mat large;
   cv::resize(region, large, {}, scale, scale, cv::INTER_LINEAR);
   cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);

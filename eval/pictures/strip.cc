@@ -37,24 +37,20 @@ cv::Mat image_of(const Frame& frame) {
 void reduce_colours(cv::Mat& bgr) {
   constexpr int level_step = 8;
   static constexpr int bayer[2][2] = {{0, 4}, {6, 2}};
-  for (int y = 0; y < bgr.rows; ++y) {
-    for (int x = 0; x < bgr.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        uint8_t& value = bgr.at<cv::Vec3b>(y, x)[c];
-        value = static_cast<uint8_t>(std::min(255, (value + bayer[y % 2][x % 2]) / level_step * level_step));
-      }
+  for (const auto [x, y] : PixelRange(bgr.cols, bgr.rows)) {
+    for (int c = 0; c < 3; ++c) {
+      uint8_t& value = bgr.at<cv::Vec3b>(y, x)[c];
+      value = static_cast<uint8_t>(std::min(255, (value + bayer[y % 2][x % 2]) / level_step * level_step));
     }
   }
 }
 
 cv::Mat depth_picture(const Image<float>& depth_m) {
   cv::Mat level(depth_m.height(), depth_m.width(), CV_8UC1), colour;
-  for (int y = 0; y < depth_m.height(); ++y) {
-    for (int x = 0; x < depth_m.width(); ++x) {
-      const double near = nearest_m / static_cast<double>(depth_m(x, y));
-      level.at<uint8_t>(y, x) =
-          std::isfinite(near) ? static_cast<uint8_t>(25 + 230 * std::sqrt(std::clamp(near, 0.0, 1.0))) : 0;
-    }
+  for (const auto [x, y] : pixels(depth_m)) {
+    const double near = nearest_m / static_cast<double>(depth_m(x, y));
+    level.at<uint8_t>(y, x) =
+        std::isfinite(near) ? static_cast<uint8_t>(25 + 230 * std::sqrt(std::clamp(near, 0.0, 1.0))) : 0;
   }
   cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
   colour.setTo(cv::Scalar(40, 40, 40), level == 0);
@@ -83,11 +79,9 @@ cv::Mat flow_picture(const Image<Flow>& flow) {
   const auto high = lengths.begin() + static_cast<ptrdiff_t>(lengths.size() * 95 / 100);
   std::ranges::nth_element(lengths, high);
   const double longest_px = std::max(1.0, static_cast<double>(*high));
-  for (int y = 0; y < flow.height(); ++y) {
-    for (int x = 0; x < flow.width(); ++x) {
-      const Flow& f = flow(x, y);
-      if (f.valid()) colour.at<cv::Vec3b>(y, x) = flow_colour(f.u, f.v, longest_px);
-    }
+  for (const auto [x, y] : pixels(flow)) {
+    const Flow& f = flow(x, y);
+    if (f.valid()) colour.at<cv::Vec3b>(y, x) = flow_colour(f.u, f.v, longest_px);
   }
   const int radius = flow.height() / 8;
   for (int y = -radius; y <= radius; ++y) {
@@ -106,13 +100,11 @@ cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
     cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
     cv::cvtColor(gray * 0.45, colour, cv::COLOR_GRAY2BGR);
   }
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) {
-      if (mask(x, y) == 0) continue;
-      const cv::Vec3b& tint = object_tints[mask(x, y) % object_tints.size()];
-      cv::Vec3b& pixel = colour.at<cv::Vec3b>(y, x);
-      for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(0.75 * tint[c] + 0.4 * pixel[c]);
-    }
+  for (const auto [x, y] : pixels(mask)) {
+    if (mask(x, y) == 0) continue;
+    const cv::Vec3b& tint = object_tints[mask(x, y) % object_tints.size()];
+    cv::Vec3b& pixel = colour.at<cv::Vec3b>(y, x);
+    for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(0.75 * tint[c] + 0.4 * pixel[c]);
   }
   return colour;
 }

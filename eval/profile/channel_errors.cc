@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sextant/base/philox.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 namespace {
@@ -27,16 +28,10 @@ const std::array<Steps, 3> steps = {{{"flow_px", {0, 2, 5, 10, 20, 40, 80, 160}}
                                      {"depth_m", {0, 5, 10, 20, 30, 40, 60, 100}},
                                      {"border_px", {0, 2, 4, 8, 16, 32, 60}}}};
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 double robust_sigma(std::vector<double> values) {
-  const double middle = median_of(values);
+  const double middle = middle_of(values);
   for (double& v : values) v = std::abs(v - middle);
-  return mad_to_sigma * median_of(values);
+  return mad_to_sigma * middle_of(values);
 }
 
 /// Offset and sigma by axis; who belongs to the core.
@@ -57,7 +52,7 @@ Core fit_core(const Samples& errors) {
   Core core;
   for (const std::vector<double>& axis : errors) {
     std::vector<double> copy = axis;
-    core.offset.push_back(median_of(copy));
+    core.offset.push_back(middle_of(copy));
     core.sigma.push_back(robust_sigma(axis));
   }
   std::vector<double> error(n_axes);
@@ -249,9 +244,8 @@ Image<float> border_distance(const Image<uint16_t>& mask) {
     const float there = mask(x, y) != mask(x + dx, y + dy) ? 0 : out(x + dx, y + dy);
     out(x, y) = std::min(out(x, y), there + 1);
   };
-  for (int y = 0; y < mask.height(); ++y)
-    for (int x = 0; x < mask.width(); ++x)
-      for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) lower(x, y, dx, dy);
+  for (const auto [x, y] : pixels(mask))
+    for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) lower(x, y, dx, dy);
   for (int y = mask.height() - 1; y >= 0; --y)
     for (int x = mask.width() - 1; x >= 0; --x)
       for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) lower(x, y, dx, dy);

@@ -47,12 +47,10 @@ std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& cam
 
 Image<Flow> induced_flow(const Frame& frame, const StereoCamera& camera, const SE3& T) {
   Image<Flow> out(frame.flow.width(), frame.flow.height());
-  for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) {
-      if (const auto p = moved(frame, camera, T, x, y)) {
-        const Eigen::Vector2d at = camera.left.project(*p);
-        out(x, y) = {static_cast<float>(at.x() - x), static_cast<float>(at.y() - y)};
-      }
+  for (const auto [x, y] : pixels(out)) {
+    if (const auto p = moved(frame, camera, T, x, y)) {
+      const Eigen::Vector2d at = camera.left.project(*p);
+      out(x, y) = {static_cast<float>(at.x() - x), static_cast<float>(at.y() - y)};
     }
   }
   return out;
@@ -63,14 +61,12 @@ double disparity_at(const Image<float>& depth_m, double bf, double x, double y) 
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   if (!depth_m.contains(left, top) || !depth_m.contains(left + 1, top + 1)) return NAN;
   double lowest = INFINITY, highest = -INFINITY, sum = 0;
-  for (int j = 0; j < 2; ++j) {
-    for (int i = 0; i < 2; ++i) {
-      const double d = bf / depth_m(left + i, top + j);
-      if (!std::isfinite(d)) return NAN;
-      lowest = std::min(lowest, d);
-      highest = std::max(highest, d);
-      sum += d * (i == 1 ? x - left : left + 1 - x) * (j == 1 ? y - top : top + 1 - y);
-    }
+  for (const auto [i, j] : PixelRange(2, 2)) {
+    const double d = bf / depth_m(left + i, top + j);
+    if (!std::isfinite(d)) return NAN;
+    lowest = std::min(lowest, d);
+    highest = std::max(highest, d);
+    sum += d * (i == 1 ? x - left : left + 1 - x) * (j == 1 ? y - top : top + 1 - y);
   }
   return highest - lowest <= 1 ? sum : NAN;
 }
@@ -78,14 +74,12 @@ double disparity_at(const Image<float>& depth_m, double bf, double x, double y) 
 Image<float> against_next_frame(const Frame& frame, const Image<float>& next_depth_m, const StereoCamera& camera,
                                 const SE3& T) {
   Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
-  for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) {
-      const auto p = moved(frame, camera, T, x, y);
-      const Flow flow = frame.flow(x, y);
-      if (!p || !flow.valid()) continue;
-      const double there = disparity_at(next_depth_m, camera.bf, x + flow.u, y + flow.v);
-      out(x, y) = static_cast<float>((there - camera.bf / p->z()) / std::numbers::sqrt2);
-    }
+  for (const auto [x, y] : pixels(out)) {
+    const auto p = moved(frame, camera, T, x, y);
+    const Flow flow = frame.flow(x, y);
+    if (!p || !flow.valid()) continue;
+    const double there = disparity_at(next_depth_m, camera.bf, x + flow.u, y + flow.v);
+    out(x, y) = static_cast<float>((there - camera.bf / p->z()) / std::numbers::sqrt2);
   }
   return out;
 }
@@ -93,8 +87,7 @@ Image<float> against_next_frame(const Frame& frame, const Image<float>& next_dep
 template <typename T>
 Image<T> mirrored(const Image<T>& image) {
   Image<T> out(image.width(), image.height());
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) out(x, y) = image(image.width() - 1 - x, y);
+  for (const auto [x, y] : pixels(image)) out(x, y) = image(image.width() - 1 - x, y);
   return out;
 }
 
@@ -102,14 +95,12 @@ Image<float> against_right(const Frame& frame, double bf) {
   const Image<uint8_t> right = rgb_to_gray(frame.rgb_right);
   const Image<float> of_right = mirrored(sgbm_disparity(mirrored(right), mirrored(frame.gray)));
   Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
-  for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) {
-      const double d = bf / frame.depth_m(x, y);
-      if (!std::isfinite(d)) continue;
-      const int there = static_cast<int>(std::lround(x - d));
-      if (!of_right.contains(there, y)) continue;
-      out(x, y) = static_cast<float>((d - of_right(there, y)) / std::numbers::sqrt2);
-    }
+  for (const auto [x, y] : pixels(out)) {
+    const double d = bf / frame.depth_m(x, y);
+    if (!std::isfinite(d)) continue;
+    const int there = static_cast<int>(std::lround(x - d));
+    if (!of_right.contains(there, y)) continue;
+    out(x, y) = static_cast<float>((d - of_right(there, y)) / std::numbers::sqrt2);
   }
   return out;
 }

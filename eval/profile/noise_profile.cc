@@ -1,5 +1,7 @@
 #include "sextant/eval/profile/noise_profile.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,12 +55,10 @@ std::vector<double> injected_correlation(const std::vector<ChannelField>& frames
     std::vector<Image<float>> axes = frames[f].error_px;
     axes.resize(1);
     std::vector<int> x, y;
-    for (int j = 0; j < axes[0].height(); ++j) {
-      for (int i = 0; i < axes[0].width(); ++i) {
-        if (!std::isfinite(axes[0](i, j))) continue;
-        x.push_back(i);
-        y.push_back(j);
-      }
+    for (const auto [i, j] : pixels(axes[0])) {
+      if (!std::isfinite(axes[0](i, j))) continue;
+      x.push_back(i);
+      y.push_back(j);
     }
     std::vector<double> first(x.size()), second(x.size());
     correlation.normals(draws, NoiseChannel::flow, {static_cast<int>(f), x, y}, first, second);
@@ -201,9 +201,7 @@ Table profile_table(const NoiseProfile& profile) {
                {"tail_radius_px", "radius [px]", Align::right, 1},
                {"spatial", "correlation: share at length [px]", Align::left}}};
   const auto join = [](const std::vector<double>& values) {
-    std::string text;
-    for (const double v : values) text += fmt::format("{}{:.3f}", text.empty() ? "" : " / ", v);
-    return text;
+    return fmt::format("{:.3f}", fmt::join(values, " / "));
   };
   const auto add = [&](const char* name, const std::optional<ProfileChannel>& channel) {
     if (!channel) return;

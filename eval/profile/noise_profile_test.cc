@@ -1,21 +1,13 @@
 #include "sextant/eval/profile/noise_profile.h"
 
-#include <gmock/gmock.h>
-
 #include <cmath>
 
-#include "sextant/base/error.h"
+#include "sextant/datasets/testing.h"
 
 namespace sextant {
 namespace {
 
-using ::testing::HasSubstr;
-
-std::unique_ptr<Sequence> scene() {
-  SourceSpec spec = SourceSpec::parse("synthetic:s18@0-4");
-  spec.options = {{"cache", ""}};
-  return open_source(spec);
-}
+std::unique_ptr<Sequence> scene() { return open_with("synthetic:s18@0-4", {{"cache", ""}}); }
 
 double at(const SpatialCorrelation& spatial, double r) { return spatial.at(r); }
 
@@ -73,12 +65,7 @@ TEST(NoiseProfile, IndependentNoiseHasNoCorrelation) {
 }
 
 TEST(NoiseProfile, NothingToMeasure) {
-  try {
-    fit_noise_profile(*scene(), "scene", {.name = "none"});
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("give --noise"));
-  }
+  expect_error([&] { fit_noise_profile(*scene(), "scene", {.name = "none"}); }, "give --noise");
 }
 
 TEST(FitCorrelation, FindsAMixture) {
@@ -92,8 +79,7 @@ TEST(FitCorrelation, FindsAMixture) {
 
 TEST(BorderDistance, IsThatOfTheChessboard) {
   Image<uint16_t> mask(100, 20);
-  for (int y = 0; y < 20; ++y)
-    for (int x = 0; x < 10; ++x) mask(x, y) = 3;
+  for (const auto [x, y] : PixelRange(10, 20)) mask(x, y) = 3;
   const Image<float> distance = border_distance(mask);
   EXPECT_EQ(distance(9, 5), 1);
   EXPECT_EQ(distance(10, 5), 1);

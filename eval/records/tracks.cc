@@ -11,31 +11,24 @@ namespace {
 
 constexpr const char* header = "body,frame,x_m,y_m,z_m,x_gt_m,y_gt_m,z_gt_m";
 
-int frame_number(const std::string& text, const std::string& where) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    fail("{}: expected a frame number, got '{}'", where, text);
-  return value;
-}
-
 std::string fields(const std::optional<Eigen::Vector3d>& p) {
   return p ? fmt::format(",{},{},{}", p->x(), p->y(), p->z()) : ",,,";
 }
 
-double number(const std::string& text, const std::string& where) {
-  double value = 0;
+template <typename T>
+T number(const std::string& text, const char* what, const std::string& where) {
+  T value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    fail("{}: expected a number, got '{}'", where, text);
+    fail("{}: expected a {}, got '{}'", where, what, text);
   return value;
 }
 
 std::optional<Eigen::Vector3d> position(const std::vector<std::string>& parts, size_t first,
                                         const std::string& where) {
   if (parts[first].empty() && parts[first + 1].empty() && parts[first + 2].empty()) return std::nullopt;
-  return Eigen::Vector3d(number(parts[first], where), number(parts[first + 1], where),
-                         number(parts[first + 2], where));
+  const auto at = [&](size_t i) { return number<double>(parts[first + i], "number", where); };
+  return Eigen::Vector3d{at(0), at(1), at(2)};
 }
 
 }  // namespace
@@ -60,7 +53,7 @@ std::vector<BodyTrack> parse_tracks(const std::string& text, const std::string& 
     if (parts.size() != 8) fail("{}: expected 8 fields, got {}", where, parts.size());
     if (tracks.empty() || tracks.back().body != parts[0]) tracks.push_back({parts[0], {}});
     tracks.back().points.push_back(
-        {frame_number(parts[1], where), position(parts, 2, where), position(parts, 5, where)});
+        {number<int>(parts[1], "frame number", where), position(parts, 2, where), position(parts, 5, where)});
   }
   return tracks;
 }

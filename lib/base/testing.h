@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -42,6 +44,29 @@ void expect_error(const Action& action, const std::string& part) {
   const std::string message = error_of(action);
   EXPECT_THAT(message, AllOf(HasSubstr(part), Not(HasSubstr("\n"))));
 }
+
+/// All files below a folder, by relative path.
+inline std::map<std::string, std::string> files_below(const std::filesystem::path& root) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    if (entry.is_regular_file())
+      files[entry.path().lexically_relative(root).string()] = read_file(entry.path());
+  }
+  return files;
+}
+
+/// What is called `name` among the real data, below SEXTANT_DATA; empty where it is not there.
+inline std::filesystem::path real_data(const std::string& name) {
+  const char* root = std::getenv("SEXTANT_DATA");
+  const std::filesystem::path path = std::filesystem::path(root == nullptr ? "" : root) / name;
+  return root != nullptr && std::filesystem::exists(path) ? path : std::filesystem::path();
+}
+
+/// Skips the test where `name` is not among the real data.
+#define SEXTANT_NEEDS_DATA(name)                                                                         \
+  do {                                                                                                   \
+    if (::sextant::real_data(name).empty()) GTEST_SKIP() << "needs " << (name) << " below SEXTANT_DATA"; \
+  } while (false)
 
 /// A folder of its own below the system's temporary one; removed with everything in it at the end.
 class TempFolder {

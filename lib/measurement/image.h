@@ -42,6 +42,47 @@ class Image {
   std::vector<T> pixels_;
 };
 
+/// Column and row.
+struct Pixel {
+  int x = 0, y = 0;
+};
+
+/// The pixels of a raster, row by row:  for (const auto [x, y] : pixels(image)) sum += image(x, y);
+class PixelRange {
+ public:
+  struct End {};
+  struct Iterator {
+    Pixel at;
+    int width, height;
+    Pixel operator*() const { return at; }
+    Iterator& operator++() {
+      if (++at.x == width) at = {0, at.y + 1};
+      return *this;
+    }
+    bool operator==(End) const { return at.y >= height; }
+  };
+
+  PixelRange(int width, int height) : width_(width), height_(width > 0 ? height : 0) {}
+  Iterator begin() const { return {{}, width_, height_}; }
+  End end() const { return {}; }
+
+ private:
+  int width_, height_;
+};
+
+template <typename T>
+PixelRange pixels(const Image<T>& image) {
+  return {image.width(), image.height()};
+}
+
+/// The image whose pixel (x, y) is value(x, y).
+template <typename Value>
+auto image_of(int width, int height, const Value& value) {
+  Image<decltype(value(0, 0))> image(width, height);
+  for (const auto [x, y] : pixels(image)) image(x, y) = value(x, y);
+  return image;
+}
+
 struct Rgb {
   uint8_t r = 0;
   uint8_t g = 0;

@@ -207,10 +207,8 @@ TEST(FlowOutliers, FillTheBox) {
 
 Image<uint16_t> mask_of(const std::vector<std::string>& rows) {
   Image<uint16_t> mask(static_cast<int>(rows[0].size()), static_cast<int>(rows.size()));
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x)
-      mask(x, y) = static_cast<uint16_t>(rows[y][x] == '.' ? 0 : rows[y][x] - '0');
-  }
+  for (const auto [x, y] : pixels(mask))
+    mask(x, y) = static_cast<uint16_t>(rows[y][x] == '.' ? 0 : rows[y][x] - '0');
   return mask;
 }
 

@@ -1,5 +1,7 @@
 #include "sextant/noise/noise.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -129,10 +131,10 @@ std::vector<OptionHelp> describe_noise_options() {
       {"noise.correlation", "\"independent\"", "",
        "independent, shared_per_frame or spatial: {\"model\": \"spatial\", \"lengths_px\": [...], "
        "\"shares\": [...]}"});
-  std::string names;
-  for (const std::string& name : noise_profile_names()) names += (names.empty() ? "" : ", ") + name;
-  lines.push_back({"noise.profile", "", "", "noise as measured, instead of the options above: " + names +
-                                                "; or a file that `sextant noise fit` wrote"});
+  lines.push_back({"noise.profile", "", "",
+                   fmt::format("noise as measured, instead of the options above: {}; or a file that "
+                               "`sextant noise fit` wrote",
+                               fmt::join(noise_profile_names(), ", "))});
   lines.push_back({"noise.scale", "1", "1", "factor on every size of the profile"});
   return lines;
 }

@@ -30,14 +30,12 @@ Frame make_frame(int index) {
   frame.flow = Image<Flow>(width, height);
   frame.mask = Image<uint16_t>(width, height);
   std::mt19937 random(static_cast<unsigned>(index));
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      frame.depth_m(x, y) = random() % 20 == 0 ? NAN : 5.0F + static_cast<float>(random() % 60000) / 1000.0F;
-      frame.flow(x, y) = {static_cast<float>(random() % 1600) / 100.0F - 8,
-                          static_cast<float>(random() % 800) / 100.0F - 4};
-      if (random() % 30 == 0) frame.flow(x, y) = {};
-      if (y > 40 && y < 80 && x > 100 && x < 200) frame.mask(x, y) = x < 160 ? 1 : 2;
-    }
+  for (const auto [x, y] : PixelRange(width, height)) {
+    frame.depth_m(x, y) = random() % 20 == 0 ? NAN : 5.0F + static_cast<float>(random() % 60000) / 1000.0F;
+    frame.flow(x, y) = {static_cast<float>(random() % 1600) / 100.0F - 8,
+                        static_cast<float>(random() % 800) / 100.0F - 4};
+    if (random() % 30 == 0) frame.flow(x, y) = {};
+    if (y > 40 && y < 80 && x > 100 && x < 200) frame.mask(x, y) = x < 160 ? 1 : 2;
   }
   return frame;
 }

@@ -9,19 +9,19 @@
 #include <vector>
 
 #include "sextant/geometry/trajectory.h"
-#include "sextant/measurement/image.h"
+#include "sextant/measurement/image_box.h"
 
 namespace sextant {
 
 /// Object axes: x right, y down, z ahead; origin in the middle of the box's bottom face.
 struct ObjectTruth {
-  int id = 0;                                      ///< id in the source's masks (KITTI track id + 1)
-  SE3 T_camera_object;                             ///< object pose in the camera frame of its own instant
-  std::optional<double> left, top, right, bottom;  ///< 2-D box, px
-  std::optional<bool> moving;                      ///< the data set's own dynamic/static flag, if it has one
-  bool interpolated = false;                       ///< pose made by interpolation between labelled frames
-  std::optional<Eigen::Vector3d> size_m;           ///< width (x), height (y), length (z) of the box
-  std::string type;                                ///< the data set's own word ("Car"); may be empty
+  int id = 0;                             ///< id in the source's masks (KITTI track id + 1)
+  SE3 T_camera_object;                    ///< object pose in the camera frame of its own instant
+  std::optional<ImageBox> box;            ///< 2-D box
+  std::optional<bool> moving;             ///< the data set's own dynamic/static flag, if it has one
+  bool interpolated = false;              ///< pose made by interpolation between labelled frames
+  std::optional<Eigen::Vector3d> size_m;  ///< width (x), height (y), length (z) of the box
+  std::string type;                       ///< the data set's own word ("Car"); may be empty
 };
 
 class SequenceTruth {
