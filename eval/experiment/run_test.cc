@@ -1,6 +1,5 @@
 #include "sextant/eval/experiment/run.h"
 
-
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -30,7 +29,8 @@ const VdoFixture& twenty_frames() {
       make_vdo_fixture(folder.path() / "vdo", {.n_frames = 20, .width = 160, .height = 48});
   return fixture;
 }
-class RunFixture : public testing::Test {
+
+class RunFixture : public ::testing::Test {
  protected:
   const VdoFixture* fixture_ = &twenty_frames();
 };

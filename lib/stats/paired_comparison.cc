@@ -22,7 +22,7 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
   out.difference = mean(differences);
   out.interval = cluster_bootstrap(clusters.size(), mean_of, bootstrap);
   std::vector<double> means;
-  for (const ClusterSum& cluster : sums) means.push_back(cluster.of.mean());
+  for (const ClusterSum& sum : sums) means.push_back(sum.of.mean());
   out.n_clusters = static_cast<int>(means.size());
   out.n_used = out.n_clusters - static_cast<int>(std::ranges::count(means, 0.0));
   out.p = test == PairedTest::signed_ranks ? wilcoxon_test(means).p : sign_flip_test(means).p;
