@@ -5,17 +5,14 @@
 
 #include "sextant/base/options.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/testing.h"
 
 namespace sextant {
 namespace {
 
 using testing::HasSubstr;
 
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
+/// In this process, which starts no program.
 Outcome sextant(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
   testing::internal::CaptureStdout();
