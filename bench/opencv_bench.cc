@@ -54,8 +54,8 @@ struct Sample {
 };
 
 std::vector<Sample> make_samples() {
-  const testing::RandomProblem random =
-      testing::make_random_problem(1, {.n_points = static_cast<int>(3 * n_samples), .flow_noise_px = 0.3});
+  const RandomProblem random =
+      make_random_problem(1, {.n_points = static_cast<int>(3 * n_samples), .flow_noise_px = 0.3});
   const PinholeCamera& camera = random.problem.camera.left;
   const Correspondences& p = random.problem.points;
   std::vector<Sample> samples(n_samples);

@@ -14,8 +14,8 @@
 namespace sextant {
 namespace {
 
-testing::RandomProblem instance(int n_points, double outlier_share) {
-  return testing::make_random_problem(
+RandomProblem instance(int n_points, double outlier_share) {
+  return make_random_problem(
       1, {.n_points = n_points, .outlier_share = outlier_share, .delta_d_px = 0.1, .depth_curr = true});
 }
 
@@ -27,14 +27,14 @@ double thread_ms() {
 }
 
 /// One refinement of the same points from the same start.
-double solve_ms(const Estimator& estimator, const testing::RandomProblem& random, MotionEstimate& estimate) {
+double solve_ms(const Estimator& estimator, const RandomProblem& random, MotionEstimate& estimate) {
   const double start = thread_ms();
   estimate = estimator.estimate(random.problem, random.start);
   return thread_ms() - start;
 }
 
 void estimate(benchmark::State& state, const char* name) {
-  const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
+  const RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const std::unique_ptr<Estimator> estimator = make_estimator(name);
   MotionEstimate estimate;
   for (auto _ : state) solve_ms(*estimator, random, estimate);
@@ -45,7 +45,7 @@ void estimate(benchmark::State& state, const char* name) {
 /// Ours and Ceres alternately: same cost and pose, ratio of the medians of their times. For joint_flow_depth
 /// `decide_ms` is what both spend on points, levels and kernel; `ratio_solve` leaves it out on both sides.
 void against_ceres(benchmark::State& state, const char* name, const Json& options) {
-  const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
+  const RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const std::unique_ptr<Estimator> ours = make_estimator(name, options);
   const std::unique_ptr<Estimator> reference = make_estimator(std::string(name) + "_ceres", options);
   const bool decides = std::string_view(name) == "joint_flow_depth";
@@ -73,12 +73,12 @@ void against_ceres(benchmark::State& state, const char* name, const Json& option
     state.counters["decide_ms"] = both_ms;
     state.counters["ratio_solve"] = (ceres_ms - both_ms) / (ours_ms - both_ms);
   }
-  state.counters["pose_difference"] = testing::pose_difference(fast.T_curr_prev, slow.T_curr_prev);
+  state.counters["pose_difference"] = pose_difference(fast.T_curr_prev, slow.T_curr_prev);
   state.counters["cost_difference"] = std::abs(fast.cost - slow.cost) / slow.cost;
 }
 
 void accumulate_points(benchmark::State& state) {
-  const testing::RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
+  const RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const ReprojectionData data(random.problem);
   for (auto _ : state) {
     benchmark::DoNotOptimize(accumulate(data, random.start.T_curr_prev, {0.9, 1.0}));
@@ -87,7 +87,7 @@ void accumulate_points(benchmark::State& state) {
 }
 
 void ransac(benchmark::State& state) {
-  const testing::RandomProblem random =
+  const RandomProblem random =
       instance(static_cast<int>(state.range(0)), static_cast<double>(state.range(1)) / 100);
   int iterations = 0;
   for (auto _ : state) {

@@ -14,7 +14,6 @@
 namespace sextant {
 namespace {
 
-
 constexpr Channels all_channels = Channels::all();
 
 /// Rendered anew: nothing from the cache.

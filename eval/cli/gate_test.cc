@@ -14,14 +14,14 @@ namespace {
 class GateProgram : public ::testing::Test {
  protected:
   GateProgram() {
-    testing::write_run(temp_.path() / "base", testing::sweep_records(3));
+    write_run(temp_.path() / "base", sweep_records(3));
     write("new", 1);
   }
 
   void write(const std::string& name, double factor) const {
-    std::vector<Record> records = testing::sweep_records(3);
+    std::vector<Record> records = sweep_records(3);
     for (Record& r : records) r.errors["Et_m"] *= factor;
-    testing::write_run(temp_.path() / name, records);
+    write_run(temp_.path() / name, records);
   }
 
   int run(const std::string& arguments) const {
@@ -50,18 +50,18 @@ TEST_F(GateProgram, ExitCodesAreTheVerdict) {
   EXPECT_TRUE(text("err.txt").starts_with("sextant: error: not comparable: "));
   for (const char* name : {"report.html", "comparison.md", "comparison.json", "junit.xml", "bmf.json", "github.json"})
     EXPECT_TRUE(fs::exists(temp_.path() / "cmp" / name)) << name;
-  write_file(temp_.path() / "a.json", testing::benchmark_json(1, 1).dump());
-  write_file(temp_.path() / "b.json", testing::benchmark_json(1, 1, 3).dump());
+  write_file(temp_.path() / "a.json", benchmark_json(1, 1).dump());
+  write_file(temp_.path() / "b.json", benchmark_json(1, 1, 3).dump());
   EXPECT_EQ(run("compare a.json b.json"), 3);
 }
 
 TEST_F(GateProgram, ThePageLeadsFromEveryRegressionToItsFrame) {
-  std::vector<Record> records = testing::sweep_records(3);
+  std::vector<Record> records = sweep_records(3);
   for (Record& r : records) {
     r.errors["Et_m"] *= 1.1;
     if (r.sequence == "city" && r.body == "object:2" && r.seed == 1 && r.frame == 4) r.errors["Et_m"] += 0.5;
   }
-  testing::write_run(temp_.path() / "new", records);
+  write_run(temp_.path() / "new", records);
   EXPECT_EQ(run("compare base new --out cmp"), 1);
   const std::string html = text("cmp/report.html");
   EXPECT_THAT(html, HasSubstr("/index.html#frame=4&amp;body=object:2"));

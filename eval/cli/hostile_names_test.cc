@@ -26,7 +26,7 @@ size_t count(const std::string& text, const std::string& part) {
 }
 
 std::vector<Record> hostile_records(double factor = 1) {
-  std::vector<Record> records = testing::sweep_records(3);
+  std::vector<Record> records = sweep_records(3);
   for (Record& r : records) {
     r.sequence = r.sequence.str() + hostile;
     r.dataset = hostile;
@@ -106,7 +106,7 @@ TEST_F(HostileNames, InASummary) {
 
 TEST_F(HostileNames, InTheReportOfASweep) {
   const fs::path folder = temp_.path() / "a'b<script>|$";
-  testing::write_run(folder, hostile_records());
+  write_run(folder, hostile_records());
   const OutputFiles files = report_folder(noise_document({folder}, 1, true, temp_.path() / "out"), {});
   ASSERT_TRUE(files.contains("report.html"));
   expect_files(files);
@@ -122,8 +122,8 @@ TEST_F(HostileNames, InTheReportOfASweep) {
 TEST_F(HostileNames, InAComparison) {
   // A name of a folder cannot have '/'.
   const fs::path base = temp_.path() / "b<script>alert(1)'\"|$\\input{x}", fresh = temp_.path() / "n`touch planted`\n<b>";
-  testing::write_run(base, hostile_records());
-  testing::write_run(fresh, hostile_records(1.2));
+  write_run(base, hostile_records());
+  write_run(fresh, hostile_records(1.2));
   const Comparison comparison = compare_paths(base, fresh, Policy(), 1);
   ASSERT_EQ(comparison.verdict, GateVerdict::regressed);
   OutputFiles files = comparison_files(comparison, Policy(), "2026-01-31T12:00:00");

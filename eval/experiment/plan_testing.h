@@ -10,7 +10,7 @@
 
 namespace sextant {
 
-class SmallPlan : public ::testing::Test {
+class SmallPlan : public testing::Test {
  protected:
   std::string plan_text(const std::string& noise = R"({"parameter":"depth.delta_d_px","levels":[0.1,0.2]})",
                         const std::string& seeds = "3") const {

@@ -14,9 +14,6 @@
 namespace sextant {
 namespace {
 
-using testing::flow_difference;
-using testing::pose_difference;
-
 TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
   SEXTANT_NEEDS_DATA("kitti_03_demo");
   const auto sequence = open_source(SourceSpec::parse("vdo:" + real_data("kitti_03_demo").string() + "@0-6"));

@@ -30,7 +30,7 @@ const VdoFixture& twenty_frames() {
   return fixture;
 }
 
-class RunFixture : public ::testing::Test {
+class RunFixture : public testing::Test {
  protected:
   const VdoFixture* fixture_ = &twenty_frames();
 };

@@ -7,11 +7,6 @@
 namespace sextant {
 namespace {
 
-using testing::benchmark_json;
-using testing::sweep_provenance;
-using testing::sweep_records;
-using testing::write_run;
-
 const Policy& defaults() {
   static const Policy policy;
   return policy;
@@ -80,7 +75,7 @@ TEST_F(Gate, FivePercentWorseInTheMeanIsRegressedWhereCasesGoBothWays) {
   for (uint64_t draw = 1; draw <= 20; ++draw) {
     PhiloxStream random(draw, 7);
     n_regressed += compare_changed([&](Record& r) {
-                     if (is_target(r)) r.errors["Et_m"] *= 1.05 + 0.05 * testing::normal(random);
+                     if (is_target(r)) r.errors["Et_m"] *= 1.05 + 0.05 * normal(random);
                    }).verdict == GateVerdict::regressed;
   }
   EXPECT_GE(n_regressed, 19);

@@ -17,14 +17,14 @@ class Past : public ::testing::Test {
  protected:
   Past() {
     for (int i = 0; i < 12; ++i) {
-      std::vector<Record> records = testing::sweep_records(2);
+      std::vector<Record> records = sweep_records(2);
       for (Record& r : records) {
         if (i >= 8 && r.is_ego()) r.errors["Et_m"] *= 1.1;
       }
       const std::filesystem::path folder = temp_.path() / fmt::format("run-{}", i);
-      testing::write_run(folder, records);
+      write_run(folder, records);
       write_file(folder / "benchmark.json",
-                 testing::benchmark_json(5, static_cast<uint64_t>(i), i >= 8 ? 1.2 : 1.0, 0.01).dump());
+                 benchmark_json(5, static_cast<uint64_t>(i), i >= 8 ? 1.2 : 1.0, 0.01).dump());
     }
   }
 
@@ -57,7 +57,7 @@ TEST_F(Past, TwoPointsShowAStepOfErrorsButNotOfTimes) {
 
 TEST_F(Past, DisturbedCasesAreNoLevelOfARunsTimes) {
   const auto slow_down = [&](int i, int every) {
-    std::vector<Record> records = testing::sweep_records(2);
+    std::vector<Record> records = sweep_records(2);
     for (size_t k = 0; k < records.size(); ++k)
       records[k].time_ms["refine"] *= k % static_cast<size_t>(every) == 0 ? 4 : 1;
     write_file(temp_.path() / fmt::format("run-{}", i) / "records.jsonl", write_records(records));

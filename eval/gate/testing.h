@@ -14,7 +14,7 @@
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/testing.h"
 
-namespace sextant::testing {
+namespace sextant {
 
 /// Standard normal.
 inline double normal(PhiloxStream& random) {
@@ -89,4 +89,4 @@ inline Json benchmark_json(int repetitions, uint64_t draw, double slower = 1, do
   return json;
 }
 
-}  // namespace sextant::testing
+}  // namespace sextant

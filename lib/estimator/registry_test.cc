@@ -10,7 +10,7 @@ namespace {
 class EveryEstimator : public ::testing::TestWithParam<EstimatorEntry> {};
 
 TEST_P(EveryEstimator, FindsTheMotion) {
-  const auto random = testing::make_random_problem(1, {.n_points = 300, .flow_noise_px = 0.1});
+  const auto random = make_random_problem(1, {.n_points = 300, .flow_noise_px = 0.1});
   const MotionEstimate estimate = GetParam().make(Json::object())->estimate(random.problem, random.start);
   ASSERT_EQ(estimate.status, Status::ok);
   EXPECT_LT((estimate.T_curr_prev.inverse() * random.T_curr_prev).translation().norm(), 0.02);

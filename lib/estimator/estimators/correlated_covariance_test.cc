@@ -186,9 +186,9 @@ TEST(CorrelatedErrors, IndependentErrorsShowNoParts) {
 }
 
 /// A random problem whose flow errors are a field, declared or not.
-testing::RandomProblem correlated_problem(unsigned seed, const SpatialCorrelation& correlation) {
-  testing::RandomProblem out =
-      testing::make_random_problem(seed, {.n_points = 400, .flow_noise_px = 0, .start_error = 0.002});
+RandomProblem correlated_problem(unsigned seed, const SpatialCorrelation& correlation) {
+  RandomProblem out =
+      make_random_problem(seed, {.n_points = 400, .flow_noise_px = 0, .start_error = 0.002});
   std::mt19937_64 random(seed + 1000);
   std::normal_distribution<double> normal;
   Correspondences& p = out.problem.points;
@@ -207,7 +207,7 @@ const SpatialCorrelation smooth{{{10, 0.4}, {60, 0.5}}};
 
 class CovarianceOption : public ::testing::TestWithParam<const char*> {
  protected:
-  static MotionEstimate estimate(const testing::RandomProblem& random, const char* covariance) {
+  static MotionEstimate estimate(const RandomProblem& random, const char* covariance) {
     Json options = {{"covariance", covariance}};  // and the right deviation, 0.3 px
     if (std::string(GetParam()) == "motion_only") options["sigma_px"] = 0.3;
     if (std::string(GetParam()) == "joint_flow")
@@ -254,7 +254,7 @@ TEST_P(CovarianceOption, IsRightForDeclaredAndForUndeclaredCorrelation) {
 }
 
 TEST(CorrelatedCovariance, DeclaredIndependenceIsTakenAtItsWord) {
-  auto random = testing::make_random_problem(2, {.n_points = 400, .delta_d_px = 0.2});
+  auto random = make_random_problem(2, {.n_points = 400, .delta_d_px = 0.2});
   random.problem.noise = MeasurementNoise{0.3, 0.3, 0.2 / random.problem.camera.bf};
   const auto covariance = [&](const char* option) {
     return make_estimator("joint_flow_depth", Json{{"covariance", option}})
@@ -272,7 +272,7 @@ TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
     constexpr int n = 100;
     for (unsigned seed = 0; seed < n; ++seed) {
       auto random =
-          testing::make_random_problem(seed, {.n_points = 600, .delta_d_px = 0.1, .start_error = 0.002});
+          make_random_problem(seed, {.n_points = 600, .delta_d_px = 0.1, .start_error = 0.002});
       random.problem.noise = MeasurementNoise{0.3, 0.3, 0.1 / random.problem.camera.bf};
       if (!noisy_as_declared) {
         for (double& depth : random.problem.points.depth)
@@ -293,7 +293,7 @@ TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
 }
 
 TEST(SplitNees, TooFewPointsHaveNone) {
-  const auto random = testing::make_random_problem(1, {.n_points = 5});
+  const auto random = make_random_problem(1, {.n_points = 5});
   const auto estimator = make_estimator("joint_flow");
   MotionEstimate whole;
   whole.T_curr_prev = random.T_curr_prev;

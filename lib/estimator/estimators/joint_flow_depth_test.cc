@@ -16,11 +16,6 @@
 namespace sextant {
 namespace {
 
-using testing::make_random_problem;
-using testing::pose_difference;
-using testing::RandomProblem;
-using testing::RandomProblemOptions;
-
 struct Case {
   const char* name;
   RandomProblemOptions problem;
@@ -40,7 +35,7 @@ JointFlowDepthOptions with(Robust robust, double sigma_u = 0, double sigma_v = 0
 class JointFlowDepthAgainstCeres : public ::testing::TestWithParam<Case> {};
 
 TEST_P(JointFlowDepthAgainstCeres, SameCostPoseAndFlows) {
-  testing::expect_same_optimum<JointFlowDepth, JointFlowDepthCeres>(GetParam().problem, GetParam().options, 6,
+  expect_same_optimum<JointFlowDepth, JointFlowDepthCeres>(GetParam().problem, GetParam().options, 6,
                                                                     1e-8);
 }
 

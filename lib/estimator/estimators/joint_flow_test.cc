@@ -11,11 +11,6 @@
 namespace sextant {
 namespace {
 
-using testing::make_random_problem;
-using testing::pose_difference;
-using testing::RandomProblem;
-using testing::RandomProblemOptions;
-
 struct Case {
   const char* name;
   RandomProblemOptions problem;
@@ -25,7 +20,7 @@ struct Case {
 class JointFlowAgainstCeres : public ::testing::TestWithParam<Case> {};
 
 TEST_P(JointFlowAgainstCeres, SamePoseAndFlows) {
-  testing::expect_same_optimum<JointFlow, JointFlowCeres>(GetParam().problem, GetParam().options, 8, 1e-9);
+  expect_same_optimum<JointFlow, JointFlowCeres>(GetParam().problem, GetParam().options, 8, 1e-9);
 }
 
 TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {

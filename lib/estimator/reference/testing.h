@@ -6,7 +6,7 @@
 
 #include "sextant/estimator/solvers/testing.h"
 
-namespace sextant::testing {
+namespace sextant {
 
 /// Same pose to 1e-8, flows to 1e-6 px and cost to `relative_cost` on random problems.
 template <typename Ours, typename Reference, typename Options>
@@ -24,4 +24,4 @@ void expect_same_optimum(const RandomProblemOptions& problem, const Options& opt
   }
 }
 
-}  // namespace sextant::testing
+}  // namespace sextant

@@ -127,7 +127,7 @@ TEST(Degeneracy, WeakButHealthyBodiesAreEstimated) {
 }
 
 TEST(Degeneracy, ConditionIsThatOfTheCovariance) {
-  const auto random = testing::make_random_problem(1, {.n_points = 200});
+  const auto random = make_random_problem(1, {.n_points = 200});
   for (const EstimatorEntry& entry : estimators()) {
     const MotionEstimate estimate = entry.make(Json::object())->estimate(random.problem, random.start);
     const Eigen::JacobiSVD<Matrix6d> svd(estimate.covariance);
@@ -137,13 +137,13 @@ TEST(Degeneracy, ConditionIsThatOfTheCovariance) {
 }
 
 TEST(Degeneracy, MeasurementsThatAreNoneDoNotCount) {
-  auto random = testing::make_random_problem(2, {.n_points = 100});
+  auto random = make_random_problem(2, {.n_points = 100});
   Correspondences& p = random.problem.points;
   p.flow_u[3] = NAN, p.depth[5] = 0, p.depth[7] = -4, p.depth[11] = INFINITY, p.v[13] = INFINITY;
   for (const EstimatorEntry& entry : estimators()) {
     const MotionEstimate estimate = entry.make(Json::object())->estimate(random.problem, random.start);
     ASSERT_EQ(to_string(estimate.status), "ok") << entry.name;
-    EXPECT_LT(testing::pose_difference(estimate.T_curr_prev, random.T_curr_prev), 0.1) << entry.name;
+    EXPECT_LT(pose_difference(estimate.T_curr_prev, random.T_curr_prev), 0.1) << entry.name;
     for (const size_t bad : {3, 5, 7, 11, 13}) EXPECT_EQ(estimate.inliers[bad], 0) << entry.name;
   }
 }

@@ -11,9 +11,6 @@
 namespace sextant {
 namespace {
 
-using testing::make_random_problem;
-using testing::RandomProblem;
-
 std::vector<float> absolute_normal(size_t n, double sigma, unsigned seed) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal(0, sigma);

@@ -10,7 +10,7 @@
 #include "sextant/estimator/solvers/motion_estimate.h"
 #include "sextant/measurement/problem.h"
 
-namespace sextant::testing {
+namespace sextant {
 
 struct RandomProblemOptions {
   int n_points = 500;
@@ -84,4 +84,4 @@ inline RandomProblem make_random_problem(unsigned seed, const RandomProblemOptio
   return out;
 }
 
-}  // namespace sextant::testing
+}  // namespace sextant

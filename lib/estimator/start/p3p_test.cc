@@ -10,8 +10,6 @@
 namespace sextant {
 namespace {
 
-using testing::pose_difference;
-
 struct Sample {
   std::array<Eigen::Vector3d, 3> points;
   std::array<Eigen::Vector3d, 3> rays;

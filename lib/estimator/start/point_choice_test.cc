@@ -11,10 +11,6 @@
 namespace sextant {
 namespace {
 
-using testing::make_random_problem;
-using testing::RandomProblem;
-using testing::RandomProblemOptions;
-
 size_t count(const StartingPoint& start) {
   return std::accumulate(start.inliers.begin(), start.inliers.end(), size_t{0});
 }

@@ -11,9 +11,6 @@
 namespace sextant {
 namespace {
 
-using testing::make_random_problem;
-using testing::RandomProblem;
-
 double translation_error_m(const SE3& a, const SE3& b) { return (a.inverse() * b).translation().norm(); }
 
 TEST(RobustStart, SurvivesHalfOutliers) {
