@@ -124,7 +124,7 @@ TEST_F(Process, TimeOfAllProcessesIsCounted) {
   // An orphan in a session of its own, which works before the program ends.
   const ProcessOutcome orphan =
       run(fmt::format("(setsid sh -c '{}; echo > done' &) ; while ! [ -e done ]; do sleep 0.05; done", work));
-  EXPECT_GT(orphan.cpu_s, 0.7 * one.cpu_s);
+  EXPECT_GT(orphan.cpu_s, 0.3 * one.cpu_s);  // a shared core may take twice as long; uncounted it is next to nothing
   EXPECT_LT(run("sleep 0.3").cpu_s, 0.1);
 }
 
