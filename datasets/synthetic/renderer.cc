@@ -24,6 +24,8 @@ std::vector<Mesh> meshes_of(const Scenario& scenario) {
   return meshes;
 }
 
+}  // namespace
+
 /// The views of the last few frames.
 class Views {
  public:
@@ -47,6 +49,8 @@ class Views {
   std::mutex mutex_;
   std::deque<std::shared_ptr<const View>> views_;
 };
+
+namespace {
 
 /// Rays of the columns and rows of an image: (x, y, 1).
 struct Rays {
