@@ -33,7 +33,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "curl, unzip")  # the scripts that fet
 set(found ${Eigen3_DIR} ${fmt_DIR} ${nlohmann_json_DIR} ${CLI11_DIR} ${Ceres_DIR} ${embree_DIR}
   ${Boost_DIR} ${boost_headers_DIR} ${boost_iostreams_DIR} ${boost_filesystem_DIR} ${boost_system_DIR}
   ${OPENSSL_CRYPTO_LIBRARY} ${JPEG_LIBRARY_RELEASE} ${LIBDEFLATE_LIBRARY} ${LZ4_INCLUDE_DIR}/lz4frame.h
-  ${ZSTD_INCLUDE_DIR}/zstd.h ${BZIP2_INCLUDE_DIR}/bzlib.h ${OpenCV_DIR})
+  ${ZSTD_INCLUDE_DIR}/zstd.h ${BZIP2_INCLUDE_DIR}/bzlib.h ${SQLite3_INCLUDE_DIR}/sqlite3.h ${OpenCV_DIR})
 string(REPLACE " " ";" opencv_components "${SEXTANT_OPENCV_COMPONENTS}")
 foreach(component ${opencv_components})
   list(APPEND found ${OpenCV_INCLUDE_DIR}/opencv2/${component}.hpp)

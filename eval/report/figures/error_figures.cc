@@ -197,8 +197,10 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
     figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"x", ""}, {"n", ""}};
     figure.data.add_columns(box_columns());
     std::vector<Panel> panels;
-    for (const MetricDefinition* error : metrics_for(compared))
-      panels.push_back(box_panel(*error, set, estimators, figure));
+    for (const MetricDefinition* error : metrics_for(compared)) {
+      Panel panel = box_panel(*error, set, estimators, figure);
+      if (value_range(figure.data, error->name)) panels.push_back(std::move(panel));  // gnuplot draws no empty one
+    }
     if (figure.data.rows.empty()) continue;
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : estimators)

@@ -94,6 +94,15 @@ TEST(ReportFigures, ExactDataHaveNoDistribution) {
   EXPECT_TRUE(distribution_figures(record_sets(all)).empty());
 }
 
+// Of a scene without noise one error may be above rounding and the other not: gnuplot refuses an empty panel.
+TEST(ReportFigures, APanelOfRoundingAloneIsLeftOut) {
+  std::vector<Record> all = records();
+  for (Record& record : all) record.errors = {{"Et_m", 1e-14}, {"ER_deg", 1e-7}};
+  const std::vector<Figure> figures = distribution_figures(record_sets(all));
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_THAT(svg(figures), HasSubstr("</svg>"));
+}
+
 TEST(ReportFigures, EfficiencyFollowsItsRows) {
   std::vector<NoiseLevelRow> rows = level_rows();
   const std::vector<Figure> figures = efficiency_figures(rows);
