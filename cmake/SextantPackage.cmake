@@ -65,6 +65,7 @@ find_package(Sextant) of CMake reads.")
 # ---- python3-sextant
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-sextant)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/python3-sextant/prerm)
 set(python_needs "sextant (= ${PROJECT_VERSION}), python3-numpy, python3-pandas")
 if(Python3_VERSION_MINOR)
   math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
