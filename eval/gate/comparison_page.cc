@@ -111,7 +111,7 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
                Column::text("verdict"), Column::text("base_records").only_in_files(),
                Column::text("new_records").only_in_files(), Column::text("page").only_in_files()}};
   const auto leads = [&](const char* key, const char* to) {
-    std::ranges::find(table.columns, key, &Column::key)->leads_to = to;
+    table.columns[table.place(key)].leads_to = to;
   };
   leads("frame", "page");
   leads("base_line", "base_records");

@@ -11,28 +11,35 @@ namespace sextant {
 
 namespace {
 
-/// What a row says in that column; null where the table has no such column, or the row nothing in it.
-const Cell* cell_in(const Table& table, const std::vector<Cell>& row, std::string_view key) {
-  const auto column = std::ranges::find(table.columns, key, &Column::key);
-  if (column == table.columns.end()) return nullptr;
-  const Cell& cell = row[static_cast<size_t>(column - table.columns.begin())];
-  return std::holds_alternative<std::monostate>(cell) ? nullptr : &cell;
-}
+/// What the rows of one noise level say in the columns that a table has, found once for all rows.
+class LevelInTable {
+ public:
+  LevelInTable(const Table& table, const NoiseLevelKey& key, const std::string& parameter)
+      : estimator_(key.estimator.str()), first_(table.find_column("first")), second_(table.find_column("second")) {
+    const std::pair<const char*, Cell> values[] = {
+        {"parameter", parameter},   {"dataset", key.dataset.str()}, {"sequence", key.sequence.str()},
+        {"body", key.body.str()},   {"estimator", estimator_},      {"level", key.level},
+        {"noise", key.noise.str()},
+    };
+    for (const auto& [name, value] : values) {
+      if (const auto column = table.find_column(name)) said_.emplace_back(*column, value);
+    }
+  }
 
-bool is_behind(const NoiseLevelKey& key, const std::string& parameter, const Table& table,
-               const std::vector<Cell>& row) {
-  const auto agrees = [&](std::string_view column, const Cell& value) {
-    const Cell* cell = cell_in(table, row, column);
-    return cell == nullptr || *cell == value;
-  };
-  const Cell estimator(key.estimator.str());
-  const Cell *first = cell_in(table, row, "first"), *second = cell_in(table, row, "second");
-  const bool is_compared =
-      first == nullptr || second == nullptr || *first == estimator || *second == estimator;
-  return is_compared && agrees("parameter", parameter) && agrees("dataset", key.dataset.str()) &&
-         agrees("sequence", key.sequence.str()) && agrees("body", key.body.str()) &&
-         agrees("estimator", estimator) && agrees("level", key.level) && agrees("noise", key.noise.str());
-}
+  /// An empty cell agrees with everything; a row that compares two estimators has both behind it.
+  bool is_behind(const std::vector<Cell>& row) const {
+    const auto agrees = [&row](size_t column, const Cell& value) {
+      return std::holds_alternative<std::monostate>(row[column]) || row[column] == value;
+    };
+    const bool is_compared = !first_ || !second_ || agrees(*first_, estimator_) || agrees(*second_, estimator_);
+    return is_compared && std::ranges::all_of(said_, [&](const auto& said) { return agrees(said.first, said.second); });
+  }
+
+ private:
+  Cell estimator_;
+  std::optional<size_t> first_, second_;
+  std::vector<std::pair<size_t, Cell>> said_;
+};
 
 }  // namespace
 
@@ -73,26 +80,24 @@ RecordPlaces record_places(const std::vector<fs::path>& folders) {
 
 void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
                       const fs::path& page_folder, Table& table) {
-  if (places.empty() || table.rows.empty() ||
-      std::ranges::find(table.columns, "dataset", &Column::key) == table.columns.end())
-    return;
+  if (places.empty() || table.rows.empty() || !table.find_column("dataset")) return;
   std::vector<RowRecords> behind(table.rows.size());
   for (const NoiseSweep& sweep : sweeps) {
     for (const NoiseLevelRef& level : sweep.levels) {
       const RowRecords* place = find_in(places, level->key());
       if (place == nullptr) continue;
+      const LevelInTable said(table, level->key(), sweep.parameter);
       for (size_t i = 0; i < behind.size(); ++i) {
-        if (is_behind(level->key(), sweep.parameter, table, table.rows[i])) behind[i].add(*place);
+        if (said.is_behind(table.rows[i])) behind[i].add(*place);
       }
     }
   }
-  auto column = std::ranges::find(table.columns, "records", &Column::key);
-  if (column == table.columns.end()) {
-    column = table.columns.insert(column, Column::text("records"));
+  if (!table.find_column("records")) {
+    table.columns.push_back(Column::text("records"));
     for (std::vector<Cell>& row : table.rows) row.emplace_back();
   }
-  column->fold = false;
-  const auto at = static_cast<size_t>(column - table.columns.begin());
+  const size_t at = table.place("records");
+  table.columns[at].fold = false;
   std::vector<std::string> addresses;
   for (size_t i = 0; i < behind.size(); ++i) {
     if (behind[i].n > 0) table.rows[i][at] = behind[i].text();
@@ -103,9 +108,7 @@ void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>&
 
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table) {
   SEXTANT_CHECK(addresses.size() == table.rows.size());
-  const auto column = std::ranges::find(table.columns, key, &Column::key);
-  SEXTANT_CHECK(column != table.columns.end());
-  column->leads_to = key + "_file";
+  table.columns[table.place(key)].leads_to = key + "_file";
   table.columns.push_back(Column::text(key + "_file").only_in_files());
   for (size_t i = 0; i < addresses.size(); ++i) {
     Cell& cell = table.rows[i].emplace_back();

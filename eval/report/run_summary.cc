@@ -167,9 +167,9 @@ std::string summary_text(const Table& summary, bool all) {
   if (all) return to_text(summary);
   Table shown = summary;
   shown.caption.clear();
-  const auto coverage = std::ranges::find(shown.columns, "coverage_percent", &Column::key) - shown.columns.begin();
+  const size_t coverage = shown.place("coverage_percent");
   const auto lacks_coverage = [&](const std::vector<Cell>& row) {
-    return std::holds_alternative<std::monostate>(row[static_cast<size_t>(coverage)]);
+    return std::holds_alternative<std::monostate>(row[coverage]);
   };
   const auto n_left_out = static_cast<size_t>(std::ranges::count_if(shown.rows, lacks_coverage));
   if (n_left_out > 0 && n_left_out < shown.rows.size()) {

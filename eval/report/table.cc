@@ -91,6 +91,18 @@ std::vector<Column> range_columns(const std::string& low_key, const std::string&
 
 void Table::add_columns(std::vector<Column> more) { std::ranges::move(more, std::back_inserter(columns)); }
 
+std::optional<size_t> Table::find_column(std::string_view key) const {
+  const auto column = std::ranges::find(columns, key, &Column::key);
+  if (column == columns.end()) return std::nullopt;
+  return static_cast<size_t>(column - columns.begin());
+}
+
+size_t Table::place(std::string_view key) const {
+  const auto column = find_column(key);
+  SEXTANT_CHECK(column.has_value());
+  return *column;
+}
+
 void Table::add_row(std::vector<Cell> row) {
   SEXTANT_CHECK(row.size() == columns.size());
   for (const Cell& cell : row) {

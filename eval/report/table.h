@@ -83,6 +83,10 @@ struct Table {
   std::vector<std::string> notes{};       ///< below the table, one line each
 
   void add_columns(std::vector<Column> more);
+  /// The place of the column with that key.
+  std::optional<size_t> find_column(std::string_view key) const;
+  /// The same where there must be one; throws InternalError without.
+  size_t place(std::string_view key) const;
   /// Throws InternalError when the row's length is wrong or a number is not finite.
   void add_row(std::vector<Cell> row);
 };

@@ -22,25 +22,25 @@ class Reader {
  public:
   explicit Reader(const Table& table) : table_(table) {}
 
-  size_t place(const std::string& key) const {
-    const auto it = std::ranges::find(table_.columns, key, &Column::key);
-    return static_cast<size_t>(it - table_.columns.begin());
-  }
-  bool has(const std::string& key) const { return place(key) < table_.columns.size(); }
+  bool has(const std::string& key) const { return table_.find_column(key).has_value(); }
   std::string text(const Row& row, const std::string& key) const {
-    if (!has(key)) return "";
-    const auto* text = std::get_if<std::string>(&row[place(key)]);
+    const auto* text = said<std::string>(row, key);
     return text == nullptr ? "" : *text;
   }
   std::optional<double> number(const Row& row, const std::string& key) const {
-    if (!has(key)) return std::nullopt;
-    const auto* number = std::get_if<double>(&row[place(key)]);
+    const auto* number = said<double>(row, key);
     return number == nullptr ? std::nullopt : std::optional(*number);
   }
   /// Who estimated: the column is called so, or "system".
   std::string estimator(const Row& row) const { return text(row, has("estimator") ? "estimator" : "system"); }
 
  private:
+  template <typename T>
+  const T* said(const Row& row, const std::string& key) const {
+    const auto place = table_.find_column(key);
+    return place ? std::get_if<T>(&row[*place]) : nullptr;
+  }
+
   const Table& table_;
 };
 
@@ -60,7 +60,9 @@ std::string without_procedure(const std::string& estimator) {
 /// "S18-F124-134 Obj1 joint E_t [m]".
 std::string label_of(const Reader& reader, const Table& table, const Row& row) {
   std::string label;
-  for (size_t j = 0; j <= reader.place("quantity") && j < table.columns.size(); ++j) {
+  const auto quantity = table.find_column("quantity");
+  const size_t n = quantity ? *quantity + 1 : table.columns.size();
+  for (size_t j = 0; j < n; ++j) {
     const std::string& key = table.columns[j].key;
     if (key == "noise") continue;
     std::string word = reader.text(row, key);

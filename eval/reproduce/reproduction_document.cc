@@ -80,12 +80,10 @@ Table data_table(const Json& data, const Evidence& evidence) {
 /// The verdicts that a table's rows have.
 std::vector<std::string> verdicts_of(const Table& table) {
   std::vector<std::string> verdicts;
-  const auto column = std::find_if(table.columns.begin(), table.columns.end(),
-                                   [](const Column& c) { return c.key == "verdict"; });
-  if (column == table.columns.end()) return verdicts;
-  const auto at = static_cast<size_t>(column - table.columns.begin());
+  const auto verdict = table.find_column("verdict");
+  if (!verdict) return verdicts;
   for (const std::vector<Cell>& row : table.rows) {
-    const auto* text = std::get_if<std::string>(&row[at]);
+    const auto* text = std::get_if<std::string>(&row[*verdict]);
     if (text != nullptr && !text->empty()) verdicts.push_back(*text);
   }
   return verdicts;
@@ -93,16 +91,14 @@ std::vector<std::string> verdicts_of(const Table& table) {
 
 /// Rows of published values that were not measured say which command would.
 void name_commands(const PaperTable& entry, Table& table) {
-  const auto place = [&](const char* key) {
-    return static_cast<size_t>(std::ranges::find(table.columns, key, &Column::key) - table.columns.begin());
-  };
-  const size_t verdict = place("verdict"), published = place("published"), data = place("data");
-  if (entry.fetch.empty() || std::max({verdict, published, data}) >= table.columns.size()) return;
+  const auto verdict = table.find_column("verdict"), published = table.find_column("published"),
+             data = table.find_column("data");
+  if (entry.fetch.empty() || !verdict || !published || !data) return;
   for (std::vector<Cell>& row : table.rows) {
-    if (row[verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[published])) continue;
-    const auto* why = std::get_if<std::string>(&row[data]);
+    if (row[*verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[*published])) continue;
+    const auto* why = std::get_if<std::string>(&row[*data]);
     const bool says_why = why != nullptr && !why->empty() && *why != "none";
-    row[data] = (says_why ? *why + "; measured by: " : "measured by: ") + with_command(entry.fetch);
+    row[*data] = (says_why ? *why + "; measured by: " : "measured by: ") + with_command(entry.fetch);
   }
 }
 

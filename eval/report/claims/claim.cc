@@ -89,7 +89,7 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
                      results.empty() ? "" : link, "Claims"};
     line.cases = claim_table({{claim, results}});
     for (const char* said : {"statement", "place"}) {  // by the line itself
-      std::ranges::find(line.cases.columns, said, &Column::key)->detail = true;
+      line.cases.columns[line.cases.place(said)].detail = true;
     }
     lines.push_back(std::move(line));
   }

@@ -139,8 +139,9 @@ void add_box_row(const std::string& kind, const BodyRecords& body, const std::st
   data.add_row(std::move(cells));
 }
 
-Panel box_panel(const MetricDefinition& error, const RecordSet& set,
-                const std::vector<std::string>& estimators, Figure& figure) {
+/// Nothing where no body has such an error: gnuplot draws no empty panel.
+std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& set,
+                               const std::vector<std::string>& estimators, Figure& figure) {
   Panel panel{"", category_axis(set.bodies), {}};
   const Slots slots{estimators.size()};
   for (size_t i = 0; i < estimators.size(); ++i) {
@@ -150,12 +151,11 @@ Panel box_panel(const MetricDefinition& error, const RecordSet& set,
     std::ranges::move(box_plots(x, 0.75 * slots.width(), estimator_colour(estimators[i])),
                       std::back_inserter(panel.plots));
   }
-  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\n", error.heading());
-  if (const auto range = value_range(figure.data, error.name)) {
-    panel.settings +=
-        fmt::format("set yrange [{}:{}]\nset logscale y\nset ytics ({})\n", gp_number(range->first),
-                    gp_number(range->second), logarithmic_tics(*range));
-  }
+  const auto range = value_range(figure.data, error.name);
+  if (!range) return std::nullopt;
+  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n",
+                                error.heading(), gp_number(range->first), gp_number(range->second),
+                                logarithmic_tics(*range));
   return panel;
 }
 
@@ -198,8 +198,7 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
     figure.data.add_columns(box_columns());
     std::vector<Panel> panels;
     for (const MetricDefinition* error : metrics_for(compared)) {
-      Panel panel = box_panel(*error, set, estimators, figure);
-      if (value_range(figure.data, error->name)) panels.push_back(std::move(panel));  // gnuplot draws no empty one
+      if (auto panel = box_panel(*error, set, estimators, figure)) panels.push_back(std::move(*panel));
     }
     if (figure.data.rows.empty()) continue;
     std::vector<LegendEntry> legend;

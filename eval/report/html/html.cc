@@ -81,9 +81,7 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
 /// Where a cell of the i-th row leads; null: nowhere.
 const std::string* address_in(const Table& whole, size_t i, const Column& column) {
   if (column.leads_to.empty()) return nullptr;
-  const auto it = std::ranges::find(whole.columns, column.leads_to, &Column::key);
-  SEXTANT_CHECK(it != whole.columns.end());
-  return std::get_if<std::string>(&whole.rows[i][static_cast<size_t>(it - whole.columns.begin())]);
+  return std::get_if<std::string>(&whole.rows[i][whole.place(column.leads_to)]);
 }
 
 /// Rows that agree in what the line above them says.
