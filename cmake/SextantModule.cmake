@@ -65,6 +65,21 @@ function(sextant_module NAME)
   endif()
 endfunction()
 
+# The target `tests`: all that ctest runs, which is all of these folders; without benchmarks.
+function(sextant_add_tests_target)
+  add_custom_target(tests)
+  set(folders ${ARGN})
+  while(folders)
+    list(POP_FRONT folders folder)
+    get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
+    get_property(below DIRECTORY ${folder} PROPERTY SUBDIRECTORIES)
+    list(APPEND folders ${below})
+    if(targets)
+      add_dependencies(tests ${targets})
+    endif()
+  endwhile()
+endfunction()
+
 # The folder as seen by #include: a tree of links in the build folder, one link a header, so that
 # folders may lie inside one another (datasets/ and datasets/codec/).
 function(sextant_link_headers folder)

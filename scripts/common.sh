@@ -21,13 +21,14 @@ build_jobs() {
   echo "${SEXTANT_JOBS:-$((cores < by_memory ? cores : by_memory))}"
 }
 
-# build_preset PRESET [TARGET...]: configures quietly and builds with a progress line.
+# build_preset PRESET [TARGET...]: configures quietly, with ${configure_options[@]}, and builds with a progress line.
+configure_options=()
 build_preset() {
   local preset=$1 log=$root/build/$1-configure.log
   shift
   mkdir -p "$root/build"
   say "configure build/$preset"
-  if ! (cd "$root" && cmake --preset "$preset") >"$log" 2>&1; then
+  if ! (cd "$root" && cmake --preset "$preset" "${configure_options[@]}") >"$log" 2>&1; then
     tail -n 40 "$log" >&2
     die "configuring failed; the whole output is in $log"
   fi

@@ -41,6 +41,38 @@ class LevelInTable {
   std::vector<std::pair<size_t, Cell>> said_;
 };
 
+struct PlaceOfRows {
+  LevelInTable level;
+  const RowRecords* place;
+};
+
+void add_place(const Record& record, size_t line, const fs::path& file, RecordPlaces& places) {
+  if (!has_truth(record)) return;
+  RowRecords& row = places[NoiseLevelKey::of(record)];
+  row.file = file;
+  row.add(record, line);
+}
+
+void add_links(const std::vector<PlaceOfRows>& all, const fs::path& page_folder, Table& table) {
+  if (all.empty() || table.rows.empty() || !table.find_column("dataset")) return;
+  if (!table.find_column("records")) {
+    table.columns.push_back(Column::text("records"));
+    for (std::vector<Cell>& row : table.rows) row.emplace_back();
+  }
+  const size_t at = table.place("records");
+  table.columns[at].fold = false;
+  std::vector<std::string> addresses;
+  for (std::vector<Cell>& row : table.rows) {
+    RowRecords behind;
+    for (const auto& [level, place] : all) {
+      if (level.is_behind(row)) behind.add(*place);
+    }
+    if (behind.n > 0) row[at] = behind.text();
+    addresses.push_back(behind.n == 0 ? "" : address_from(page_folder, behind.file));
+  }
+  add_addresses("records", addresses, table);
+}
+
 }  // namespace
 
 void RowRecords::add(const RowRecords& more) {
@@ -55,55 +87,50 @@ std::string RowRecords::text() const {
   return fmt::format("{}; largest E_t: seed {}, frame {}, line {}", n, worst_seed, worst_frame, worst_line);
 }
 
+void RowRecords::add(const Record& record, size_t line) {
+  ++n;
+  const auto Et_m = find_number(record.errors, "Et_m");
+  if (record.status != Status::ok || !Et_m || (worst_line != 0 && *Et_m <= worst_Et_m)) return;
+  worst_line = line;
+  worst_seed = record.seed;
+  worst_frame = record.frame;
+  worst_Et_m = *Et_m;
+}
+
 RecordPlaces record_places(const std::vector<fs::path>& folders) {
   RecordPlaces places;
   for (const fs::path& folder : folders) {
     const fs::path file = folder / "records.jsonl";
     if (!fs::exists(file)) continue;
     size_t line = 0;
-    for_each_record(file, [&](Record& record) {
-      ++line;
-      if (!has_truth(record)) return;
-      RowRecords& row = places[NoiseLevelKey::of(record)];
-      row.file = file;
-      ++row.n;
-      const auto Et_m = find_number(record.errors, "Et_m");
-      if (record.status != Status::ok || !Et_m || (row.worst_line != 0 && *Et_m <= row.worst_Et_m)) return;
-      row.worst_line = line;
-      row.worst_seed = record.seed;
-      row.worst_frame = record.frame;
-      row.worst_Et_m = *Et_m;
-    });
+    for_each_record(file, [&](Record& record) { add_place(record, ++line, file, places); });
   }
+  return places;
+}
+
+RecordPlaces record_places(const std::vector<Record>& records, const fs::path& file) {
+  RecordPlaces places;
+  size_t line = 0;
+  for (const Record& record : records) add_place(record, ++line, file, places);
   return places;
 }
 
 void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
                       const fs::path& page_folder, Table& table) {
-  if (places.empty() || table.rows.empty() || !table.find_column("dataset")) return;
-  std::vector<RowRecords> behind(table.rows.size());
+  std::vector<PlaceOfRows> all;
   for (const NoiseSweep& sweep : sweeps) {
     for (const NoiseLevelRef& level : sweep.levels) {
-      const RowRecords* place = find_in(places, level->key());
-      if (place == nullptr) continue;
-      const LevelInTable said(table, level->key(), sweep.parameter);
-      for (size_t i = 0; i < behind.size(); ++i) {
-        if (said.is_behind(table.rows[i])) behind[i].add(*place);
-      }
+      if (const RowRecords* place = find_in(places, level->key()))
+        all.push_back({LevelInTable(table, level->key(), sweep.parameter), place});
     }
   }
-  if (!table.find_column("records")) {
-    table.columns.push_back(Column::text("records"));
-    for (std::vector<Cell>& row : table.rows) row.emplace_back();
-  }
-  const size_t at = table.place("records");
-  table.columns[at].fold = false;
-  std::vector<std::string> addresses;
-  for (size_t i = 0; i < behind.size(); ++i) {
-    if (behind[i].n > 0) table.rows[i][at] = behind[i].text();
-    addresses.push_back(behind[i].n == 0 ? "" : address_from(page_folder, behind[i].file));
-  }
-  add_addresses("records", addresses, table);
+  add_links(all, page_folder, table);
+}
+
+void add_record_links(const RecordPlaces& places, const fs::path& page_folder, Table& table) {
+  std::vector<PlaceOfRows> all;
+  for (const auto& [key, place] : places) all.push_back({LevelInTable(table, key, ""), &place});
+  add_links(all, page_folder, table);
 }
 
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table) {

@@ -21,6 +21,8 @@ struct RowRecords {
   int worst_frame = 0;
   double worst_Et_m = 0;
 
+  /// One more, which stands in that line.
+  void add(const Record& record, size_t line);
   /// Those of another row too; the file is that of the worst.
   void add(const RowRecords& more);
   /// "80; largest E_t: seed 3, frame 130, line 512".
@@ -31,11 +33,16 @@ using RecordPlaces = std::map<NoiseLevelKey, RowRecords>;
 /// Of the records with truth in FOLDER/records.jsonl, folder by folder; those that kept summaries have none.
 RecordPlaces record_places(const std::vector<std::filesystem::path>& folders);
 
+/// The same of records that will be the lines of `file`.
+RecordPlaces record_places(const std::vector<Record>& records, const std::filesystem::path& file);
+
 /// A column "records" that leads from a page in `page_folder` to the records behind each row: those of the sweeps that agree
 /// with it in what it has of parameter, dataset, sequence, body, estimator (or first and second), level and noise. A table
 /// without datasets, or without places, stays as it is.
 void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
                       const std::filesystem::path& page_folder, Table& table);
+/// The same for all of the places: of records that no sweep varies.
+void add_record_links(const RecordPlaces& places, const std::filesystem::path& page_folder, Table& table);
 
 /// Each row's cell in the column of that key leads to its address, in the order of the rows.
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table);

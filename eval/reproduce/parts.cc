@@ -5,6 +5,7 @@
 #include "sextant/base/embedded_file.h"
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/reproduce/recorded.h"
 
 namespace sextant {
@@ -12,12 +13,6 @@ namespace sextant {
 std::span<const EmbeddedFile> plan_files();
 
 namespace {
-
-constexpr const char* demo_files = "scripts/fetch_demo --out ROOT/kitti_03_demo";
-constexpr const char* vkitti1_text = "scripts/fetch_vkitti1 --text-only";
-constexpr const char* vkitti1_all = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
-constexpr const char* vkitti2_all = "scripts/fetch_vkitti2 --all";
-constexpr const char* kitti_images = "scripts/fetch_kitti_tracking --left --right";
 
 std::string plan_text(const std::string& name) {
   for (const EmbeddedFile& file : plan_files()) {
@@ -41,7 +36,7 @@ Part sweep_part(const char* name, PartRole role, const char* plan, const char* n
 
 /// A part on the text of Virtual KITTI, wherever below the root that lies.
 Part replay_part(const char* name, PartRole role, const char* plan, const std::string& data_root) {
-  Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", vkitti1_text);
+  Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", fetch_vkitti1_text);
   const std::filesystem::path root(data_root);
   if (data_root.empty() || std::filesystem::is_directory(root / part.needs)) return part;
   part.plan = replaced(part.plan, part.needs, "vkitti_1.3.1");
@@ -56,7 +51,7 @@ Part showcase_part(const char* name, const char* needs = "", const char* fetch =
 }
 
 Part kitti_part(const std::string& sequence) {
-  Part part = sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", kitti_images);
+  Part part = sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", fetch_kitti);
   part.name += "_" + sequence;
   part.title = replaced(part.title, "SEQUENCE", sequence);
   part.plan = replaced(part.plan, "SEQUENCE", sequence);
@@ -86,11 +81,10 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
        plan_text("timing")},
       showcase_part("showcase"),
-      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", demo_files),
-      showcase_part("showcase_demo", "kitti_03_demo", demo_files),
+      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", fetch_demo),
+      showcase_part("showcase_demo", "kitti_03_demo", fetch_demo),
       {"recorded", PartRole::recorded, PartKind::recorded, "recorded trajectories on KITTI tracking",
-       "kitti_tracking_peers", "run the systems yourself; docs/reproduction.md says where their files go",
-       ""},
+       "kitti_tracking_peers", fetch_peers, ""},
       replay_part("sets_replay", PartRole::sets, "sets_replay", data_root),
       replay_part("sets_release_replay", PartRole::sets_paper, "sets_release_replay", data_root),
       replay_part("sets_table_replay", PartRole::sets_paper, "sets_table_replay", data_root),
@@ -102,19 +96,19 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       replay_part("depth_replay", PartRole::noise, "depth_vkitti18", data_root),
       replay_part("flow_replay", PartRole::noise, "flow_vkitti18", data_root),
       replay_part("classification_replay", PartRole::classification, "classification_replay", data_root),
-      sweep_part("sets_vkitti1", PartRole::sets, "sets_vkitti1", "vkitti_1.3.1", vkitti1_all),
+      sweep_part("sets_vkitti1", PartRole::sets, "sets_vkitti1", "vkitti_1.3.1", fetch_vkitti1),
       sweep_part("classification_vkitti1", PartRole::classification, "classification_vkitti1", "vkitti_1.3.1",
-                 vkitti1_all),
-      sweep_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", vkitti2_all),
+                 fetch_vkitti1),
+      sweep_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", fetch_vkitti2),
       sweep_part("classification_vkitti2", PartRole::classification, "classification_vkitti2", "vkitti_2.0.3",
-                 vkitti2_all),
+                 fetch_vkitti2),
   };
   parts.push_back(stored_part("systems_sets", PartRole::sets, "published systems on the three sets", "sets"));
   parts.push_back(stored_part("systems_depth", PartRole::systems_noise,
                               "published systems under depth noise, scenario s18", "depth"));
   parts.push_back(stored_part("systems_demo", PartRole::real,
                               "published systems on the authors' sample of KITTI tracking 0003", "demo",
-                              "kitti_03_demo", demo_files));
+                              "kitti_03_demo", fetch_demo));
   parts.push_back(
       stored_part("systems_run", PartRole::systems, "published systems and ours in one run", "sets"));
   for (const std::string& sequence : recorded_sequences()) parts.push_back(kitti_part(sequence));

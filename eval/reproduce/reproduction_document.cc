@@ -5,6 +5,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
@@ -42,11 +43,6 @@ Evidence read_evidence(const ReproduceConfig& config) {
   return evidence;
 }
 
-/// What fetches the data, and what then measures; where no script of ours fetches them, what to do instead.
-std::string with_command(const std::string& fetch) {
-  return fetch.starts_with("scripts/") ? fetch + " && sextant reproduce --data ROOT --out DIR" : fetch;
-}
-
 /// Which parts there are, on what data, and how to get the others.
 Table data_table(const Json& data, const Evidence& evidence) {
   Table table{
@@ -70,7 +66,7 @@ Table data_table(const Json& data, const Evidence& evidence) {
     const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
     table.add_row({name, text("title"), state,
                    measured ? Cell(static_cast<double>(part->records.size())) : Cell(), missing,
-                   missing.empty() ? std::string() : with_command(text("fetch"))});
+                   missing.empty() ? std::string() : measuring_line(text("fetch"))});
     records.push_back(measured ? records_of_part(name) : "");
   }
   add_addresses("records", records, table);
@@ -98,7 +94,7 @@ void name_commands(const PaperTable& entry, Table& table) {
     if (row[*verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[*published])) continue;
     const auto* why = std::get_if<std::string>(&row[*data]);
     const bool says_why = why != nullptr && !why->empty() && *why != "none";
-    row[*data] = (says_why ? *why + "; measured by: " : "measured by: ") + with_command(entry.fetch);
+    row[*data] = (says_why ? *why + "; measured by: " : "measured by: ") + measuring_line(entry.fetch);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <tuple>
 
 #include "sextant/base/files.h"
 #include "sextant/eval/pictures/overlay.h"
@@ -10,12 +11,14 @@
 #include "sextant/eval/report/figures/speed_figures.h"
 #include "sextant/eval/report/figures/timeline_figures.h"
 #include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
 namespace {
 
 constexpr int picture_px = 560;
+constexpr const char* records_beside = "records.jsonl";  // in the folder of the page
 
 /// Watches the first seed of sources that were not estimated in this run.
 void catch_up(const RunReportRequest& request, WorstFrames& worst) {
@@ -107,6 +110,16 @@ std::string worst_caption(const std::string& title, const WorstFrame& worst) {
   return text + fmt::format("; {} points, {} agree.", r.n_points, r.n_inliers);
 }
 
+/// In which line of records.jsonl, from 1.
+size_t line_of(const Record& wanted, const std::vector<Record>& records) {
+  const auto key = [](const Record& r) {
+    return std::tie(r.dataset, r.sequence, r.estimator, r.body, r.frame, r.seed);
+  };
+  const auto at = std::ranges::find_if(records, [&](const Record& r) { return key(r) == key(wanted); });
+  SEXTANT_CHECK(at != records.end());
+  return static_cast<size_t>(at - records.begin()) + 1;
+}
+
 /// One row of pictures a body; a table says the same in numbers.
 ReportSection worst_section(const RunReportRequest& request, size_t index, const WorstFrames& worst) {
   const SourceRun& source = request.result.sources[index];
@@ -118,7 +131,7 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
   Table table{"",
               "",
               {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
-               Column::count("points"), Column::count("inliers", "agree")}};
+               Column::count("points"), Column::count("inliers", "agree"), Column::count("line", "line of records")}};
   Channels channels;
   channels.rgb = source.info.channels.rgb;
   channels.mask = source.info.channels.mask;
@@ -126,7 +139,7 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
     for (const WorstFrame& frame : frames) {
       const Record& r = frame.record;
       if (r.frame <= source.info.first_frame || r.frame > source.info.last_frame) continue;
-      table.add_row({r.body.str(), r.frame, frame.Et_m, r.n_points, r.n_inliers});
+      table.add_row({r.body.str(), r.frame, frame.Et_m, r.n_points, r.n_inliers, line_of(r, request.result.records)});
       if (!channels.rgb) continue;
       const std::string title = body_title(r.body);
       section.pictures.push_back(
@@ -137,6 +150,7 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
            true});
     }
   }
+  add_addresses("line", std::vector<std::string>(table.rows.size(), records_beside), table);
   section.paragraphs = {
       channels.rgb
           ? "The three frames of each body with the largest E_t, of the first seed. Discs agree with the "
@@ -207,8 +221,9 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
                                                           : fmt::format("{} sources", result.sources.size()));
   document.abstract = answer(request);
   ReportSection summary{"summary-section", "Summary"};
-  summary.tables = {
-      {"summary_table", summary_table(result.records, request.preset), {"dataset", "sequence", "estimator"}}};
+  Table table = summary_table(result.records, request.preset);
+  add_record_links(record_places(result.records, records_beside), ".", table);
+  summary.tables = {{"summary_table", std::move(table), {"dataset", "sequence", "estimator"}}};
   document.sections.push_back(std::move(summary));
   document.sections.push_back(view_section(request));
   ReportSection over_time{"timeline-section", "Errors over time"};

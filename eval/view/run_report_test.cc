@@ -84,6 +84,13 @@ TEST(RunReport, HasEveryPartAndAPictureOfEveryWorstFrame) {
       EXPECT_THAT(html, HasSubstr(fmt::format("href=\"view/index.html#frame={}&amp;body={}\"", frame.record.frame,
                                               frame.record.body.str())));
   }
+  // Every row of the summary leads to its records, the largest error told; every worst frame to its line.
+  const WorstFrame& worst = run.worst.of(run.result.sources.front().info).at(0).front();
+  const auto line = std::ranges::find_if(run.result.records, [&](const Record& r) {
+    return r.is_ego() && r.seed == 0 && r.frame == worst.record.frame;
+  });
+  EXPECT_THAT(html, HasSubstr(fmt::format("<a href=\"records.jsonl\">{}</a>", line - run.result.records.begin() + 1)));
+  EXPECT_THAT(html, HasSubstr("<a href=\"records.jsonl\">20; largest E_t: seed "));
   EXPECT_EQ(count(html, "src=\"data:image/jpeg;base64,/9j/"), n_frames);
   EXPECT_EQ(count(html, " src=\""), count(html, " src=\"data:"));
 }

@@ -1,5 +1,6 @@
 #include "sextant/eval/report/claims/claim.h"
 
+#include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -82,9 +83,9 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
   for (const auto& [claim, results] : checked) {
     std::vector<std::string> verdicts;
     for (const ClaimResult& result : results) verdicts.push_back(std::string(to_string(result.verdict)));
-    const std::string counts = results.empty()
-                                   ? "no records of it; measured by: sextant reproduce --data ROOT --out DIR"
-                                   : fmt::format("{} ({} results)", count_words(verdicts), results.size());
+    const std::string line_to_measure = claim->fetch.empty() ? "sextant reproduce --out DIR" : measuring_line(claim->fetch);
+    const std::string counts = results.empty() ? "no records of it; to measure it: " + line_to_measure
+                                               : fmt::format("{} ({} results)", count_words(verdicts), results.size());
     VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
                      results.empty() ? "" : link, "Claims"};
     line.cases = claim_table({{claim, results}});

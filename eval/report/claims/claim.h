@@ -45,6 +45,7 @@ struct Claim {
   std::string statement;  ///< of the paper, shortened
   std::string place;      ///< where the paper says so
   std::function<std::vector<ClaimResult>(const Evidence&)> check;
+  std::string fetch{};  ///< gets the data it needs; empty: the scenarios are enough
 };
 
 std::span<const Claim> claims();

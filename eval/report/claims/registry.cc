@@ -3,6 +3,7 @@
 #include "sextant/eval/report/claims/noise_claims.h"
 #include "sextant/eval/report/claims/real_claims.h"
 #include "sextant/eval/report/claims/sets_claims.h"
+#include "sextant/eval/report/fetch_lines.h"
 
 namespace sextant {
 namespace {
@@ -47,14 +48,14 @@ std::span<const Claim> claims() {
       {"independent_noise_is_kind", "independent noise understates the error of camera and objects",
        "ours, docs/noise.md", check_independent_noise_is_kind},
       {"classification", "dynamic and static objects are told apart with the errors of tab. I",
-       "sec. IV-C, tab. I", check_classification},
-      {"velocity", "velocity errors are 2-5 km/h", "sec. V-B, tab. V", check_velocity},
+       "sec. IV-C, tab. I", check_classification, fetch_vkitti1_text},
+      {"velocity", "velocity errors are 2-5 km/h", "sec. V-B, tab. V", check_velocity, fetch_kitti},
       {"ahead_of_orb_slam", "the camera motion is better than that of ORB-SLAM2 (here: ORB-SLAM3)",
-       "sec. V-B, tab. IV", check_ahead_of_orb_slam},
+       "sec. V-B, tab. IV", check_ahead_of_orb_slam, fetch_peers},
       {"within_floor", "the difference to ORB-SLAM lies within the ground truth's own floor", "ours, tab. IV",
-       check_within_floor},
+       check_within_floor, fetch_peers},
       {"rotation_floor", "the published E_R lies at the ground truth's own floor", "ours, tab. IV",
-       check_rotation_floor},
+       check_rotation_floor, fetch_peers},
       {"frame_rate", "about 6 frames per second", "sec. V-B", check_frame_rate},
   };
   return table;

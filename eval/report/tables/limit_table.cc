@@ -1,8 +1,10 @@
 // Table VI (ours): accuracy against the bound.
 
 #include "sextant/eval/report/limit_summary.h"
+#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -42,6 +44,7 @@ Table limit_table(const Evidence& evidence) {
   table.columns.push_back(Column::number("anees", "ANEES", 2));
   table.add_columns(range_columns("anees_low", "anees_high", 2));
   table.columns.push_back(Column::count("pairs"));
+  std::vector<std::string> behind;
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
     for (const SetData& data : set_data()) {
       for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter))) {
@@ -57,10 +60,12 @@ Table limit_table(const Evidence& evidence) {
           add_estimate(c ? std::optional(IntervalEstimate{c->anees, c->expected}) : std::nullopt, cells);
           cells.emplace_back(estimated.size());
           table.add_row(std::move(cells));
+          behind.push_back(records_of_part(part->name));
         }
       }
     }
   }
+  add_addresses("pairs", behind, table);
   if (table.rows.empty()) table.notes.push_back("Not measured here: no part with the paper's sets.");
   return table;
 }

@@ -1,4 +1,5 @@
 #include "sextant/base/embedded_file.h"
+#include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
@@ -12,35 +13,33 @@ Json system_descriptions() {
 }
 
 std::span<const PaperTable> paper_tables() {
-  static const std::string vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
-  static const std::string kitti = "scripts/fetch_kitti_tracking --left --right";
   static const std::vector<PaperTable> tables = {
       {"table_1_classification",
        "I",
        "Virtual KITTI 1.3.1, worlds 0001, 0002, 0006, 0018 and 0020, with flow of PWC-Net and masks of Mask "
        "R-CNN",
-       vkitti1,
+       fetch_vkitti1,
        classification_table,
        {"data"}},
       {"table_2_flow_error",
        "II",
        "Virtual KITTI 1.3.1, frames 124-134 of 0018, with flow of PWC-Net",
-       vkitti1,
+       fetch_vkitti1,
        flow_error_table,
        {"data"}},
       {"table_3_sets",
        "III",
        "Virtual KITTI 1.3.1, frames 225-235 and 410-418 of 0001 and 124-134 of 0018, with flow of PWC-Net and "
        "masks of Mask R-CNN",
-       vkitti1,
+       fetch_vkitti1,
        sets_table,
        {"set", "data"}},
       {"table_4_ego_motion", "IV", "KITTI tracking, stereo images of the 12 sequences with a moving camera",
-       kitti, ego_motion_table},
+       fetch_kitti, ego_motion_table},
       {"table_5_velocity",
        "V",
        "KITTI tracking, stereo images of 9 sequences with moving objects",
-       kitti,
+       fetch_kitti,
        velocity_table,
        {"data"}},
       {"table_6_limit", "VI", "", "", limit_table},
