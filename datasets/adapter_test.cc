@@ -131,7 +131,9 @@ class Adapters : public testing::TestWithParam<Adapter> {
         int frame = info.first_frame + 1;
         std::set<std::string> files = files_of(*open(options), frame, channel);
         if (files.empty()) files = files_of(*open(options), frame = info.first_frame, channel);
-        if (miniature().in_files) EXPECT_FALSE(files.empty()) << channel.name;
+        if (miniature().in_files) {
+          EXPECT_FALSE(files.empty()) << channel.name;
+        }
         for (const std::string& file : files) {
           SCOPED_TRACE(fmt::format("{} of frame {}: {}", channel.name, frame, file));
           const std::string good = read_file(file);
@@ -256,8 +258,9 @@ TEST_P(Adapters, TruthIsThatOfTheFolder) {
   };
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
     ASSERT_TRUE(truth.camera.has(frame));
-    if (frame < info.last_frame)
+    if (frame < info.last_frame) {
       EXPECT_LT((step(truth, frame).inverse() * step(written, frame)).log().norm(), 1e-6);
+    }
     for (const ObjectTruth& object : written.objects.at(frame)) {
       const ObjectTruth* found = truth.find(frame, object.id);
       ASSERT_NE(found, nullptr) << object.id;
