@@ -267,7 +267,8 @@ class Clock:
     def smooth(self, rates, shift):
         times, h, values = rates
         u = (times[None] - (self.times + shift)[:, None]) / self.width
-        weights = np.where(np.abs(u) <= 5, np.exp(-u * u / 2) * h[None], 0)
+        weights, near = np.zeros_like(u), np.abs(u) <= 5
+        weights[near] = np.exp(-u[near] ** 2 / 2) * np.broadcast_to(h, u.shape)[near]
         return weights @ values / weights.sum(1)[:, None]
 
     def score(self, d, use=None):

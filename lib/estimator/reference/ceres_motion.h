@@ -23,8 +23,24 @@ inline SE3 from_block(const double* x) {
   return {Eigen::Quaterniond(x[3], x[0], x[1], x[2]), Eigen::Vector3d(x[4], x[5], x[6])};
 }
 
+#if CERES_VERSION_MAJOR > 2 || CERES_VERSION_MINOR > 0
+using CeresManifold = ceres::Manifold;
+#else  // Ubuntu 22.04
+class CeresManifold : public ceres::LocalParameterization {
+ public:
+  virtual int AmbientSize() const = 0;
+  virtual int TangentSize() const = 0;
+  virtual bool PlusJacobian(const double* x, double* jacobian) const = 0;
+  virtual bool Minus(const double* y, const double* x, double* y_minus_x) const = 0;
+  virtual bool MinusJacobian(const double* x, double* jacobian) const = 0;
+  int GlobalSize() const override { return AmbientSize(); }
+  int LocalSize() const override { return TangentSize(); }
+  bool ComputeJacobian(const double* x, double* jacobian) const override { return PlusJacobian(x, jacobian); }
+};
+#endif
+
 /// SE(3) with left perturbation, as everywhere in this project: plus(T, xi) = exp(xi) T.
-class SE3Manifold : public ceres::Manifold {
+class SE3Manifold : public CeresManifold {
  public:
   int AmbientSize() const override { return 7; }
   int TangentSize() const override { return 6; }
