@@ -13,8 +13,11 @@ endif()
 find_package(OpenCV 4 REQUIRED COMPONENTS ${SEXTANT_OPENCV_COMPONENTS} ${references})
 find_package(JPEG REQUIRED)
 find_package(Ceres REQUIRED)
-# Embree 3 or 4: Debian 12 and Ubuntu 22.04 have 3, Ubuntu 24.04 and Debian 13 have 4.
-find_package(embree REQUIRED)
+# Embree 3 or 4: Debian 12 and Ubuntu 22.04 have 3, Ubuntu 24.04 and Debian 13 have 4. Some versions answer only who names them.
+find_package(embree QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3 REQUIRED)
+endif()
 if(NOT embree_VERSION VERSION_GREATER_EQUAL 3 OR NOT embree_VERSION VERSION_LESS 5)
   message(FATAL_ERROR "Embree ${embree_VERSION} in ${embree_DIR}: expected version 3 or 4 (Debian package libembree-dev)")
 endif()

@@ -36,7 +36,9 @@ make_bare_root() {
     tar -C "$root_dir" -xf "$archive"
   fi
   cp -L /etc/resolv.conf "$root_dir/etc/resolv.conf"
+  chmod 755 "$root_dir"  # users that are not root come in too
   mount -t proc proc "$root_dir/proc"
+  mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root_dir/dev/pts" && ln -sf pts/ptmx "$root_dir/dev/ptmx"
   mount --bind "$roots/archives" "$root_dir/var/cache/apt/archives"  # packages are fetched once
   in_root "$root_dir" apt-get -qq update
 }
@@ -60,10 +62,10 @@ install_in_root() {  # DIR PACKAGE...
 remove_root() {
   local root_dir=$1
   local place
-  for place in var/cache/apt/archives proc; do  # lazily where a process that was stopped still ends
+  for place in var/cache/apt/archives dev/pts proc; do  # lazily where a process that was stopped still ends
     umount "$root_dir/$place" 2>/dev/null || umount -l "$root_dir/$place" 2>/dev/null || true
   done
-  if mountpoint -q "$root_dir/proc" || mountpoint -q "$root_dir/var/cache/apt/archives"; then
+  if mountpoint -q "$root_dir/proc" || mountpoint -q "$root_dir/dev/pts" || mountpoint -q "$root_dir/var/cache/apt/archives"; then
     die "$root_dir: still in use, not removed"
   fi
   rm -rf "$root_dir"

@@ -62,7 +62,7 @@ Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
 
 bool same_inputs(const Json& inputs) {
   for (const auto& [path, input] : inputs.items()) {
-    if (!fs::exists(path) || Json(sha256(read_file(path))) != input.at("sha256")) return false;
+    if (!fs::exists(path) || input.at("sha256") != sha256(read_file(path))) return false;
   }
   return true;
 }

@@ -122,7 +122,7 @@ Table classification_table(const Evidence& evidence) {
   for (size_t i = 0; i < sequences.size(); ++i) {
     bool measured = false;
     for (const SequenceRuns& run : runs) {
-      if (run.sequence != sequences[i]) continue;
+      if (sequences[i] != run.sequence) continue;
       measured = true;
       add_rows(run.sequence, published, i, &run, table);
     }

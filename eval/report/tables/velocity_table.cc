@@ -46,7 +46,7 @@ GroupRecords group_records(const EvidencePart& part, const std::string& estimato
   GroupRecords group;
   const std::set<int> ids = ids_of(column.at("sequence"), column.at("objects"));
   for (const Record& record : part.records) {
-    if (record.estimator != estimator || paper_sequence(record) != column.at("sequence")) continue;
+    if (record.estimator != estimator || column.at("sequence") != paper_sequence(record)) continue;
     if (group.data.empty()) {
       group.first_frame = record.frame - 1;
       group.data = data_title(record.dataset, record.sequence);
@@ -112,7 +112,7 @@ Table velocity_table(const Evidence& evidence) {
     for (const EvidencePart* part : evidence.with(PartRole::real)) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
-        if (paper_sequence(record) == column.at("sequence")) estimators.insert(record.estimator);
+        if (column.at("sequence") == paper_sequence(record)) estimators.insert(record.estimator);
       }
       for (const std::string& estimator : estimators) {
         const GroupRecords group = group_records(*part, estimator, column);

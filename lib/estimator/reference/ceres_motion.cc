@@ -7,7 +7,7 @@ namespace {
 ceres::Problem::Options borrow() {
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.*manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   return options;
 }
 

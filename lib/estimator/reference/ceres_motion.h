@@ -25,6 +25,7 @@ inline SE3 from_block(const double* x) {
 
 #if CERES_VERSION_MAJOR > 2 || CERES_VERSION_MINOR > 0
 using CeresManifold = ceres::Manifold;
+constexpr auto manifold_ownership = &ceres::Problem::Options::manifold_ownership;
 #else  // Ubuntu 22.04
 class CeresManifold : public ceres::LocalParameterization {
  public:
@@ -37,6 +38,7 @@ class CeresManifold : public ceres::LocalParameterization {
   int LocalSize() const override { return TangentSize(); }
   bool ComputeJacobian(const double* x, double* jacobian) const override { return PlusJacobian(x, jacobian); }
 };
+constexpr auto manifold_ownership = &ceres::Problem::Options::local_parameterization_ownership;
 #endif
 
 /// SE(3) with left perturbation, as everywhere in this project: plus(T, xi) = exp(xi) T.
