@@ -5,10 +5,17 @@
 #   in_root DIR COMMAND  runs a command in it, with no variables of this shell but PATH, LANG and a HOME of its own
 #   remove_root DIR
 #
-# SEXTANT_ROOTS: folder of the cache, default ~/.cache/sextant/roots. SEXTANT_SUITE: default bookworm.
+# SEXTANT_ROOTS: folder of the cache, default ~/.cache/sextant/roots. SEXTANT_SUITE: default bookworm; jammy and noble are Ubuntu's.
 roots=${SEXTANT_ROOTS:-${XDG_CACHE_HOME:-$HOME/.cache}/sextant/roots}
 suite=${SEXTANT_SUITE:-bookworm}
-mirror=${SEXTANT_DEBIAN_MIRROR:-http://deb.debian.org/debian}
+mirror=${SEXTANT_MIRROR:-http://deb.debian.org/debian}
+how=()
+case $suite in
+  jammy | noble)
+    mirror=${SEXTANT_MIRROR:-http://archive.ubuntu.com/ubuntu}
+    how=(/usr/share/debootstrap/scripts/gutsy)  # that of all its releases
+    ;;
+esac
 
 need_bare_root() {
   local missing=() tool
@@ -28,7 +35,9 @@ make_bare_root() {
   mkdir -p "$roots/archives/partial" "$roots/lists/partial" "$root_dir"
   if [[ ! -e $archive ]]; then
     say "debootstrap $suite (once; kept in $archive)"
-    debootstrap --variant=minbase --cache-dir="$roots/archives" "$suite" "$root_dir" "$mirror" >"$roots/debootstrap.log" ||
+    local components=main
+    ((${#how[@]} == 0)) || components=main,universe
+    debootstrap --variant=minbase --components="$components" --cache-dir="$roots/archives" "$suite" "$root_dir" "$mirror" "${how[@]}" >"$roots/debootstrap.log" ||
       { tail -5 "$roots/debootstrap.log" >&2; die "debootstrap failed; the whole output is in $roots/debootstrap.log"; }
     rm -rf "$root_dir"/var/cache/apt/archives/*.deb
     tar -C "$root_dir" -cf "$archive.part" . && mv "$archive.part" "$archive"
