@@ -42,10 +42,20 @@ struct ErrorScore {
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
 
-/// sum_k variance_k M_k over the correlated parts.
-ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
-                              const std::vector<SpatialCorrelation::Part>& parts);
-/// M of independent errors of variance 1.
-ScoreMatrix independent_scores(const std::vector<ErrorScore>& points);
+/// M by channel, of errors of variance 1: upper triangle, row by row.
+struct ChannelScores {
+  static constexpr int size = ErrorScore::n_unknowns * (ErrorScore::n_unknowns + 1) / 2;
+  double values[size * n_lanes] = {};
+
+  void add(double share, const ChannelScores& other);
+  /// M of errors with these variances.
+  ScoreMatrix times(const Lanes& variances) const;
+};
+
+/// Of errors that are correlated as the parts say.
+ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
+                                const std::vector<SpatialCorrelation::Part>& parts);
+/// Of independent errors.
+ChannelScores independent_scores(const std::vector<ErrorScore>& points);
 
 }  // namespace sextant
