@@ -213,18 +213,23 @@ void ErrorParts::raise_to(double variance) {
 }
 
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  constexpr double significant = 2, fewest_freedoms = 4;
+  constexpr double significant = 2, untold = 0.7, fewest_freedoms = 4;
   ErrorParts out;
   Sample sample;
   if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
   const std::vector<float>& table = shape_table();
   PairSums sums;
   sum_over_pairs(sample, table.data(), static_cast<float>(table.size() - 1), sums);
-  const VarianceEquations equations = equations_between(sums);
+  VarianceEquations equations = equations_between(sums);
   std::array<bool, n_parts> among{};
   for (int a = 0; a < n_parts; ++a) among[a] = equations.S(a, a) > 1e-9;  // measured at all
-  PartsVector x = non_negative(equations, among);
   const PartsVector deviations = deviations_of(equations, among);
+  for (int a = 0; a < n_parts; a += 2) {
+    if (!among[a] || deviations[a] < untold) continue;
+    equations.T -= equations.S.col(a);
+    among[a] = among[a + 1] = false;
+  }
+  PartsVector x = non_negative(equations, among);
   bool correlated = false;
   for (int a = 0; a < n_parts; a += 2)
     correlated = correlated || x[a + 1] > significant * deviations[a + 1] * (x[a] + x[a + 1]);
@@ -243,6 +248,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
     if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
   }
   for (size_t c = 0; c < n_lanes; ++c) {
+    if (!among[2 * kind_of[c]]) continue;
     out.independent[c] = x[2 * kind_of[c]];
     out.correlated[c] = x[2 * kind_of[c] + 1];
   }
