@@ -213,7 +213,7 @@ void ErrorParts::raise_to(double variance) {
 }
 
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  constexpr double significant = 2, untold = 0.7, fewest_freedoms = 4;
+  constexpr double significant = 2, untold = 1, fewest_freedoms = 4;
   ErrorParts out;
   Sample sample;
   if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
@@ -247,10 +247,19 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
                                      fewest_freedoms);
     if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
   }
-  for (size_t c = 0; c < n_lanes; ++c) {
-    if (!among[2 * kind_of[c]]) continue;
-    out.independent[c] = x[2 * kind_of[c]];
-    out.correlated[c] = x[2 * kind_of[c] + 1];
+  // What is not told is as correlated as what is.
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double told = 0;
+  for (int a = 0; a < n_parts; a += 2) {
+    if (!among[a]) continue;
+    mean += x.segment<2>(a);
+    told += 1;
+  }
+  for (size_t c = 0; c < n_lanes && told > 0; ++c) {
+    const int a = 2 * kind_of[c];
+    const Eigen::Vector2d own = among[a] ? Eigen::Vector2d(x.segment<2>(a)) : mean / told;
+    out.independent[c] = own[0];
+    out.correlated[c] = own[1];
   }
   out.shape = error_shape;
   return out;
