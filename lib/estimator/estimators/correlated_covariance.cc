@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "sextant/estimator/solvers/error_parts.h"
 #include "sextant/estimator/solvers/degeneracy.h"
+#include "sextant/estimator/solvers/error_parts.h"
 
 namespace sextant {
 namespace {
@@ -157,8 +157,8 @@ void correlate(const Problem& problem, const FlowDepthData& points, const NoiseL
   ScoreMatrix covariance = covariance_of_scores(independent);
   double squared = 0;
   if (!declared && levels.delta_d_px > 0) {
-    squared = squared_offset(of_each * Pulls(scores).of_residuals, of_each * independent.times(Lanes{1, 1, 1, 1}),
-                             covariance);
+    squared = squared_offset(of_each * Pulls(scores).of_residuals,
+                             of_each * independent.times(Lanes{1, 1, 1, 1}), covariance);
   }
   if (prior.holds()) {
     const std::optional<Matrix6d> with_mean = lower_factor(scores_of_independent_errors(information, prior));
@@ -174,7 +174,8 @@ void correlate(const Problem& problem, const FlowDepthData& points, const NoiseL
     covariance += squared * by_offset * by_offset.transpose();
   }
   replace_covariance(
-      motion_covariance(information, prior, *L * covariance.topLeftCorner<6, 6>() * L->transpose()), estimate);
+      motion_covariance(information, prior, *L * covariance.topLeftCorner<6, 6>() * L->transpose()),
+      estimate);
 }
 
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate) {

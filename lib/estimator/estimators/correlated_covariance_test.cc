@@ -140,7 +140,8 @@ MeanVariances mean_variances(const std::vector<Part>& parts, double independent,
     std::normal_distribution<double> normal;
     std::vector<ErrorScore> points = random_scores(150, 1200, static_cast<unsigned>(draw));
     for (ErrorScore& p : points)
-      p.residual = std::sqrt(independent) * Lanes{normal(random), normal(random), normal(random), normal(random)};
+      p.residual =
+          std::sqrt(independent) * Lanes{normal(random), normal(random), normal(random), normal(random)};
     for (const Part& part : parts) {
       for (int channel = 0; channel < 4; ++channel) {
         Field field(part.length_px, random);
@@ -196,8 +197,7 @@ TEST(CorrelatedErrors, IndependentErrorsShowLittleCorrelation) {
 
 /// A random problem whose flow errors are a field, declared or not.
 RandomProblem correlated_problem(unsigned seed, const SpatialCorrelation& correlation) {
-  RandomProblem out =
-      make_random_problem(seed, {.n_points = 400, .flow_noise_px = 0, .start_error = 0.002});
+  RandomProblem out = make_random_problem(seed, {.n_points = 400, .flow_noise_px = 0, .start_error = 0.002});
   std::mt19937_64 random(seed + 1000);
   std::normal_distribution<double> normal;
   Correspondences& p = out.problem.points;
@@ -280,8 +280,7 @@ TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
     double sides = 0, cells = 0;
     constexpr int n = 100;
     for (unsigned seed = 0; seed < n; ++seed) {
-      auto random =
-          make_random_problem(seed, {.n_points = 600, .delta_d_px = 0.1, .start_error = 0.002});
+      auto random = make_random_problem(seed, {.n_points = 600, .delta_d_px = 0.1, .start_error = 0.002});
       random.problem.noise = MeasurementNoise{0.3, 0.3, 0.1 / random.problem.camera.bf};
       if (!noisy_as_declared) {
         for (double& depth : random.problem.points.depth)

@@ -104,8 +104,7 @@ SEXTANT_SIMD void convolve_line(const float* in, size_t n, size_t step, const fl
       const float* from = in + b * step * row_size;
       for (size_t k = 0; k < row_lanes; ++k) sum[k] += weight * SEXTANT_LOAD(from + k * float_lanes);
     }
-    for (size_t k = 0; k < row_lanes; ++k)
-      SEXTANT_STORE(out + a * step * row_size + k * float_lanes, sum[k]);
+    for (size_t k = 0; k < row_lanes; ++k) SEXTANT_STORE(out + a * step * row_size + k * float_lanes, sum[k]);
   }
 }
 

@@ -242,9 +242,9 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   for (int kind = 0; kind < n_kinds; ++kind) traces += equations.S.col(2 * kind);
   for (int a = 0; a < n_parts; a += 2) {
     const Eigen::Vector2d own = x.segment<2>(a);
-    const double freedoms = std::max(std::pow(traces.segment<2>(a).dot(own), 2) /
-                                         own.dot(equations.S.block<2, 2>(a, a) * own),
-                                     fewest_freedoms);
+    const double freedoms =
+        std::max(std::pow(traces.segment<2>(a).dot(own), 2) / own.dot(equations.S.block<2, 2>(a, a) * own),
+                 fewest_freedoms);
     if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
   }
   // What is not told is as correlated as what is.
