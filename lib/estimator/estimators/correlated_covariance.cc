@@ -161,11 +161,13 @@ void correlate(const Problem& problem, const FlowDepthData& points, const NoiseL
                              of_each * independent.times(Lanes{1, 1, 1, 1}), covariance);
   }
   if (prior.holds()) {
-    const std::optional<Matrix6d> with_mean = lower_factor(scores_of_independent_errors(information, prior));
+    const Matrix6d pull = prior.precision * prior.covariance;
+    const std::optional<Matrix6d> with_mean =
+        lower_factor(information.total + pull * prior.precision.transpose());
     if (!with_mean) return;
     const Matrix6d to = inverse_of_lower(*with_mean);
     change_coordinates(to * *L, scores);
-    add_errors_of_mean(to * prior.precision * prior.covariance, points, levels, X, stride, scores);
+    add_errors_of_mean(to * pull, points, levels, X, stride, scores);
     L = with_mean;
     covariance = covariance_of_scores(independent_scores(scores));
   }

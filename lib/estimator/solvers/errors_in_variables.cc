@@ -207,13 +207,11 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   return prior;
 }
 
-Matrix6d scores_of_independent_errors(const DepthInformation& information, const MotionPrior& prior) {
-  const Matrix6d& P = prior.precision;
-  return information.total + P * prior.covariance * P + prior.cross * P + P * prior.cross.transpose();
-}
-
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {
-  return motion_covariance(information, prior, scores_of_independent_errors(information, prior));
+  const Matrix6d& P = prior.precision;
+  return motion_covariance(
+      information, prior,
+      information.total + P * prior.covariance * P + prior.cross * P + P * prior.cross.transpose());
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,

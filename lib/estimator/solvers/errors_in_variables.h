@@ -48,9 +48,7 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
 /// Of the left twist of the optimum, from errors of measurements and what is known of the bias; infinite
 /// where a direction is not determined.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior);
-/// Covariance of the scores of all measurements, with those of the prior's mean, where errors are independent.
-Matrix6d scores_of_independent_errors(const DepthInformation& information, const MotionPrior& prior);
-/// The same as the first where that covariance is `scores`.
+/// The same where the scores of all measurements, with those of the prior's mean, have the covariance `scores`.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,
                            const Matrix6d& scores);
 
