@@ -110,9 +110,9 @@ void extraction(benchmark::State& state) {
   });
 }
 
-void estimation(benchmark::State& state, const char* name) {
+void estimation(benchmark::State& state, const char* name, const Json& options) {
   const std::vector<FramePair> pairs = extract_all();
-  FrameEstimator estimator({}, make_estimator(name));
+  FrameEstimator estimator({}, make_estimator(name, options));
   double ego_start_ms = 0, ego_refine_ms = 0, object_start_ms = 0, object_refine_ms = 0, other_ms = 0;
   double ego_points = 0, object_points = 0;
   cycle(state, pairs.size(), [&](size_t k) {
@@ -147,8 +147,12 @@ void whole_frame(benchmark::State& state, const char* name) {
 
 BENCHMARK(features)->Unit(benchmark::kMillisecond);
 BENCHMARK(extraction)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(estimation, joint_flow, "joint_flow")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(estimation, joint_flow_depth, "joint_flow_depth")->Unit(benchmark::kMillisecond);
+const Json defaults = Json::object();
+const Json independent = {{"covariance", "independent"}};
+BENCHMARK_CAPTURE(estimation, joint_flow, "joint_flow", defaults)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(estimation, joint_flow_depth, "joint_flow_depth", defaults)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(estimation, joint_flow_depth_independent, "joint_flow_depth", independent)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(whole_frame, joint_flow, "joint_flow")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(whole_frame, joint_flow_depth, "joint_flow_depth")->Unit(benchmark::kMillisecond);
 

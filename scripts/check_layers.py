@@ -50,7 +50,7 @@ LAYERS = {
     "eval/records": ["base", "stats", "metrics"],
     "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/report"],
     "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records"],
-    "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/start", "stats", "eval/records",
+    "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/points", "estimator/start", "stats", "eval/records",
                                                "eval/report", "eval/report/figures"],
     "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],
     "eval/report": ["base", "stats", "metrics", "eval/records"],

@@ -3,7 +3,7 @@
 // What the errors of one channel look like, over all frames.
 //
 //   core         pixels whose error lies within 4 sigma of the offset on every axis; offset and sigma are mean and
-//                standard deviation of the core, iterated from median and MAD
+//                standard deviation of the core, iterated from the densest quarter
 //   tails        the others: their share, and the radius of the disc over which uniform offsets are as long on
 //                average, 1.5 mean length
 //   correlation  of the core's errors at two pixels, by their distance; intervals: 95 %, bootstrap over frames

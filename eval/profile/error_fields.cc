@@ -5,6 +5,7 @@
 
 #include "sextant/datasets/channels/computed_channels.h"
 #include "sextant/datasets/codec/png.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/estimator/start/robust_start.h"
 
@@ -12,22 +13,33 @@ namespace sextant {
 namespace {
 
 constexpr float nearest_m = 3, farthest_m = 40;
-constexpr int grid_px = 6;  // of the points that the motion is estimated from
+constexpr int grid_px = 6;  // of the points that the motion is estimated from, without an image
 
 bool is_background(const Frame& frame, int x, int y) {
   const float z = frame.depth_m(x, y);
   return z >= nearest_m && z <= farthest_m && (frame.mask.empty() || frame.mask(x, y) == 0);
 }
 
+/// Corners, where flow can be told; without an image a grid.
+std::vector<Feature> points_of(const Frame& frame) {
+  const int width = frame.flow.width(), height = frame.flow.height();
+  const ExtractionOptions options;
+  if (frame.gray.width() == width && frame.gray.height() == height)
+    return strongest_per_cell(fast_corners(frame.gray, options.fast_threshold), width, height, options);
+  std::vector<Feature> grid;
+  for (int y = grid_px / 2; y < height; y += grid_px) {
+    for (int x = grid_px / 2; x < width; x += grid_px) grid.push_back({x, y, 0});
+  }
+  return grid;
+}
+
 /// Of the camera, from the measured flow and depth of the background.
 std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera) {
   Problem problem{camera, {}, std::nullopt};
-  for (int y = grid_px / 2; y < frame.flow.height(); y += grid_px) {
-    for (int x = grid_px / 2; x < frame.flow.width(); x += grid_px) {
-      const Flow flow = frame.flow(x, y);
-      if (flow.valid() && is_background(frame, x, y))
-        problem.points.push_back(x, y, frame.depth_m(x, y), flow.u, flow.v);
-    }
+  for (const auto& [x, y, response] : points_of(frame)) {
+    const Flow flow = frame.flow(x, y);
+    if (flow.valid() && is_background(frame, x, y))
+      problem.points.push_back(x, y, frame.depth_m(x, y), flow.u, flow.v);
   }
   if (problem.points.size() < 50) return std::nullopt;
   const RobustStart start = robust_start(problem, std::nullopt, {});
@@ -76,9 +88,9 @@ Image<float> against_next_frame(const Frame& frame, const Image<float>& next_dep
   Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
   for (const auto [x, y] : pixels(out)) {
     const auto p = moved(frame, camera, T, x, y);
-    const Flow flow = frame.flow(x, y);
-    if (!p || !flow.valid()) continue;
-    const double there = disparity_at(next_depth_m, camera.bf, x + flow.u, y + flow.v);
+    if (!p) continue;
+    const Eigen::Vector2d at = camera.left.project(*p);
+    const double there = disparity_at(next_depth_m, camera.bf, at.x(), at.y());
     out(x, y) = static_cast<float>((there - camera.bf / p->z()) / std::numbers::sqrt2);
   }
   return out;
@@ -177,7 +189,8 @@ Image<float> ErrorSource::given_depth(int frame) const {
 std::optional<ErrorFields> ErrorSource::read(int frame) const {
   const SequenceInfo& info = sequence_.info();
   const bool left_right = depth_ == DepthReference::left_right;
-  Frame now = measured(frame, {.gray = left_right,
+  const bool moves = flow_ == FlowReference::induced || depth_ == DepthReference::next_frame;
+  Frame now = measured(frame, {.gray = left_right || (moves && info.channels.gray),
                                .rgb_right = left_right,
                                .depth = info.channels.depth,
                                .flow = info.channels.flow,
@@ -185,7 +198,6 @@ std::optional<ErrorFields> ErrorSource::read(int frame) const {
   ErrorFields out;
   out.frame = frame;
   std::optional<SE3> T;
-  const bool moves = flow_ == FlowReference::induced || depth_ == DepthReference::next_frame;
   if (moves && frame < info.last_frame && !now.flow.empty()) T = fitted_motion(now, info.camera);
   if (flow_ == FlowReference::given && !now.flow.empty()) {
     const Image<Flow> truth = given_flow(frame);

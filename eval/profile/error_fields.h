@@ -4,10 +4,10 @@
 //
 //   flow, given      the data set's true flow; of an exact source with noise, its clean flow
 //   flow, induced    at pixels of the background (mask 0) 3 to 40 m away: project(T p z) - p, with the measured
-//                    depth z and the motion T that fits the measured flow best (joint_flow_depth on a grid of
-//                    points). So it holds what the depth's own error induces, and lacks 6 numbers a frame
+//                    depth z and the motion T that fits the measured flow best (joint_flow_depth on corners, without
+//                    an image on a grid: what most of the flow on a smooth road agrees on need not be a motion). So it holds what the depth's own error induces, and lacks 6 numbers a frame
 //   disparity, given bf / z less bf / z_true
-//   disparity, next_frame  at the same background pixels: the disparity read in the next frame where the flow leads,
+//   disparity, next_frame  at the same background pixels: the disparity read in the next frame where T leads,
 //                    less that of the point moved by T, divided by sqrt(2) because both err. What errs alike in both
 //                    frames does not show
 //   disparity, left_right  SGBM of the right image read where the left disparity leads, less that, over sqrt(2);

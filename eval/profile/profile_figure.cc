@@ -6,11 +6,12 @@ namespace {
 
 struct Axis {
   const char* title;
+  const char* label;  ///< in the legend, which has one line
   const char* colour;
   int point;
 };
-constexpr Axis flow_axes[] = {{"measured, u", "#0072B2", 7}, {"measured, v", "#D55E00", 5}};
-constexpr Axis disparity_axes[] = {{"measured, disparity", "#009E73", 9}};
+constexpr Axis flow_axes[] = {{"measured, u", "flow u", "#0072B2", 7}, {"measured, v", "flow v", "#D55E00", 5}};
+constexpr Axis disparity_axes[] = {{"measured, disparity", "disparity", "#009E73", 9}};
 
 std::string points_of(const Axis& axis) {
   return fmt::format("with points lc rgb \"{}\" pt {} ps 0.5", axis.colour, axis.point);
@@ -25,8 +26,9 @@ Panel panel_of(const std::string& name, const ProfileChannel& channel, std::span
       data.add_row({name, axes[a].title, bins[b].distance_px, bins[b].value[a],
                     interval ? Cell(interval->low) : Cell(), interval ? Cell(interval->high) : Cell()});
     }
-    data.add_row({name, "injected", bins[b].distance_px, channel.injected[b], Cell(), Cell()});
   }
+  for (size_t b = 0; b < bins.size(); ++b)  // together, so that a line joins them
+    data.add_row({name, "injected", bins[b].distance_px, channel.injected[b], Cell(), Cell()});
   Panel panel{name + " against " + channel.reference, "", {}};
   panel.settings =
       "set logscale x\nset xrange [0.9:600]\nset yrange [-0.2:1.02]\nset xlabel \"distance [px]\" offset 0,0.4\n"
@@ -54,7 +56,7 @@ Figure profile_figure(const NoiseProfile& profile) {
   const auto add = [&](const char* name, const std::optional<ProfileChannel>& channel, std::span<const Axis> axes) {
     if (!channel) return;
     panels.push_back(panel_of(name, *channel, axes, figure.data));
-    for (const Axis& axis : axes) legend.push_back({axis.title, points_of(axis)});
+    for (const Axis& axis : axes) legend.push_back({axis.label, points_of(axis)});
   };
   add("flow", profile.flow, flow_axes);
   add("disparity", profile.disparity, disparity_axes);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "sextant/estimator/solvers/error_parts.h"
 #include "sextant/estimator/solvers/degeneracy.h"
+#include "sextant/estimator/solvers/error_parts.h"
 
 namespace sextant {
 namespace {
@@ -17,11 +17,9 @@ std::optional<SpatialCorrelation> declared_correlation(const Problem& problem) {
   return problem.noise->correlation;
 }
 
-/// Declared shares of a variance.
 ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
-  ErrorParts parts{variance * correlation.independent_share(), correlation.parts};
-  for (SpatialCorrelation::Part& part : parts.correlated) part.share *= variance;
-  return parts;
+  const Lanes one = {1, 1, 1, 1};
+  return {variance * correlation.independent_share() * one, variance * one, correlation.parts};
 }
 
 /// Of every `stride`-th point. Residuals are those that pull: times the kernel's weight over the mean of its slope.
@@ -67,17 +65,37 @@ std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels
   return scores;
 }
 
-/// The mean of `prior` errs as well, by the errors of the same points but without current depths.
-void add_errors_of_mean(const MotionPrior& prior, const FlowDepthData& points, NoiseLevels levels,
-                        const SE3& X, size_t stride, std::vector<ErrorScore>& scores) {
+/// Derivatives by the motion times this lower triangular matrix.
+void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
+  for (ErrorScore& score : scores) {
+    for (int a = 5; a >= 0; --a) {
+      Lanes sum = to(a, a) * score.derivative[a];
+      for (int b = 0; b < a; ++b) sum += to(a, b) * score.derivative[b];
+      score.derivative[a] = sum;
+    }
+  }
+}
+
+/// The mean of `prior` errs as well, by the errors of the same points but without current depths: `pull` times
+/// their scores.
+void add_errors_of_mean(const Matrix6d& pull, const FlowDepthData& points, NoiseLevels levels, const SE3& X,
+                        size_t stride, std::vector<ErrorScore>& scores) {
   levels.delta_d_curr_px = 0;
   const std::vector<ErrorScore> measured = scores_of(points, levels, {}, X, stride);
-  const Matrix6d pull = prior.precision * prior.covariance;
   for (size_t i = 0; i < scores.size(); ++i) {
     for (int a = 0; a < 6; ++a) {
       for (int b = 0; b < 6; ++b) scores[i].derivative[a] += pull(a, b) * measured[i].derivative[b];
     }
   }
+}
+
+/// L of S = L L^T; none if S is not positive definite.
+std::optional<Matrix6d> lower_factor(const Matrix6d& S) {
+  const Eigen::LLT<Matrix6d> factor(S);
+  return factor.info() == Eigen::Success ? std::optional<Matrix6d>(factor.matrixL()) : std::nullopt;
+}
+Matrix6d inverse_of_lower(const Matrix6d& L) {
+  return L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
 }
 
 using UnknownsVector = Eigen::Matrix<double, ErrorScore::n_unknowns, 1>;
@@ -123,30 +141,43 @@ void correlate(const Problem& problem, const FlowDepthData& points, const NoiseL
   const SE3& X = estimate.T_curr_prev;
   const size_t stride = declared ? 1 : std::max<size_t>(points.size() / enough, 1);
   std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, stride);
-  if (scores.empty()) return;
+  // In coordinates in which independent errors have the unit matrix, so that no direction is lost in rounding.
+  std::optional<Matrix6d> L = lower_factor(information.total);
+  if (scores.empty() || !L) return;
+  change_coordinates(inverse_of_lower(*L), scores);
   const double of_each = static_cast<double>(points.size()) / static_cast<double>(scores.size());
   ErrorParts parts = declared ? parts_of(*declared, 1) : estimate_error_parts(scores);
-  double total = parts.independent;
-  for (const SpatialCorrelation::Part& part : parts.correlated) total += part.share;
   // Errors are at least as large as independent ones are taken to be.
-  parts.independent += std::max((declared ? inflation : 1) - total, 0.0);
-  ScoreMatrix correlated = of_each * of_each * correlated_scores(scores, parts.correlated);
+  parts.raise_to(declared ? inflation : 1);
+  const auto covariance_of_scores = [&](const ChannelScores& independent) -> ScoreMatrix {
+    return of_each * independent.times(parts.independent) +
+           of_each * of_each * correlated_scores(scores, parts.shape).times(parts.correlated);
+  };
+  const ChannelScores independent = independent_scores(scores);
+  ScoreMatrix covariance = covariance_of_scores(independent);
   double squared = 0;
   if (!declared && levels.delta_d_px > 0) {
-    const ScoreMatrix fisher = of_each * independent_scores(scores);
-    squared =
-        squared_offset(of_each * Pulls(scores).of_residuals, fisher, parts.independent * fisher + correlated);
+    squared = squared_offset(of_each * Pulls(scores).of_residuals,
+                             of_each * independent.times(Lanes{1, 1, 1, 1}), covariance);
   }
   if (prior.holds()) {
-    add_errors_of_mean(prior, points, levels, X, stride, scores);
-    correlated = of_each * of_each * correlated_scores(scores, parts.correlated);
+    const Matrix6d pull = prior.precision * prior.covariance;
+    const std::optional<Matrix6d> with_mean =
+        lower_factor(information.total + pull * prior.precision.transpose());
+    if (!with_mean) return;
+    const Matrix6d to = inverse_of_lower(*with_mean);
+    change_coordinates(to * *L, scores);
+    add_errors_of_mean(to * pull, points, levels, X, stride, scores);
+    L = with_mean;
+    covariance = covariance_of_scores(independent_scores(scores));
   }
   if (squared > 0) {
     const UnknownsVector by_offset = of_each * Pulls(scores).of_offset;
-    correlated += squared * by_offset * by_offset.transpose();
+    covariance += squared * by_offset * by_offset.transpose();
   }
   replace_covariance(
-      motion_covariance(information, prior, parts.independent, correlated.topLeftCorner<6, 6>()), estimate);
+      motion_covariance(information, prior, *L * covariance.topLeftCorner<6, 6>() * L->transpose()),
+      estimate);
 }
 
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate) {
@@ -181,15 +212,16 @@ void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate
     score.residual = Lanes{weight * r.x(), weight * r.y(), 0, 0};
     squares += weight * weight * r.squaredNorm();
   }
-  if (scores.empty()) return;
+  const std::optional<Matrix6d> L = lower_factor(hessian);
+  if (scores.empty() || !L) return;
+  const Matrix6d to = inverse_of_lower(*L);
+  change_coordinates(to, scores);
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   const double variance = squares / (2 * static_cast<double>(scores.size()));
   const ErrorParts parts = declared ? parts_of(*declared, variance) : estimate_error_parts(scores);
-  const ScoreMatrix M =
-      parts.independent * independent_scores(scores) + correlated_scores(scores, parts.correlated);
-  const Eigen::LDLT<Matrix6d> solver(hessian);
-  const Matrix6d half = solver.solve(M.topLeftCorner<6, 6>());
-  const Matrix6d covariance = solver.solve(half.transpose());
+  const ScoreMatrix M = independent_scores(scores).times(parts.independent) +
+                        correlated_scores(scores, parts.shape).times(parts.correlated);
+  const Matrix6d covariance = to.transpose() * M.topLeftCorner<6, 6>() * to;
   replace_covariance(0.5 * (covariance + covariance.transpose()), estimate);
 }
 

@@ -7,147 +7,174 @@ namespace sextant {
 namespace {
 
 constexpr int n_unknowns = ErrorScore::n_unknowns;
-constexpr int n_products = n_unknowns * (n_unknowns + 1) / 2;
-constexpr size_t few_cells = 150;  // sums over their pairs are as fast as over nodes
-
-using Unknowns = std::array<Lanes, n_unknowns>;
 
 double total(const Lanes& lanes) { return sum_of_lanes(&lanes); }
 
-SEXTANT_SIMD void add_products(const Unknowns* values, size_t n, double* products) {
-  Lanes sums[n_products] = {};
-  for (size_t i = 0; i < n; ++i) {
-    const auto* at = reinterpret_cast<const double*>(values + i);
-    Lanes row[n_unknowns];
-    for (int a = 0; a < n_unknowns; ++a) row[a] = SEXTANT_LOAD(at + a * n_lanes);
+/// Numbers of one score, in whole lanes of float: good to 1e-6 of a sum of thousands.
+constexpr size_t row_size = 32;
+constexpr size_t float_lanes = LaneTypes<float>::n;
+constexpr size_t row_lanes = row_size / float_lanes;
+static_assert(n_unknowns * n_lanes <= row_size);
+using ScoreRows = std::vector<float>;
+
+/// sums += upper triangle of left^T right, by channel, over n rows.
+SEXTANT_SIMD void add_products(const float* left, const float* right, size_t n, double* sums) {
+  Lanes total[ChannelScores::size] = {};
+  for (size_t i = 0; i < n; ++i, left += row_size, right += row_size) {
+    Lanes row[n_unknowns], column[n_unknowns];
+    for (size_t a = 0; a < n_unknowns; ++a) {
+      for (size_t c = 0; c < n_lanes; ++c) {
+        row[a][c] = static_cast<double>(left[a * n_lanes + c]);
+        column[a][c] = static_cast<double>(right[a * n_lanes + c]);
+      }
+    }
     int k = 0;
     for (int a = 0; a < n_unknowns; ++a) {
-      for (int b = a; b < n_unknowns; ++b) sums[k++] += row[a] * row[b];
+      for (int b = a; b < n_unknowns; ++b) total[k++] += row[a] * column[b];
     }
   }
-  for (int k = 0; k < n_products; ++k) products[k] = sum_of_lanes(&sums[k]);
+  for (int k = 0; k < ChannelScores::size; ++k, sums += n_lanes)
+    SEXTANT_STORE(sums, SEXTANT_LOAD(sums) + total[k]);
 }
 
-ScoreMatrix sum_of_products(const std::vector<Unknowns>& values) {
-  double products[n_products];
-  add_products(values.data(), values.size(), products);
-  ScoreMatrix out;
-  int k = 0;
-  for (int a = 0; a < n_unknowns; ++a) {
-    for (int b = a; b < n_unknowns; ++b) out(a, b) = out(b, a) = products[k++];
-  }
+ChannelScores sum_of_products(const ScoreRows& left, const ScoreRows& right) {
+  ChannelScores out;
+  add_products(left.data(), right.data(), left.size() / row_size, out.values);
   return out;
 }
 
 /// Quadratic B-spline at the three nodes around x (in spacings), of unit norm. Returns the first node.
-int spline(double x, double* weights) {
-  const double nearest = std::round(x);
-  const double t = x - nearest;
-  weights[0] = 0.5 * (0.5 - t) * (0.5 - t);
-  weights[1] = 0.75 - t * t;
-  weights[2] = 0.5 * (0.5 + t) * (0.5 + t);
-  const double norm =
+int spline(float x, float* weights) {
+  const float nearest = std::round(x);
+  const float t = x - nearest;
+  weights[0] = 0.5F * (0.5F - t) * (0.5F - t);
+  weights[1] = 0.75F - t * t;
+  weights[2] = 0.5F * (0.5F + t) * (0.5F + t);
+  const float norm =
       1 / std::sqrt(weights[0] * weights[0] + weights[1] * weights[1] + weights[2] * weights[2]);
   for (int k = 0; k < 3; ++k) weights[k] *= norm;
   return static_cast<int>(nearest) - 1;
 }
 
-/// to += scale * from, `rows` lanes each.
-SEXTANT_SIMD void add_scaled(const Lanes* from, double scale, int rows, Lanes* to) {
-  const auto* read = reinterpret_cast<const double*>(from);
-  auto* write = reinterpret_cast<double*>(to);
-  for (int a = 0; a < rows; ++a, read += n_lanes, write += n_lanes)
-    SEXTANT_STORE(write, SEXTANT_LOAD(write) + scale * SEXTANT_LOAD(read));
-}
+/// ScoreRows of numbers, and where they are in px.
+struct Sites {
+  std::vector<float> x, y;
+  ScoreRows values;
+  float width = 0, height = 0;
 
-/// Sums that get a place when something is first added to them, on a grid.
-class SparseGrid {
- public:
-  SparseGrid(size_t columns, size_t rows, size_t expected) : columns_(columns), place_(columns * rows, 0) {
-    sums_.reserve(std::min(expected, columns * rows));
-  }
-  void add(size_t column, size_t row, const Lanes* values, double scale) {
-    uint32_t& at = place_[row * columns_ + column];
-    if (at == 0) {
-      sums_.push_back({});
-      where_.push_back({column, row});
-      at = static_cast<uint32_t>(sums_.size());
-    }
-    add_scaled(values, scale, n_unknowns, sums_[at - 1].data());
-  }
-  const std::vector<Unknowns>& sums() const { return sums_; }
-  const std::array<size_t, 2>& where(size_t k) const { return where_[k]; }
-
- private:
-  size_t columns_;
-  std::vector<uint32_t> place_;
-  std::vector<Unknowns> sums_;
-  std::vector<std::array<size_t, 2>> where_;
+  size_t size() const { return x.size(); }
 };
 
-/// sum_ij exp(-|c_i - c_j|^2 / (2 length^2)) S_i^T S_j over cells; length in cells.
-ScoreMatrix sum_over_pairs(const SparseGrid& cells, double length) {
-  const std::vector<Unknowns>& sums = cells.sums();
-  // Both coordinates are whole numbers: a table has every value of the separable kernel.
-  size_t most = 0;
-  for (size_t k = 0; k < sums.size(); ++k) most = std::max({most, cells.where(k)[0], cells.where(k)[1]});
-  std::vector<double> kernel;
-  for (size_t d = 0; d <= most; ++d)
-    kernel.push_back(std::exp(-0.5 * std::pow(static_cast<double>(d) / length, 2)));
-  const auto distance = [](size_t a, size_t b) { return a > b ? a - b : b - a; };
-  ScoreMatrix out = ScoreMatrix::Zero();
-  for (size_t i = 0; i < sums.size(); ++i) {
-    Unknowns seen = {};
-    for (size_t j = 0; j < sums.size(); ++j) {
-      const double rho = kernel[distance(cells.where(i)[0], cells.where(j)[0])] *
-                         kernel[distance(cells.where(i)[1], cells.where(j)[1])];
-      add_scaled(sums[j].data(), rho, n_unknowns, seen.data());
-    }
-    for (int a = 0; a < n_unknowns; ++a) {
-      for (int b = a; b < n_unknowns; ++b) out(a, b) += total(sums[i][a] * seen[b]);
+/// Where a row is added, and times what.
+template <size_t n>
+struct Targets {
+  uint32_t row[n];
+  float weight[n];
+};
+
+template <size_t n>
+[[gnu::always_inline]] inline void add_rows(const Targets<n>* targets, size_t count, const float* values,
+                                            float* sums) {
+  using L = LanesOf<float>;
+  for (size_t i = 0; i < count; ++i, ++targets, values += row_size) {
+    L value[row_lanes];
+    for (size_t a = 0; a < row_lanes; ++a) value[a] = SEXTANT_LOAD(values + a * float_lanes);
+    for (size_t k = 0; k < n; ++k) {
+      const float weight = targets->weight[k];
+      float* to = sums + targets->row[k] * row_size;
+      for (size_t a = 0; a < row_lanes; ++a, to += float_lanes)
+        SEXTANT_STORE(to, SEXTANT_LOAD(to) + weight * value[a]);
     }
   }
-  out.triangularView<Eigen::StrictlyLower>() = out.transpose();
-  return out;
+}
+SEXTANT_SIMD void add_to_cells(const Targets<1>* targets, size_t count, const float* values, float* sums) {
+  add_rows(targets, count, values, sums);
+}
+SEXTANT_SIMD void add_to_nodes(const Targets<9>* targets, size_t count, const float* values, float* sums) {
+  add_rows(targets, count, values, sums);
 }
 
-/// M_k of one length. Points of a cell, much smaller than the length or the body, count as at its centre. That
-/// widens the correlation by the variance of two uniform errors; the nodes lie closer by as much.
-ScoreMatrix scores_of_length(const std::vector<ErrorScore>& points, double length_px) {
-  constexpr double most_columns = 4096, fewest_columns = 16;
-  double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
-  for (const ErrorScore& p : points) {
-    min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
-    min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
+/// out_a = sum_b kernel[|a - b|] in_b along a line of n rows, `step` rows apart.
+SEXTANT_SIMD void convolve_line(const float* in, size_t n, size_t step, const float* kernel, float* out) {
+  using L = LanesOf<float>;
+  for (size_t a = 0; a < n; ++a) {
+    L sum[row_lanes] = {};
+    for (size_t b = 0; b < n; ++b) {
+      const float weight = kernel[a > b ? a - b : b - a];
+      const float* from = in + b * step * row_size;
+      for (size_t k = 0; k < row_lanes; ++k) sum[k] += weight * SEXTANT_LOAD(from + k * float_lanes);
+    }
+    for (size_t k = 0; k < row_lanes; ++k) SEXTANT_STORE(out + a * step * row_size + k * float_lanes, sum[k]);
   }
-  const double extent = std::max(max_u - min_u, max_v - min_v);
-  if (!(extent < 1e9)) return independent_scores(points);  // no image: nothing is near anything
-  double cell = 0.5 * length_px;
-  if (extent > 0) cell = std::clamp(cell, extent / most_columns, extent / fewest_columns);
-  const auto cells = [&](double range) { return static_cast<size_t>(range / cell) + 1; };
-  SparseGrid of_cells(cells(max_u - min_u), cells(max_v - min_v), points.size());
-  for (const ErrorScore& p : points) {
-    of_cells.add(static_cast<size_t>((p.u - min_u) / cell), static_cast<size_t>((p.v - min_v) / cell),
-                 p.derivative, 1);
+}
+
+/// sum_cc' K(x_c - x_c') K(y_c - y_c') S_c^T S_c' over all pairs of the cells that the points fall in. Points of a
+/// cell count as at its centre.
+ChannelScores sum_over_cells(const Sites& points, float side, float length_px) {
+  const auto columns = static_cast<size_t>(points.width / side) + 1;
+  const auto rows = static_cast<size_t>(points.height / side) + 1;
+  std::vector<Targets<1>> targets(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto column = static_cast<uint32_t>(points.x[i] / side);
+    const auto row = static_cast<uint32_t>(points.y[i] / side);
+    targets[i] = {{row * static_cast<uint32_t>(columns) + column}, {1}};
   }
-  const double relative = std::max(length_px / cell, 1.0);
-  if (of_cells.sums().size() <= few_cells) return sum_over_pairs(of_cells, relative);
-  const double spacing = std::sqrt(2 * (relative * relative - 1.0 / 6));  // in cells
-  const auto nodes = [&](double range) {
-    return static_cast<size_t>(static_cast<double>(cells(range)) / spacing) + 4;
-  };
-  SparseGrid of_nodes(nodes(max_u - min_u), nodes(max_v - min_v), 4 * of_cells.sums().size());
-  for (size_t k = 0; k < of_cells.sums().size(); ++k) {
-    double across[3], down[3];
-    const auto [x, y] = of_cells.where(k);
-    const auto column = static_cast<size_t>(spline(static_cast<double>(x) / spacing, across) + 1);
-    const auto row = static_cast<size_t>(spline(static_cast<double>(y) / spacing, down) + 1);
-    for (size_t j = 0; j < 3; ++j) {
-      for (size_t i = 0; i < 3; ++i)
-        of_nodes.add(column + i, row + j, of_cells.sums()[k].data(), across[i] * down[j]);
+  ScoreRows cells(columns * rows * row_size, 0), along(cells.size()), all(cells.size());
+  add_to_cells(targets.data(), targets.size(), points.values.data(), cells.data());
+  std::vector<float> kernel;
+  for (size_t d = 0; d < std::max(columns, rows); ++d)
+    kernel.push_back(std::exp(-0.5F * std::pow(static_cast<float>(d) * side / length_px, 2.0F)));
+  for (size_t row = 0; row < rows; ++row) {
+    const size_t first = row * columns * row_size;
+    convolve_line(&cells[first], columns, 1, kernel.data(), &along[first]);
+  }
+  for (size_t column = 0; column < columns; ++column)
+    convolve_line(&along[column * row_size], rows, columns, kernel.data(), &all[column * row_size]);
+  return sum_of_products(cells, all);
+}
+
+/// sum_q V_q^T V_q over nodes so many px apart.
+ChannelScores sum_over_nodes(const Sites& points, float spacing) {
+  const auto columns = static_cast<size_t>(points.width / spacing) + 4;
+  std::vector<uint32_t> number(columns * (static_cast<size_t>(points.height / spacing) + 4), 0);
+  uint32_t n_nodes = 0;  // that something is added to; numbered from 1
+  std::vector<Targets<9>> targets(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    float across[3], down[3];
+    const auto column = static_cast<size_t>(spline(points.x[i] / spacing, across) + 1);
+    const auto row = static_cast<size_t>(spline(points.y[i] / spacing, down) + 1);
+    for (size_t k = 0; k < 9; ++k) {
+      uint32_t& node = number[(row + k / 3) * columns + column + k % 3];
+      if (node == 0) node = ++n_nodes;
+      targets[i].row[k] = node - 1;
+      targets[i].weight[k] = across[k % 3] * down[k / 3];
     }
   }
-  return sum_of_products(of_nodes.sums());
+  ScoreRows nodes(n_nodes * row_size, 0);
+  add_to_nodes(targets.data(), targets.size(), points.values.data(), nodes.data());
+  return sum_of_products(nodes, nodes);
+}
+
+/// M_k of one length.
+ChannelScores scores_of_length(const Sites& points, float length_px) {
+  constexpr float fewest_columns = 12, most_columns = 20, most_nodes = 4096;
+  constexpr float node_spacing = 1.375F;  // splines and Gaussian have the same integral
+  const float extent = std::max(points.width, points.height);
+  const float cell = std::min(0.5F * length_px, extent / fewest_columns);
+  if (extent <= most_columns * cell) return sum_over_cells(points, std::max(cell, 1e-3F), length_px);
+  return sum_over_nodes(points, std::max(node_spacing * length_px, extent / most_nodes));
+}
+
+ScoreRows rows_of(const std::vector<ErrorScore>& points) {
+  ScoreRows rows(points.size() * row_size, 0);
+  float* to = rows.data();
+  for (const ErrorScore& point : points) {
+    for (size_t a = 0; a < n_unknowns; ++a) {
+      for (size_t c = 0; c < n_lanes; ++c) to[a * n_lanes + c] = static_cast<float>(point.derivative[a][c]);
+    }
+    to += row_size;
+  }
+  return rows;
 }
 
 }  // namespace
@@ -157,19 +184,53 @@ void ErrorScore::eliminate_depth() {
   residual -= by_depth * total(by_depth * residual);
 }
 
-ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
-                              const std::vector<SpatialCorrelation::Part>& parts) {
-  ScoreMatrix sum = ScoreMatrix::Zero();
-  if (points.empty()) return sum;
+void ChannelScores::add(double share, const ChannelScores& other) {
+  for (size_t k = 0; k < std::size(values); ++k) values[k] += share * other.values[k];
+}
+
+ScoreMatrix ChannelScores::times(const Lanes& variances) const {
+  ScoreMatrix out;
+  int k = 0;
+  for (int a = 0; a < ErrorScore::n_unknowns; ++a) {
+    for (int b = a; b < ErrorScore::n_unknowns; ++b) {
+      const Lanes scaled = variances * SEXTANT_LOAD(values + n_lanes * k++);
+      out(a, b) = out(b, a) = sum_of_lanes(&scaled);
+    }
+  }
+  return out;
+}
+
+ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
+                                const std::vector<SpatialCorrelation::Part>& parts) {
+  ChannelScores sum;
+  if (points.empty() || parts.empty()) return sum;
+  double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
+  for (const ErrorScore& p : points) {
+    min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
+    min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
+  }
+  constexpr double widest_image = 1e6;  // beyond, nothing is near anything
+  if (!(std::max(max_u - min_u, max_v - min_v) < widest_image)) {
+    const ChannelScores alone = independent_scores(points);
+    for (const SpatialCorrelation::Part& part : parts) sum.add(part.share, alone);
+    return sum;
+  }
+  Sites sites;
+  sites.values = rows_of(points);
+  sites.width = static_cast<float>(max_u - min_u);
+  sites.height = static_cast<float>(max_v - min_v);
+  for (const ErrorScore& p : points) {
+    sites.x.push_back(static_cast<float>(p.u - min_u));
+    sites.y.push_back(static_cast<float>(p.v - min_v));
+  }
   for (const SpatialCorrelation::Part& part : parts)
-    sum += part.share * scores_of_length(points, part.length_px);
+    sum.add(part.share, scores_of_length(sites, static_cast<float>(part.length_px)));
   return sum;
 }
 
-ScoreMatrix independent_scores(const std::vector<ErrorScore>& points) {
-  std::vector<Unknowns> values(points.size());
-  for (size_t i = 0; i < points.size(); ++i) std::copy_n(points[i].derivative, n_unknowns, values[i].begin());
-  return sum_of_products(values);
+ChannelScores independent_scores(const std::vector<ErrorScore>& points) {
+  const ScoreRows rows = rows_of(points);
+  return sum_of_products(rows, rows);
 }
 
 }  // namespace sextant

@@ -10,10 +10,12 @@
 //   M = sum_c sum_ij rho(|p_i - p_j|) G_ic^T G_jc,     cov = A^-1 M A^-1.
 //
 // (Conley 1999, with modelled instead of observed products of scores: those of a body that the errors have bent the
-// motion to are too small.) Sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
-// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing sqrt(2) L_k, of
-// unit norm everywhere. Where the points fill few cells of L_k / 2, pairs of cells are summed as they stand. So it
-// costs a few operations a point, and M is positive semi-definite whatever the points.
+// motion to are too small.) Errors of a channel have one variance, M is kept by channel and scaled at the end. Where
+// the points fill few cells of L_k / 2, the sum is over all pairs of cells, whose kernel is a product: first along
+// rows, then along columns. Else sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
+// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing 1.375 L_k, of unit norm
+// everywhere, which has the Gaussian's integral. So it costs a few operations a point, in float, and M is
+// positive semi-definite to rounding whatever the points.
 //
 // The disparities of a stereo matcher or network may be wrong by a common offset, which is correlated over any
 // distance. Its estimate is one more unknown beside the motion; what its square has beyond its own variance is
@@ -42,10 +44,20 @@ struct ErrorScore {
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
 
-/// sum_k variance_k M_k over the correlated parts.
-ScoreMatrix correlated_scores(const std::vector<ErrorScore>& points,
-                              const std::vector<SpatialCorrelation::Part>& parts);
-/// M of independent errors of variance 1.
-ScoreMatrix independent_scores(const std::vector<ErrorScore>& points);
+/// M by channel, of errors of variance 1: upper triangle, row by row.
+struct ChannelScores {
+  static constexpr int size = ErrorScore::n_unknowns * (ErrorScore::n_unknowns + 1) / 2;
+  double values[size * n_lanes] = {};
+
+  void add(double share, const ChannelScores& other);
+  /// M of errors with these variances.
+  ScoreMatrix times(const Lanes& variances) const;
+};
+
+/// Of errors that are correlated as the parts say.
+ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
+                                const std::vector<SpatialCorrelation::Part>& parts);
+/// Of independent errors.
+ChannelScores independent_scores(const std::vector<ErrorScore>& points);
 
 }  // namespace sextant

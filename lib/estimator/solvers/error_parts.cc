@@ -3,229 +3,265 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace sextant {
 namespace {
 
 constexpr int n_motion = 6;
 constexpr size_t parts_sample = 100;
+const std::vector<SpatialCorrelation::Part> error_shape = {{25, 0.5}, {100, 0.5}};
 
-/// T_a = y^T K_a y and S_ab = tr(K_a R K_b R), R the projection that leaves residuals of a fit: E[T] = S variances.
-/// Lengths in ratios of four, the longest first: exp(-r^2 / (2 L^2)) of the next is the 16th power of one.
-constexpr std::array<double, 3> lengths_px = {160, 40, 10};
-constexpr int n_parts = 1 + static_cast<int>(lengths_px.size());  // and the independent one
+/// Kinds of measurements with variances of their own; by channel.
+constexpr int n_kinds = 3;
+constexpr std::array<int, n_lanes> kind_of = {0, 1, 2, 2};
+/// Independent and correlated part of each kind.
+constexpr int n_parts = 2 * n_kinds;
+using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
+using PartsVector = Eigen::Matrix<double, n_parts, 1>;
 
-/// Of two points so many pixels apart along one axis, for the longest length.
-const std::vector<double>& longest_kernel() {
-  static const std::vector<double> table = [] {
-    std::vector<double> values;
-    for (int d = 0; d < 6 * lengths_px[0]; ++d)
-      values.push_back(std::exp(-0.5 * std::pow(d / lengths_px[0], 2)));
+/// The shape at whole distances in px; 0 at the last.
+const std::vector<float>& shape_table() {
+  static const std::vector<float> table = [] {
+    const SpatialCorrelation shape{error_shape};
+    std::vector<float> values;
+    for (int r = 0; r < 500; ++r) values.push_back(static_cast<float>(shape.at(r)));
     values.push_back(0);
     return values;
   }();
   return table;
 }
 
-using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
-using PartsVector = Eigen::Matrix<double, n_parts, 1>;
+/// Numbers of each point of a sample, four channels each: columns of Q (orthonormal, span what the motion does to
+/// the channels), residual y, rows of Pi (what the point's depth leaves of its channels). In float.
+struct Sample {
+  static constexpr size_t Q = 0, y = n_motion * n_lanes, Pi = 32;
+  static constexpr size_t width = Pi + n_lanes * n_lanes;
+  size_t n = 0;
+  float u[parts_sample], v[parts_sample];
+  float values[parts_sample * width] = {};
+};
 
-/// A sample of points, and what the pairs of them add up to.
-struct Pairs {
-  size_t n;
-  std::vector<double> u, v;
-  std::vector<double> residual, by_depth, measured;  ///< channels of each point
-  std::vector<double> Q;  ///< orthonormal columns that the motion's derivatives span
-  std::array<std::vector<double>, n_parts> KQ;
+/// Sums over points i and j of the sample: 0 those with themselves, 1 all of them times K_ij.
+struct PairSums {
+  Lanes T[2] = {};                      ///< K y y
+  Lanes both[2][n_lanes] = {};          ///< K^2 Pi_i Pi_j
+  Lanes one[2][2][n_lanes] = {};        ///< Q^T K_a Pi K_b Q, channel of K_a by channel of K_b
+  Lanes W[2][n_motion][n_motion] = {};  ///< Q^T K Q
+};
+
+/// Four of a sample's numbers.
+SEXTANT_INLINED void read(const float* from, Lanes& to) {
+  for (size_t c = 0; c < n_lanes; ++c) to[c] = static_cast<double>(from[c]);
+}
+
+SEXTANT_SIMD void sum_over_pairs(const Sample& sample, const float* shape, float last, PairSums& sums) {
+  constexpr size_t lanes = LaneTypes<float>::n, pi = Sample::Pi / lanes, n_sums = Sample::width / lanes;
+  for (size_t i = 0; i < sample.n; ++i) {
+    const float u = sample.u[i], v = sample.v[i];
+    float K[parts_sample];
+    for (size_t j = 0; j < sample.n; ++j) {
+      const float du = sample.u[j] - u, dv = sample.v[j] - v;
+      const float r = std::sqrt(du * du + dv * dv) + 0.5F;
+      K[j] = r < last ? r : last;
+    }
+    for (size_t j = 0; j < sample.n; ++j) K[j] = shape[static_cast<int>(K[j])];
+    LanesOf<float> sum[n_sums] = {};
+    const float* at = sample.values;
+    for (size_t j = 0; j < sample.n; ++j, at += Sample::width) {
+      const float once = K[j], twice = once * once;
+      for (size_t k = 0; k < n_sums; ++k) sum[k] += (k < pi ? once : twice) * SEXTANT_LOAD(at + k * lanes);
+    }
+    const float* const own = sample.values + i * Sample::width;
+    float all[Sample::width];
+    for (size_t k = 0; k < n_sums; ++k) SEXTANT_STORE(all + k * lanes, sum[k]);
+    Lanes y, Ky, KQ[2][n_motion];
+    read(own + Sample::y, y);
+    read(all + Sample::y, Ky);
+    sums.T[0] += y * y;
+    sums.T[1] += y * Ky;
+    for (size_t d = 0; d < n_motion; ++d) {
+      read(own + Sample::Q + d * n_lanes, KQ[0][d]);
+      read(all + Sample::Q + d * n_lanes, KQ[1][d]);
+    }
+    for (size_t r = 0; r < n_lanes; ++r) {
+      Lanes Pi, K2Pi;
+      read(own + Sample::Pi + r * n_lanes, Pi);
+      read(all + Sample::Pi + r * n_lanes, K2Pi);
+      sums.both[0][r] += Pi * Pi;
+      sums.both[1][r] += Pi * K2Pi;
+      for (int a = 0; a < 2; ++a) {
+        for (int b = a; b < 2; ++b) {
+          Lanes product = {};
+          for (int d = 0; d < n_motion; ++d) product += KQ[a][d][r] * KQ[b][d];
+          sums.one[a][b][r] += Pi * product;
+        }
+      }
+    }
+    for (int a = 0; a < 2; ++a) {
+      for (int d = 0; d < n_motion; ++d) {
+        for (int e = d; e < n_motion; ++e) sums.W[a][d][e] += KQ[0][d] * KQ[a][e];
+      }
+    }
+  }
+}
+
+/// E[T] = S variances.
+struct VarianceEquations {
   PartsVector T = PartsVector::Zero();
   PartsMatrix S = PartsMatrix::Zero();
 };
-constexpr size_t motion_rows = n_motion * n_lanes;  // numbers of Q for one point
 
-[[gnu::always_inline]] inline double added(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
-
-/// T += 2 K_ij y_i . y_j; S += 2 K_ij K'_ij tr(Pi_i Pi_j), Pi: what the depths leave of the channels; KQ.
-SEXTANT_SIMD void add_pairs(Pairs& pairs, const double* longest, int last) {
-  double T[n_parts] = {};
-  double S[n_parts][n_parts] = {};
-  const double* const Q = pairs.Q.data();
-  for (size_t i = 0; i < pairs.n; ++i) {
-    const Lanes y = SEXTANT_LOAD(&pairs.residual[i * n_lanes]);
-    const Lanes depth = SEXTANT_LOAD(&pairs.by_depth[i * n_lanes]);
-    const Lanes measured = SEXTANT_LOAD(&pairs.measured[i * n_lanes]);
-    const Lanes rest = measured - depth * depth;
-    const double u = pairs.u[i], v = pairs.v[i];
-    Lanes q[n_motion], sums[n_parts][n_motion] = {};
-    for (size_t d = 0; d < n_motion; ++d) q[d] = SEXTANT_LOAD(Q + i * motion_rows + d * n_lanes);
-    for (size_t j = 0; j < i; ++j) {
-      const Lanes product = y * SEXTANT_LOAD(&pairs.residual[j * n_lanes]);
-      const Lanes other = SEXTANT_LOAD(&pairs.by_depth[j * n_lanes]);
-      const Lanes left = SEXTANT_LOAD(&pairs.measured[j * n_lanes]) * rest - measured * other * other;
-      const Lanes both = depth * other;
-      const double dot = added(both);
-      const double squared = 2 * added(product);
-      const double trace = 2 * (added(left) + dot * dot);
-      const auto at = [&](double d) {
-        return longest[static_cast<int>(std::min(std::abs(d) + 0.5, static_cast<double>(last)))];
-      };
-      double K = at(u - pairs.u[j]) * at(v - pairs.v[j]);
-      double earlier[n_parts] = {};
-      for (int a = 1; a < n_parts && K > 1e-5; ++a) {
-        earlier[a] = K;
-        T[a] += K * squared;
-        for (int b = 1; b <= a; ++b) S[a][b] += K * earlier[b] * trace;
-        double* there = &pairs.KQ[static_cast<size_t>(a)][j * motion_rows];
-        for (size_t d = 0; d < n_motion; ++d) {
-          sums[a][d] += K * SEXTANT_LOAD(Q + j * motion_rows + d * n_lanes);
-          SEXTANT_STORE(there + d * n_lanes, SEXTANT_LOAD(there + d * n_lanes) + K * q[d]);
+VarianceEquations equations_between(const PairSums& sums) {
+  VarianceEquations out;
+  for (int a = 0; a < 2; ++a) {
+    for (size_t r = 0; r < n_lanes; ++r) {
+      out.T[2 * kind_of[r] + a] += sums.T[a][r];
+      for (int b = 0; b < 2; ++b) {
+        for (size_t c = 0; c < n_lanes; ++c) {
+          double fit = 0;
+          for (int d = 0; d < n_motion; ++d) {
+            for (int e = d; e < n_motion; ++e)
+              fit += (d == e ? 1 : 2) * sums.W[a][d][e][r] * sums.W[b][d][e][c];
+          }
+          const double one = a <= b ? sums.one[a][b][r][c] : sums.one[b][a][c][r];
+          out.S(2 * kind_of[r] + a, 2 * kind_of[c] + b) += sums.both[a * b][r][c] - 2 * one + fit;
         }
-        for (int square = 0; square < 4; ++square) K *= K;
       }
     }
-    // With itself, every kernel is 1.
-    const Lanes own = y * y, left = measured * (rest - depth * depth), both = depth * depth;
-    const double dot = added(both);
-    for (int a = 0; a < n_parts; ++a) {
-      T[a] += added(own);
-      for (int b = 0; b <= a; ++b) S[a][b] += added(left) + dot * dot;
-      double* here = &pairs.KQ[static_cast<size_t>(a)][i * motion_rows];
-      for (size_t d = 0; d < n_motion; ++d)
-        SEXTANT_STORE(here + d * n_lanes, SEXTANT_LOAD(here + d * n_lanes) + sums[a][d] + q[d]);
-    }
   }
-  for (int a = 0; a < n_parts; ++a) {
-    pairs.T[a] += T[a];
-    for (int b = 0; b <= a; ++b) pairs.S(a, b) += S[a][b];
-  }
+  return out;
 }
 
-/// S += what the fit has taken out: -2 tr(K_a P K_b Pi) + tr(K_a P K_b P), P = Q Q^T.
-SEXTANT_SIMD void add_fit(Pairs& pairs) {
-  Lanes QKQ[n_parts][n_motion][n_motion] = {};
-  Lanes crossed[n_parts][n_parts] = {};
-  for (size_t i = 0; i < pairs.n; ++i) {
-    const Lanes depth = SEXTANT_LOAD(&pairs.by_depth[i * n_lanes]);
-    const Lanes measured = SEXTANT_LOAD(&pairs.measured[i * n_lanes]);
-    Lanes rows[n_parts][n_motion];
-    for (int a = 0; a < n_parts; ++a) {
-      for (size_t d = 0; d < n_motion; ++d) {
-        const Lanes row = SEXTANT_LOAD(&pairs.KQ[static_cast<size_t>(a)][i * motion_rows + d * n_lanes]);
-        const Lanes along = depth * row;
-        rows[a][d] = measured * (row - depth * added(along));
-      }
-      for (size_t d = 0; d < n_motion; ++d) {
-        const Lanes q = SEXTANT_LOAD(&pairs.Q[i * motion_rows + d * n_lanes]);
-        for (int e = 0; e < n_motion; ++e) QKQ[a][d][e] += q * rows[a][e];
-        for (int b = 0; b <= a; ++b) crossed[a][b] += rows[a][d] * rows[b][d];
-      }
-    }
-  }
-  for (int a = 0; a < n_parts; ++a) {
-    for (int b = 0; b <= a; ++b) {
-      double sum = -2 * added(crossed[a][b]);
-      for (int d = 0; d < n_motion; ++d) {
-        for (int e = 0; e < n_motion; ++e) sum += added(QKQ[a][d][e]) * added(QKQ[b][e][d]);
-      }
-      pairs.S(a, b) += sum;
-      pairs.S(b, a) = pairs.S(a, b);
-    }
-  }
-}
-
-std::optional<Pairs> sums_of_pairs(const std::vector<const ErrorScore*>& points) {
+/// None if the points do not determine a motion.
+bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
+  const size_t n = std::min(points.size(), parts_sample);
+  const auto point = [&](size_t i) -> const ErrorScore& { return points[i * points.size() / n]; };
   Matrix6d H = Matrix6d::Zero();
-  for (const ErrorScore* p : points) {
+  for (size_t i = 0; i < n; ++i) {
+    const Lanes* J = point(i).derivative;
     for (int a = 0; a < n_motion; ++a) {
-      for (int b = a; b < n_motion; ++b) H(a, b) += added(p->derivative[a] * p->derivative[b]);
-    }
-  }
-  H.triangularView<Eigen::StrictlyLower>() = H.transpose();
-  const Eigen::LLT<Matrix6d> factor(H);
-  if (factor.info() != Eigen::Success) return std::nullopt;
-  const Matrix6d to_q = factor.matrixL().solve(Matrix6d::Identity());
-  Pairs pairs{points.size()};
-  const auto put = [](std::vector<double>& to, const Lanes& from) {
-    for (size_t k = 0; k < n_lanes; ++k) to.push_back(from[k]);
-  };
-  for (const ErrorScore* p : points) {
-    pairs.u.push_back(p->u);
-    pairs.v.push_back(p->v);
-    put(pairs.residual, p->residual);
-    put(pairs.by_depth, p->by_depth);
-    put(pairs.measured, p->measured);
-    for (int a = 0; a < n_motion; ++a) {
-      Lanes q = {};
-      for (int b = 0; b <= a; ++b) q += to_q(a, b) * p->derivative[b];
-      put(pairs.Q, q);
-    }
-  }
-  pairs.KQ.fill(std::vector<double>(pairs.Q.size(), 0));
-  const std::vector<double>& longest = longest_kernel();
-  add_pairs(pairs, longest.data(), static_cast<int>(longest.size()) - 1);
-  add_fit(pairs);
-  return pairs;
-}
-
-/// Variances >= 0 of the parts in `among` (bits), and their standard deviations if the errors were independent;
-/// the least squares solution over all subsets of them.
-PartsVector non_negative(const Pairs& pairs, unsigned among, PartsVector& deviations) {
-  PartsVector best = PartsVector::Zero();
-  double least = INFINITY;
-  for (unsigned subset = 1; subset < 1U << n_parts; ++subset) {
-    if ((subset & among) != subset) continue;
-    PartsMatrix S = PartsMatrix::Identity();
-    PartsVector T = PartsVector::Zero();
-    for (int a = 0; a < n_parts; ++a) {
-      if ((subset >> a & 1U) == 0) continue;
-      T[a] = pairs.T[a];
-      for (int b = 0; b < n_parts; ++b) {
-        if ((subset >> b & 1U) != 0) S(a, b) = pairs.S(a, b);
+      for (int b = a; b < n_motion; ++b) {
+        const Lanes product = J[a] * J[b];
+        H(b, a) += sum_of_lanes(&product);
       }
     }
-    const Eigen::LLT<PartsMatrix> factor(S);
-    if (factor.info() != Eigen::Success) continue;
-    const PartsVector x = factor.solve(T);
-    if ((x.array() < 0).any() || !x.allFinite() || -x.dot(T) >= least) continue;
-    least = -x.dot(T);
-    best = x;
-    const PartsMatrix inverse = factor.solve(PartsMatrix::Identity());
-    deviations = (2 * inverse.diagonal()).cwiseSqrt() * x.sum();
   }
-  return best;
+  const Eigen::LLT<Matrix6d> factor(H);
+  if (factor.info() != Eigen::Success) return false;
+  const Matrix6d to_q = factor.matrixL().solve(Matrix6d::Identity());
+  const auto put = [&](const Lanes& from, float* to) {
+    for (size_t c = 0; c < n_lanes; ++c) to[c] = static_cast<float>(from[c]);
+  };
+  sample.n = n;
+  for (size_t i = 0; i < n; ++i) {
+    const ErrorScore& p = point(i);
+    float* const at = sample.values + i * Sample::width;
+    sample.u[i] = static_cast<float>(p.u);
+    sample.v[i] = static_cast<float>(p.v);
+    put(p.residual, at + Sample::y);
+    for (size_t r = 0; r < n_lanes; ++r) {
+      Lanes Pi = -p.by_depth[r] * p.by_depth;
+      Pi[r] += p.measured[r];
+      put(Pi, at + Sample::Pi + r * n_lanes);
+    }
+    for (size_t a = 0; a < n_motion; ++a) {
+      Lanes q = {};
+      for (size_t b = 0; b <= a; ++b) q += to_q(a, b) * p.derivative[b];
+      put(q, at + Sample::Q + a * n_lanes);
+    }
+  }
+  return true;
+}
+
+/// Variances >= 0 nearest to T = S variances, those of `among`; by coordinates, which converges as S is that of
+/// squares.
+PartsVector non_negative(const VarianceEquations& equations, const std::array<bool, n_parts>& among) {
+  constexpr int max_rounds = 200;
+  const PartsMatrix& S = equations.S;
+  PartsVector x = PartsVector::Zero();
+  for (int round = 0; round < max_rounds; ++round) {
+    double change = 0;
+    for (int a = 0; a < n_parts; ++a) {
+      if (!among[a]) continue;
+      const double next = std::max(x[a] + (equations.T[a] - S.row(a).dot(x)) / S(a, a), 0.0);
+      change = std::max(change, std::abs(next - x[a]));
+      x[a] = next;
+    }
+    if (!(change > 1e-6 * x.maxCoeff())) break;
+  }
+  return x;
+}
+
+/// Standard deviations of the variances of `among` if errors were independent and of variance 1.
+PartsVector deviations_of(const VarianceEquations& equations, const std::array<bool, n_parts>& among) {
+  PartsMatrix S = PartsMatrix::Identity();
+  for (int a = 0; a < n_parts; ++a) {
+    for (int b = 0; b < n_parts; ++b) {
+      if (among[a] && among[b]) S(a, b) = equations.S(a, b);
+    }
+  }
+  return (2 * S.inverse().diagonal()).cwiseMax(0).cwiseSqrt();
 }
 
 }  // namespace
 
+void ErrorParts::raise_to(double variance) {
+  double shares = 0;
+  for (const SpatialCorrelation::Part& part : shape) shares += part.share;
+  for (size_t c = 0; c < n_lanes; ++c)
+    independent[c] += std::max(variance - independent[c] - shares * correlated[c], 0.0);
+}
+
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  constexpr double significant = 3;
+  constexpr double significant = 2, untold = 1, fewest_freedoms = 4;
   ErrorParts out;
-  const size_t n = std::min(points.size(), parts_sample);
-  std::vector<const ErrorScore*> sample;
-  for (size_t i = 0; i < n; ++i) sample.push_back(&points[i * points.size() / n]);
-  if (sample.size() < 2 * n_motion) return out;
-  const std::optional<Pairs> pairs = sums_of_pairs(sample);
-  if (!pairs) return out;
-  unsigned among = (1U << n_parts) - 1;
-  PartsVector deviations;
-  PartsVector variances = non_negative(*pairs, among, deviations);
-  for (;;) {
-    int weakest = 0;
-    double least = significant;
-    for (int a = 1; a < n_parts; ++a) {
-      if (variances[a] > 0 && variances[a] < least * deviations[a]) {
-        least = variances[a] / deviations[a];
-        weakest = a;
-      }
-    }
-    if (weakest == 0) break;
-    among &= ~(1U << weakest);
-    variances = non_negative(*pairs, among, deviations);
+  Sample sample;
+  if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
+  const std::vector<float>& table = shape_table();
+  PairSums sums;
+  sum_over_pairs(sample, table.data(), static_cast<float>(table.size() - 1), sums);
+  VarianceEquations equations = equations_between(sums);
+  std::array<bool, n_parts> among{};
+  for (int a = 0; a < n_parts; ++a) among[a] = equations.S(a, a) > 1e-9;  // measured at all
+  const PartsVector deviations = deviations_of(equations, among);
+  for (int a = 0; a < n_parts; a += 2) {
+    if (!among[a] || deviations[a] < untold) continue;
+    equations.T -= equations.S.col(a);
+    among[a] = among[a + 1] = false;
   }
-  out.independent = variances[0];
-  for (int a = 1; a < n_parts; ++a) {
-    if (variances[a] > 0) out.correlated.push_back({lengths_px[static_cast<size_t>(a) - 1], variances[a]});
+  PartsVector x = non_negative(equations, among);
+  bool correlated = false;
+  for (int a = 0; a < n_parts; a += 2)
+    correlated = correlated || x[a + 1] > significant * deviations[a + 1] * (x[a] + x[a + 1]);
+  if (!correlated) {
+    for (int a = 0; a < n_parts; a += 2) among[a + 1] = false;
+    x = non_negative(equations, among);
   }
+  // tr(K_a R), since R = R R.
+  PartsVector traces = PartsVector::Zero();
+  for (int kind = 0; kind < n_kinds; ++kind) traces += equations.S.col(2 * kind);
+  for (int a = 0; a < n_parts; a += 2) {
+    const Eigen::Vector2d own = x.segment<2>(a);
+    const double freedoms =
+        std::max(std::pow(traces.segment<2>(a).dot(own), 2) / own.dot(equations.S.block<2, 2>(a, a) * own),
+                 fewest_freedoms);
+    if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
+  }
+  // What is not told is as correlated as what is.
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double told = 0;
+  for (int a = 0; a < n_parts; a += 2) {
+    if (!among[a]) continue;
+    mean += x.segment<2>(a);
+    told += 1;
+  }
+  for (size_t c = 0; c < n_lanes && told > 0; ++c) {
+    const int a = 2 * kind_of[c];
+    const Eigen::Vector2d own = among[a] ? Eigen::Vector2d(x.segment<2>(a)) : mean / told;
+    out.independent[c] = own[0];
+    out.correlated[c] = own[1];
+  }
+  out.shape = error_shape;
   return out;
 }
 

@@ -2,9 +2,20 @@
 
 // How the errors of a body correlate, from its own residuals.
 //
-// Where nothing is declared, the variances of the parts are estimated from the residuals: minimum norm quadratic
-// unbiased estimation (Rao 1971) on a sample, in which the residuals' expectation counts what the fit has taken out
-// of them. Parts that do not differ from nothing by three standard deviations are left out.
+// The errors of flow and disparity have no single length: those of networks and matchers correlate over 8 to 128 px
+// (results/profiles). One body has too few patches to tell such lengths apart. So the shape of the correlation is
+// given, equal shares of 25 and 100 px. Estimated are two variances of each kind of measurement, flow u, flow v and
+// disparity: of what is independent from point to point and of what correlates.
+//
+// That is minimum norm quadratic unbiased estimation (Rao 1971): with residuals y, R the projection that leaves the
+// residuals of a fit, and K_a the correlation of part a within its kind, T_a = y^T K_a y has the expectation
+// sum_b tr(K_a R K_b R) variance_b. So it counts what the fit has taken out. Variances are >= 0.
+//
+//   no correlated one above two standard deviations      errors are independent
+//   a kind whose variance scatters by more than itself   has the mean variances of the others
+//   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
+//   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are
+//   multiplied by that.
 
 #include <vector>
 
@@ -12,10 +23,14 @@
 
 namespace sextant {
 
-/// Variances of independent and of correlated parts of the errors, in units of the variance they were taken for.
+/// Variances of the errors by channel, in units of the variance they were taken for.
 struct ErrorParts {
-  double independent = 1;
-  std::vector<SpatialCorrelation::Part> correlated;  ///< share: the variance
+  Lanes independent = {1, 1, 1, 1};
+  Lanes correlated = {0, 0, 0, 0};
+  std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the latter
+
+  /// Adds to the independent errors of channels that are smaller than that.
+  void raise_to(double variance);
 };
 
 /// From the residuals of at least twelve points; else, and where they tell nothing, independent ones.

@@ -208,23 +208,21 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {
-  return motion_covariance(information, prior, 1, Matrix6d::Zero());
+  const Matrix6d& P = prior.precision;
+  return motion_covariance(
+      information, prior,
+      information.total + P * prior.covariance * P + prior.cross * P + P * prior.cross.transpose());
 }
 
-Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior, double independent,
-                           const Matrix6d& correlated) {
+Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,
+                           const Matrix6d& scores) {
   // The optimum errs by M^-1 (g + P e): M = H - B + P, g: score of the points, var(g) = H, e: error of the
   // mean.
-  const Matrix6d& H = information.total;
-  const Matrix6d& P = prior.precision;
-  const Eigen::LDLT<Matrix6d> curvature(H - information.errors + P);
+  const Eigen::LDLT<Matrix6d> curvature(information.total - information.errors + prior.precision);
   if (curvature.info() != Eigen::Success || !(curvature.vectorD().minCoeff() > 0)) {
     return Matrix6d::Constant(INFINITY);
   }
-  const Matrix6d score =
-      independent * (H + P * prior.covariance * P + prior.cross * P + P * prior.cross.transpose()) +
-      correlated;
-  const Matrix6d half = curvature.solve(score);
+  const Matrix6d half = curvature.solve(scores);
   const Matrix6d out = curvature.solve(half.transpose()) + prior.bias;
   return 0.5 * (out + out.transpose());
 }

@@ -48,8 +48,8 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
 /// Of the left twist of the optimum, from errors of measurements and what is known of the bias; infinite
 /// where a direction is not determined.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior);
-/// The same for errors of variance `independent` and others whose scores have the covariance `correlated`.
-Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior, double independent,
-                           const Matrix6d& correlated);
+/// The same where the scores of all measurements, with those of the prior's mean, have the covariance `scores`.
+Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,
+                           const Matrix6d& scores);
 
 }  // namespace sextant
