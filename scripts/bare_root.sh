@@ -9,10 +9,11 @@
 roots=${SEXTANT_ROOTS:-${XDG_CACHE_HOME:-$HOME/.cache}/sextant/roots}
 suite=${SEXTANT_SUITE:-bookworm}
 mirror=${SEXTANT_MIRROR:-http://deb.debian.org/debian}
-how=()
+components=main how=()
 case $suite in
   jammy | noble)
     mirror=${SEXTANT_MIRROR:-http://archive.ubuntu.com/ubuntu}
+    components=main,universe
     how=(/usr/share/debootstrap/scripts/gutsy)  # that of all its releases
     ;;
 esac
@@ -35,8 +36,6 @@ make_bare_root() {
   mkdir -p "$roots/archives/partial" "$roots/lists/partial" "$root_dir"
   if [[ ! -e $archive ]]; then
     say "debootstrap $suite (once; kept in $archive)"
-    local components=main
-    ((${#how[@]} == 0)) || components=main,universe
     debootstrap --variant=minbase --components="$components" --cache-dir="$roots/archives" "$suite" "$root_dir" "$mirror" "${how[@]}" >"$roots/debootstrap.log" ||
       { tail -5 "$roots/debootstrap.log" >&2; die "debootstrap failed; the whole output is in $roots/debootstrap.log"; }
     rm -rf "$root_dir"/var/cache/apt/archives/*.deb
