@@ -26,6 +26,7 @@ void fit(const FitFlags& flags) {
   if (flags.depth != "auto") options.depth = from_name<DepthReference>(flags.depth, "depth reference");
   options.max_frames = flags.max_frames;
   options.jobs = flags.common.jobs;
+  options.data_root = flags.common.data_root;
   const NoiseProfile profile = fit_noise_profile(*sequence, flags.source, options);
   write_file(flags.out, json_text(profile.json()));
   if (!flags.figure.empty()) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
@@ -137,6 +138,16 @@ std::string inputs_sha256(const Sequence& sequence) {
   return sha256(all);
 }
 
+/// Lines in which paths begin below `root`.
+std::vector<std::string> below(const std::string& root, std::vector<std::string> lines) {
+  if (root.empty()) return lines;
+  const std::string folder = (std::filesystem::path(root) / "").string();
+  for (std::string& line : lines) {
+    if (const size_t at = line.find(folder); at != std::string::npos) line.erase(at, folder.size());
+  }
+  return lines;
+}
+
 }  // namespace
 
 Json NoiseProfile::noise() const {
@@ -183,7 +194,7 @@ NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& sour
   if (!profile.flow && !profile.disparity) fail("{}: no frame has errors of flow or depth", source);
   profile.provenance = {{"source", source},
                         {"noise_added", options.noise.options()},
-                        {"channels", sequence.info().provenance},
+                        {"channels", below(options.data_root, sequence.info().provenance)},
                         {"inputs_sha256", inputs_sha256(sequence)},
                         {"program", program_identity()}};
   return profile;

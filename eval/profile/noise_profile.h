@@ -32,6 +32,7 @@ struct ProfileOptions {
   DepthReference depth = DepthReference::none;  ///< none: as available
   int max_frames = 40;                          ///< evenly spread; more say little more
   int jobs = 1;
+  std::string data_root{};  ///< profiles are passed on: paths in their provenance begin below it
 };
 
 struct ProfileChannel {
