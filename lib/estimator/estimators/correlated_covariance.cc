@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "sextant/estimator/solvers/correlated_weights.h"
 #include "sextant/estimator/solvers/degeneracy.h"
-#include "sextant/estimator/solvers/error_parts.h"
 
 namespace sextant {
 namespace {
@@ -22,23 +22,23 @@ ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
   return {variance * correlation.independent_share() * one, variance * one, correlation.parts};
 }
 
-/// Of every `stride`-th point. Residuals are those that pull: times the kernel's weight over the mean of its slope.
+/// Of every `stride`-th point; nothing is measured of those behind the camera. Residuals are those that pull: times the kernel's weight over the mean of its slope.
 std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
                                   const RobustKernel& kernel, const SE3& X, size_t stride) {
   const StereoCamera& camera = points.camera();
   const double per_u = 1 / levels.sigma_flow_u_px, per_v = 1 / levels.sigma_flow_v_px;
   std::vector<ErrorScore> scores;
   scores.reserve(points.size() / stride + 1);
-  double slope = 0;
+  double slope = 0, n_seen = 0;
   for (size_t i = 0; i < points.size(); i += stride) {
+    ErrorScore& score = scores.emplace_back();
+    score.u = points.column(FlowDepthData::x)[i] * camera.left.fx + camera.left.cx;
+    score.v = points.column(FlowDepthData::y)[i] * camera.left.fy + camera.left.cy;
     if (!std::isfinite(points.q(i))) continue;
     const PointDepths depths = points.depths(i, levels);
     const double fu = camera.left.fx * per_u, fv = camera.left.fy * per_v;
     const double x = points.x_curr(i), y = points.y_curr(i), c = points.inverse_depth_curr(i);
     const double s = points.inverse_depth(i), w = s / c, now = depths.weight_curr;
-    ErrorScore& score = scores.emplace_back();
-    score.u = points.column(FlowDepthData::x)[i] * camera.left.fx + camera.left.cx;
-    score.v = points.column(FlowDepthData::y)[i] * camera.left.fy + camera.left.cy;
     score.measured = Lanes{1, 1, depths.weight > 0 ? 1.0 : 0.0, now > 0 ? 1.0 : 0.0};
     score.derivative[0] = Lanes{fu * c, 0, 0, 0};
     score.derivative[1] = Lanes{0, fv * c, 0, 0};
@@ -48,6 +48,7 @@ std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels
     score.derivative[5] = Lanes{-fu * y, fv * x, 0, 0};
     score.derivative[offset] = Lanes{0, 0, -depths.weight / camera.bf, -now / camera.bf};
     const double weight = kernel.weight(points.q(i));
+    n_seen += 1;
     slope += weight + kernel.bend(points.q(i)) / (now > 0 ? 3 : 2);
     score.residual =
         weight * Lanes{points.error_u(i) * per_u, points.error_v(i) * per_v,
@@ -59,7 +60,7 @@ std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels
     score.by_depth = by_depth / std::sqrt(sum_of_lanes(&squares));
   }
   for (ErrorScore& score : scores) {
-    score.residual *= static_cast<double>(scores.size()) / slope;
+    if (slope > 0) score.residual *= n_seen / slope;
     score.eliminate_depth();
   }
   return scores;
@@ -76,19 +77,6 @@ void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
   }
 }
 
-/// The mean of `prior` errs as well, by the errors of the same points but without current depths: `pull` times
-/// their scores.
-void add_errors_of_mean(const Matrix6d& pull, const FlowDepthData& points, NoiseLevels levels, const SE3& X,
-                        size_t stride, std::vector<ErrorScore>& scores) {
-  levels.delta_d_curr_px = 0;
-  const std::vector<ErrorScore> measured = scores_of(points, levels, {}, X, stride);
-  for (size_t i = 0; i < scores.size(); ++i) {
-    for (int a = 0; a < 6; ++a) {
-      for (int b = 0; b < 6; ++b) scores[i].derivative[a] += pull(a, b) * measured[i].derivative[b];
-    }
-  }
-}
-
 /// L of S = L L^T; none if S is not positive definite.
 std::optional<Matrix6d> lower_factor(const Matrix6d& S) {
   const Eigen::LLT<Matrix6d> factor(S);
@@ -98,86 +86,123 @@ Matrix6d inverse_of_lower(const Matrix6d& L) {
   return L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
 }
 
-using UnknownsVector = Eigen::Matrix<double, ErrorScore::n_unknowns, 1>;
+/// The estimate that takes depths as measured, to first order from X: what it is, and how its points count.
+struct MeasuredDepths {
+  Vector6d step;  ///< from X, left twist
+  DepthInformation information;
+  std::vector<ErrorScore> scores;
+  WeightedEquations equations;
 
-/// Square of a common offset of the disparities (px^2) beyond the variance of its estimate; 0 where that does not
-/// tell it to one pixel. `pull`: derivatives times residuals; `fisher`, `covariance`: M of independent and of all
-/// errors.
-double squared_offset(const UnknownsVector& pull, const ScoreMatrix& fisher, const ScoreMatrix& covariance) {
-  constexpr double known_px = 1;
-  UnknownsVector along;
-  along << -fisher.topLeftCorner<6, 6>().ldlt().solve(fisher.col(offset).head<6>()), 1;
-  const double information = along.dot(fisher * along);
-  if (!(information > 0)) return 0;
-  const double squared = std::pow(along.dot(pull) / information, 2);
-  const double variance = along.dot(covariance * along) / (information * information);
-  return variance < known_px * known_px ? std::max(squared - variance, 0.0) : 0;
-}
-
-/// Over all points, derivatives in every unknown times: the residuals, the effect of an offset.
-struct Pulls {
-  UnknownsVector of_residuals, of_offset;
-  explicit Pulls(const std::vector<ErrorScore>& points) {
-    for (int a = 0; a < ErrorScore::n_unknowns; ++a) {
-      Lanes by_residual = {}, by_offset = {};
-      for (const ErrorScore& point : points) {
-        by_residual += point.derivative[a] * point.residual;
-        by_offset += point.derivative[a] * point.derivative[offset];
-      }
-      of_residuals[a] = sum_of_lanes(&by_residual);
-      of_offset[a] = sum_of_lanes(&by_offset);
-    }
+  MeasuredDepths(FlowDepthData points, NoiseLevels levels, const RobustKernel& kernel, const SE3& X,
+                 size_t stride, const Matrix6d& to, const ErrorParts& parts) {
+    levels.delta_d_curr_px = 0;
+    evaluate_points(points, X, levels);
+    information.errors = depth_information(points, X, levels, {}).errors;
+    levels.as_measured = true;
+    evaluate_points(points, X, levels);
+    scores = scores_of(points, levels, kernel, X, stride);
+    change_coordinates(to, scores);
+    equations = weigh(scores, parts);
+    const Matrix6d from = to.inverse();
+    information.errors *= equations.independent;
+    information.total = from * equations.curvature.topLeftCorner<6, 6>() * from.transpose();
+    step = -to.transpose() *
+           equations.curvature.topLeftCorner<6, 6>().ldlt().solve(equations.gradient.head<6>());
   }
 };
 
+/// to += factor from, of the derivatives by the motion.
+void add(const Matrix6d& factor, const std::vector<ErrorScore>& from, std::vector<ErrorScore>& to) {
+  for (size_t i = 0; i < to.size(); ++i) {
+    for (int a = 0; a < 6; ++a) {
+      for (int b = 0; b < 6; ++b) to[i].derivative[a] += factor(a, b) * from[i].derivative[b];
+    }
+  }
+}
+
+/// Square of a common offset of the disparities (px^2) beyond the variance of its estimate; 0 where that does not
+/// tell it to one pixel. It is gradient over information; `variance`: of the gradient.
+double squared_offset(double gradient, double information, double variance) {
+  constexpr double known_px = 1;
+  if (!(information > 0)) return 0;
+  const double of_estimate = variance / (information * information);
+  const double squared = std::pow(gradient / information, 2);
+  return of_estimate < known_px * known_px ? std::max(squared - of_estimate, 0.0) : 0;
+}
+
 }  // namespace
 
-void correlate(const Problem& problem, const FlowDepthData& points, const NoiseLevels& levels,
-               const RobustKernel& kernel, const MotionPrior& prior, const DepthInformation& information,
-               double inflation, MotionEstimate& estimate) {
-  constexpr size_t enough = 500;  // to twice as many tell of all of them
+std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
+                                            const NoiseLevels& levels, const RobustKernel& kernel,
+                                            const DepthInformation& independent, double inflation,
+                                            bool is_weak, const SE3& X) {
+  constexpr size_t enough = 500;  // undeclared, and told by themselves how much they err
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
-  if (declared && declared->parts.empty()) return;
-  const SE3& X = estimate.T_curr_prev;
-  const size_t stride = declared ? 1 : std::max<size_t>(points.size() / enough, 1);
+  if (declared && declared->parts.empty()) return std::nullopt;
+  size_t stride = declared ? 1 : std::max<size_t>((points.size() + enough - 1) / enough, 1);
   std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, stride);
   // In coordinates in which independent errors have the unit matrix, so that no direction is lost in rounding.
-  std::optional<Matrix6d> L = lower_factor(information.total);
-  if (scores.empty() || !L) return;
-  change_coordinates(inverse_of_lower(*L), scores);
-  const double of_each = static_cast<double>(points.size()) / static_cast<double>(scores.size());
+  const std::optional<Matrix6d> L = lower_factor(independent.total);
+  if (scores.empty() || !L) return std::nullopt;
+  const Matrix6d to = inverse_of_lower(*L);
+  change_coordinates(to, scores);
   ErrorParts parts = declared ? parts_of(*declared, 1) : estimate_error_parts(scores);
   // Errors are at least as large as independent ones are taken to be.
   parts.raise_to(declared ? inflation : 1);
-  const auto covariance_of_scores = [&](const ChannelScores& independent) -> ScoreMatrix {
-    return of_each * independent.times(parts.independent) +
-           of_each * of_each * correlated_scores(scores, parts.shape).times(parts.correlated);
-  };
-  const ChannelScores independent = independent_scores(scores);
-  ScoreMatrix covariance = covariance_of_scores(independent);
-  double squared = 0;
+  const bool reweighs = parts.correlate();
+  if (!reweighs && stride > 1) {  // the optimum is that of all points
+    stride = 1;
+    scores = scores_of(points, levels, kernel, X, stride);
+    change_coordinates(to, scores);
+  }
+  const WeightedEquations equations = weigh(scores, reweighs ? parts : ErrorParts{});
+  DepthInformation information = {*L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
+                                  equations.independent * independent.errors};
+  const Vector6d gradient = *L * equations.gradient.head<6>();
+  const Vector6d across = *L * equations.curvature.col(offset).head<6>();
+  Vector6d by_offset = across;
+  MotionPrior prior;
+  Vector6d to_mean = Vector6d::Zero();
+  Matrix6d pull = Matrix6d::Zero();
+  if (is_weak && has_weak_directions(information)) {
+    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, to,
+                                  reweighs ? parts : ErrorParts{});
+    to_mean = measured.step;
+    prior =
+        hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
+                             gradient + (information.total - information.errors) * to_mean, scores.size());
+    if (prior.holds()) {
+      // The mean errs as well, by the errors of the same points.
+      pull = prior.precision * prior.covariance;
+      add(to * pull * *L, measured.scores, scores);
+      by_offset += pull * *L * measured.equations.curvature.col(offset).head<6>();
+    }
+  }
+  const std::optional<Matrix6d> L_all = lower_factor(information.total + pull * prior.precision.transpose());
+  const Eigen::LLT<Matrix6d> curvature(information.total - information.errors + prior.precision);
+  if (!L_all || curvature.info() != Eigen::Success) return std::nullopt;
+  Vector6d step = Vector6d::Zero();
+  if (reweighs) step = curvature.solve(prior.precision * to_mean - gradient);
+  const Matrix6d to_all = inverse_of_lower(*L_all);
+  change_coordinates(to_all * *L, scores);
+  const ScoreMatrix covariance = independent_scores(scores).times(parts.independent) +
+                                 correlated_scores(scores, parts.shape).times(parts.correlated);
+  Matrix6d M = covariance.topLeftCorner<6, 6>();
   if (!declared && levels.delta_d_px > 0) {
-    squared = squared_offset(of_each * Pulls(scores).of_residuals,
-                             of_each * independent.times(Lanes{1, 1, 1, 1}), covariance);
+    ScoreVector along;
+    along << -L_all->transpose() * curvature.solve(across), 1;
+    const double information_of_it =
+        equations.curvature(offset, offset) - across.dot(curvature.solve(by_offset));
+    const double squared = squared_offset(equations.gradient[offset] + across.dot(step), information_of_it,
+                                          along.dot(covariance * along));
+    const Vector6d effect = to_all * by_offset;
+    M += squared * effect * effect.transpose();
   }
-  if (prior.holds()) {
-    const Matrix6d pull = prior.precision * prior.covariance;
-    const std::optional<Matrix6d> with_mean =
-        lower_factor(information.total + pull * prior.precision.transpose());
-    if (!with_mean) return;
-    const Matrix6d to = inverse_of_lower(*with_mean);
-    change_coordinates(to * *L, scores);
-    add_errors_of_mean(to * pull, points, levels, X, stride, scores);
-    L = with_mean;
-    covariance = covariance_of_scores(independent_scores(scores));
-  }
-  if (squared > 0) {
-    const UnknownsVector by_offset = of_each * Pulls(scores).of_offset;
-    covariance += squared * by_offset * by_offset.transpose();
-  }
-  replace_covariance(
-      motion_covariance(information, prior, *L * covariance.topLeftCorner<6, 6>() * L->transpose()),
-      estimate);
+  CorrelatedEstimate out;
+  out.covariance = motion_covariance(information, prior, *L_all * M * L_all->transpose());
+  out.T_curr_prev = SE3::exp(step) * X;
+  if (!out.T_curr_prev.is_finite() || !out.covariance.allFinite()) return std::nullopt;
+  return out;
 }
 
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate) {

@@ -4,6 +4,8 @@
 // correlated over the image (correlated_errors.h): as the problem declares, and as the residuals show where it
 // declares no level of the flow. The motion, its points and its status are the same.
 
+#include <optional>
+
 #include "sextant/base/names.h"
 #include "sextant/estimator/solvers/errors_in_variables.h"
 #include "sextant/estimator/solvers/huber.h"
@@ -21,10 +23,17 @@ inline constexpr const char* covariance_meaning =
 /// Of motion_only and joint_flow, whose optimum with this kernel `estimate` holds.
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate);
 
-/// Of joint_flow_depth. `points`: those that count, evaluated at the motion. `inflation`: of independent errors, by
-/// the kernel.
-void correlate(const Problem& problem, const FlowDepthData& points, const NoiseLevels& levels,
-               const RobustKernel& kernel, const MotionPrior& prior, const DepthInformation& information,
-               double inflation, MotionEstimate& estimate);
+struct CorrelatedEstimate {
+  SE3 T_curr_prev;
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist
+};
+/// Of joint_flow_depth, whose optimum for independent errors is X. `points`: those that count, evaluated at X.
+/// `independent`: what they tell there. `inflation`: of independent errors, by the kernel. `is_weak`: depths do
+/// not determine all directions. None where errors are
+/// declared independent, or where points that count as they should do not determine the motion.
+std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
+                                            const NoiseLevels& levels, const RobustKernel& kernel,
+                                            const DepthInformation& independent, double inflation,
+                                            bool is_weak, const SE3& X);
 
 }  // namespace sextant

@@ -205,20 +205,26 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
                                                     options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
   evaluate_points(points, solution.T_curr_prev, decided.levels);
+  const double inflation =
+      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
+  const DepthInformation information = depth_information(points, solution.T_curr_prev, decided.levels, {});
+  conclude(problem, inflation * motion_covariance(information, decided.prior), estimate);
+  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok) {
+    const std::optional<CorrelatedEstimate> correlated =
+        correlate(problem, points, decided.levels, decided.kernel, information, inflation,
+                  decided.prior.holds(), solution.T_curr_prev);
+    if (correlated) {
+      estimate.T_curr_prev = correlated->T_curr_prev;
+      replace_covariance(correlated->covariance, estimate);
+      evaluate_points(points, estimate.T_curr_prev, decided.levels);
+    }
+  }
   size_t k = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
     estimate.refined_flow_u[i] += (1 - options_.projection_share) * points.error_u(k);
     estimate.refined_flow_v[i] += (1 - options_.projection_share) * points.error_v(k);
     ++k;
-  }
-  const double inflation =
-      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
-  const DepthInformation information = depth_information(points, solution.T_curr_prev, decided.levels, {});
-  conclude(problem, inflation * motion_covariance(information, decided.prior), estimate);
-  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok) {
-    correlate(problem, points, decided.levels, decided.kernel, decided.prior, information, inflation,
-              estimate);
   }
   return estimate;
 }

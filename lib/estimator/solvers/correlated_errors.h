@@ -30,7 +30,7 @@
 namespace sextant {
 
 /// One point as the covariance sees it. Lanes: the four channels; 0 where the point has no such measurement.
-struct ErrorScore {
+struct alignas(lane_bytes) ErrorScore {
   static constexpr int n_unknowns = 7;  ///< left twist (m, rad); common offset of the disparities (px)
   double u = 0, v = 0;                  ///< previous pixel
   Lanes derivative[n_unknowns] = {};    ///< of the residuals
@@ -43,6 +43,7 @@ struct ErrorScore {
 };
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;
+using ScoreVector = Eigen::Matrix<double, ErrorScore::n_unknowns, 1>;
 
 /// M by channel, of errors of variance 1: upper triangle, row by row.
 struct ChannelScores {

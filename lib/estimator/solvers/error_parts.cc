@@ -42,7 +42,7 @@ struct Sample {
 };
 
 /// Sums over points i and j of the sample: 0 those with themselves, 1 all of them times K_ij.
-struct PairSums {
+struct alignas(lane_bytes) PairSums {
   Lanes T[2] = {};                      ///< K y y
   Lanes both[2][n_lanes] = {};          ///< K^2 Pi_i Pi_j
   Lanes one[2][2][n_lanes] = {};        ///< Q^T K_a Pi K_b Q, channel of K_a by channel of K_b
@@ -205,6 +205,8 @@ PartsVector deviations_of(const VarianceEquations& equations, const std::array<b
 
 }  // namespace
 
+bool ErrorParts::correlate() const { return sum_of_lanes(&correlated) > 0; }
+
 void ErrorParts::raise_to(double variance) {
   double shares = 0;
   for (const SpatialCorrelation::Part& part : shape) shares += part.share;
@@ -236,6 +238,14 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   if (!correlated) {
     for (int a = 0; a < n_parts; a += 2) among[a + 1] = false;
     x = non_negative(equations, among);
+  }
+  if (correlated) {
+    for (int a = 0; a < n_parts; a += 2) {
+      const double total = x[a] + x[a + 1], more = std::min(deviations[a + 1], 1.0) * total;
+      if (!among[a]) continue;
+      x[a] = std::max(x[a] - more, 0.0);
+      x[a + 1] += more;
+    }
   }
   // tr(K_a R), since R = R R.
   PartsVector traces = PartsVector::Zero();

@@ -11,7 +11,9 @@
 // residuals of a fit, and K_a the correlation of part a within its kind, T_a = y^T K_a y has the expectation
 // sum_b tr(K_a R K_b R) variance_b. So it counts what the fit has taken out. Variances are >= 0.
 //
-//   no correlated one above two standard deviations      errors are independent
+//   no correlated one above two standard deviations      errors are independent; else all are raised by one, at the
+//                                                        cost of the independent ones: weights follow what is small,
+//                                                        and would trust what only happens to be
 //   a kind whose variance scatters by more than itself   has the mean variances of the others
 //   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
 //   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are
@@ -28,6 +30,8 @@ struct ErrorParts {
   Lanes independent = {1, 1, 1, 1};
   Lanes correlated = {0, 0, 0, 0};
   std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the latter
+
+  bool correlate() const;
 
   /// Adds to the independent errors of channels that are smaller than that.
   void raise_to(double variance);

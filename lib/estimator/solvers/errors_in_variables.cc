@@ -159,30 +159,23 @@ std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& sta
   return X;
 }
 
-MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
-                            const RobustKernel& kernel) {
+bool has_weak_directions(const DepthInformation& information) {
   constexpr double strong = 0.99;  // costs 1 % of the variance at most
+  const Directions at = directions_of(information);
+  return at.determined && at.lambda[0] <= strong;
+}
+
+MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
+                                 const DepthInformation& measured, const Vector6d& gradient,
+                                 size_t n_points) {
   constexpr double three_sigma2 = 9;
   constexpr double held = 1e6;  // precision in units of H that leaves nothing to the structured estimate
   MotionPrior prior;
-  if (!(levels.delta_d_px > 0)) return prior;
-  RoughFlowDepthData some(data.sample(information_sample));
-  evaluate_points(some, start, levels);
-  Directions at = directions_of(depth_information(some, start, levels, kernel));
-  if (!at.determined || at.lambda[0] > strong) return prior;
-  const std::optional<SE3> mean = motion_of_measured_depths(data, start, levels, kernel);
-  if (!mean) return prior;
-  evaluate_points(data, *mean, levels);
-  const DepthInformation information = depth_information(data, *mean, levels, kernel);
-  at = directions_of(information);
-  NoiseLevels previous = levels;
-  previous.delta_d_curr_px = 0;
-  evaluate_points(data, *mean, previous);
-  const DepthInformation measured = depth_information(data, *mean, previous, kernel);
+  const Directions at = directions_of(information);
   if (!at.determined) return prior;
   // Relief that is not itself significant tells nothing: lambda has a standard deviation of sqrt(2 / n).
-  const double least = std::sqrt(three_sigma2 * 2 / static_cast<double>(data.n_used()));
-  const Vector6d gradient = at.directions.transpose() * accumulate(data, *mean, levels, kernel).gradient;
+  const double least = std::sqrt(three_sigma2 * 2 / static_cast<double>(n_points));
+  const Vector6d along = at.directions.transpose() * gradient;
   prior.covariance = measured.total.ldlt().solve(Matrix6d::Identity());
   const Matrix6d to_coordinates = at.directions.transpose() * information.total;  // inverse of the directions
   prior.cross = (measured.total - measured.errors + information.errors) * prior.covariance;
@@ -193,7 +186,7 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   for (int i = 0; i < 6; ++i) {
     const double lambda = std::max(at.lambda[i], least);
     if (lambda * lambda * variance[i] >= 1) continue;  // the structured estimate is no worse
-    const double difference2 = std::pow(gradient[i] / lambda, 2);
+    const double difference2 = std::pow(along[i] / lambda, 2);
     const double variance_of_difference = 1 / (lambda * lambda) - 2 * common[i] / lambda + variance[i];
     if (!(variance_of_difference > 0)) continue;
     const double z2 = difference2 / variance_of_difference;
@@ -201,10 +194,28 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
     precision[i] = share * held > lambda * (1 - share) ? lambda * (1 - share) / share : held;
     bias[i] = std::pow(1 - share, 2) * std::max(0.0, difference2 - variance_of_difference);
   }
-  prior.mean = *mean;
+  prior.mean = mean;
   prior.precision = to_coordinates.transpose() * precision.asDiagonal() * to_coordinates;
   prior.bias = at.directions * bias.asDiagonal() * at.directions.transpose();
   return prior;
+}
+
+MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                            const RobustKernel& kernel) {
+  if (!(levels.delta_d_px > 0)) return {};
+  RoughFlowDepthData some(data.sample(information_sample));
+  evaluate_points(some, start, levels);
+  if (!has_weak_directions(depth_information(some, start, levels, kernel))) return {};
+  const std::optional<SE3> mean = motion_of_measured_depths(data, start, levels, kernel);
+  if (!mean) return {};
+  evaluate_points(data, *mean, levels);
+  const DepthInformation information = depth_information(data, *mean, levels, kernel);
+  NoiseLevels previous = levels;
+  previous.delta_d_curr_px = 0;
+  evaluate_points(data, *mean, previous);
+  const DepthInformation measured = depth_information(data, *mean, previous, kernel);
+  return hold_weak_directions(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
+                              data.n_used());
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {

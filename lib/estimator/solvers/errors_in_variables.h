@@ -41,7 +41,15 @@ DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3&
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
                                              const RobustKernel& kernel);
 
-/// Precision 0 where every direction is determined by the true depths.
+/// Whether some direction is so little determined by the true depths that it may have to be held.
+bool has_weak_directions(const DepthInformation& information);
+
+/// What holds them: `mean`, of precision 0 where a direction is determined. `information`: of the structured estimate;
+/// `measured`: of the mean, which takes n_points depths as measured; `gradient`: of the structured cost at it.
+MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
+                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points);
+
+/// The same from points whose errors are independent.
 MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                             const RobustKernel& kernel);
 

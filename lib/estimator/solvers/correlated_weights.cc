@@ -1,0 +1,206 @@
+#include "sextant/estimator/solvers/correlated_weights.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+constexpr int n_unknowns = ErrorScore::n_unknowns;
+constexpr int n_motion = 6;
+constexpr double most_cells = 24;
+using Matrix = Eigen::MatrixXd;
+
+/// W of a point.
+struct PointWeight {
+  Lanes information, along;  ///< W = diag(information) - along along^T
+
+  SEXTANT_INLINED PointWeight(const ErrorScore& point, const Lanes& independent)
+      : information(point.measured / independent), along(information * point.by_depth) {
+    const Lanes squares = along * point.by_depth;
+    const double length = sum_of_lanes(&squares);
+    if (length > 0) along /= std::sqrt(length);
+  }
+  SEXTANT_INLINED void times(const Lanes& column, Lanes& product) const {
+    const Lanes products = along * column;
+    product = information * column - along * sum_of_lanes(&products);
+  }
+};
+
+/// Squares over the points: as many as most_cells, and those that hold points.
+struct Cells {
+  double side = 1;
+  std::vector<double> u, v;  ///< centres
+  std::vector<size_t> of_point;
+
+  explicit Cells(const std::vector<ErrorScore>& points) {
+    double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
+    for (const ErrorScore& p : points) {
+      min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
+      min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
+    }
+    // (width / side + 1) (height / side + 1) = most_cells
+    const double width = max_u - min_u, height = max_v - min_v, sum = width + height;
+    side = (sum + std::sqrt(sum * sum + 4 * width * height * (most_cells - 1))) / (2 * (most_cells - 1));
+    side = std::max(side, 1e-3);
+    const auto n_columns = static_cast<size_t>(width / side) + 1;
+    std::vector<size_t> number(n_columns * (static_cast<size_t>(height / side) + 1), 0);  // from 1
+    for (const ErrorScore& p : points) {
+      const auto column = static_cast<size_t>((p.u - min_u) / side),
+                 row = static_cast<size_t>((p.v - min_v) / side);
+      size_t& cell = number[row * n_columns + column];
+      if (cell == 0) {
+        u.push_back((static_cast<double>(column) + 0.5) * side);
+        v.push_back((static_cast<double>(row) + 0.5) * side);
+        cell = u.size();
+      }
+      of_point.push_back(cell - 1);
+    }
+  }
+  size_t size() const { return u.size(); }
+  /// f of a length.
+  double height_of(double length_px) const {
+    return length_px * length_px / (length_px * length_px + side * side / 6);
+  }
+  /// L of K = L L^T.
+  Matrix correlation_factor(const std::vector<SpatialCorrelation::Part>& parts) const {
+    const auto n = static_cast<Eigen::Index>(size());
+    Matrix K(n, n);
+    for (size_t a = 0; a < size(); ++a) {
+      for (size_t b = 0; b <= a; ++b) {
+        const double squared = std::pow(u[a] - u[b], 2) + std::pow(v[a] - v[b], 2);
+        double sum = a == b ? 1e-9 : 0;
+        for (const SpatialCorrelation::Part& part : parts) {
+          const double f = height_of(part.length_px);
+          sum += part.share * f * std::exp(-0.5 * f * squared / (part.length_px * part.length_px));
+        }
+        K(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = sum;
+      }
+    }
+    return K.llt().matrixL();
+  }
+};
+
+/// Sums of a cell: of W, and of W D.
+struct alignas(lane_bytes) CellSums {
+  Lanes weight[n_lanes] = {};
+  Lanes weighted[n_unknowns] = {};
+};
+
+/// Returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
+SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const std::vector<size_t>& cell_of,
+                                 const Lanes& independent, CellSums* cells) {
+  Lanes plain = {}, weighted = {};
+  for (size_t i = 0; i < points.size(); ++i) {
+    const PointWeight W(points[i], independent);
+    CellSums& sum = cells[cell_of[i]];
+    for (size_t c = 0; c < n_lanes; ++c) {
+      sum.weight[c] -= W.along[c] * W.along;
+      sum.weight[c][c] += W.information[c];
+    }
+    for (int a = 0; a < n_unknowns; ++a) {
+      const Lanes& D = points[i].derivative[a];
+      Lanes product;
+      W.times(D, product);
+      sum.weighted[a] += product;
+      if (a >= n_motion) continue;
+      plain += D * D;
+      weighted += D * product;
+    }
+  }
+  const double all = sum_of_lanes(&plain);
+  return all > 0 ? sum_of_lanes(&weighted) / all : 0;
+}
+
+/// F of a cell, by unknown.
+struct alignas(lane_bytes) Smooth {
+  Lanes by[n_unknowns] = {};
+};
+
+SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Lanes& independent,
+                                   const Smooth* smooth, std::vector<ErrorScore>& points,
+                                   WeightedEquations& out) {
+  Lanes curvature[n_unknowns][n_unknowns] = {}, gradient[n_unknowns] = {};
+  for (size_t i = 0; i < points.size(); ++i) {
+    const PointWeight W(points[i], independent);
+    const Smooth& F = smooth[cell_of[i]];
+    Lanes G[n_unknowns];
+    for (int a = 0; a < n_unknowns; ++a) {
+      W.times(points[i].derivative[a] - F.by[a], G[a]);
+      for (int b = 0; b < n_unknowns; ++b) curvature[a][b] += G[a] * points[i].derivative[b];
+      gradient[a] += G[a] * points[i].residual;
+    }
+    std::copy_n(G, n_unknowns, points[i].derivative);
+  }
+  for (int a = 0; a < n_unknowns; ++a) {
+    out.gradient[a] = sum_of_lanes(&gradient[a]);
+    for (int b = 0; b < n_unknowns; ++b) out.curvature(a, b) = sum_of_lanes(&curvature[a][b]);
+  }
+}
+
+/// F of every cell.
+std::vector<Smooth> smooth_part(const Cells& cells, const std::vector<CellSums>& sums,
+                                const ErrorParts& errors) {
+  std::vector<Smooth> out(cells.size());
+  std::vector<size_t> channels;
+  for (size_t c = 0; c < n_lanes; ++c) {
+    if (errors.correlated[c] > 0) channels.push_back(c);
+  }
+  const auto m = static_cast<Eigen::Index>(cells.size()), n = m * static_cast<Eigen::Index>(channels.size());
+  if (n == 0) return out;
+  const Matrix L = cells.correlation_factor(errors.shape);
+  // F = sigma L x in each channel: (1 + L^T sum(W) L) x = L^T sum(W D), in units of the sigmas.
+  Matrix left = Matrix::Identity(n, n), right(n, n_unknowns);
+  Matrix weighted(m, n_unknowns);
+  Eigen::VectorXd weight(m);
+  for (size_t a = 0; a < channels.size(); ++a) {
+    const size_t c = channels[a];
+    const double sigma = std::sqrt(errors.correlated[c]);
+    const Eigen::Index row = static_cast<Eigen::Index>(a) * m;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      for (int b = 0; b < n_unknowns; ++b)
+        weighted(k, b) = sigma * sums[static_cast<size_t>(k)].weighted[b][c];
+    }
+    right.middleRows(row, m).noalias() = L.transpose() * weighted;
+    for (size_t b = 0; b <= a; ++b) {
+      const double both = sigma * std::sqrt(errors.correlated[channels[b]]);
+      for (Eigen::Index k = 0; k < m; ++k)
+        weight[k] = both * sums[static_cast<size_t>(k)].weight[c][channels[b]];
+      left.block(row, static_cast<Eigen::Index>(b) * m, m, m).noalias() +=
+          L.transpose() * (weight.asDiagonal() * L);
+    }
+  }
+  const Matrix x = left.llt().solve(right);
+  for (size_t a = 0; a < channels.size(); ++a) {
+    const size_t c = channels[a];
+    const Matrix F = std::sqrt(errors.correlated[c]) * L * x.middleRows(static_cast<Eigen::Index>(a) * m, m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      for (int b = 0; b < n_unknowns; ++b) out[static_cast<size_t>(k)].by[b][c] = F(k, b);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& errors) {
+  WeightedEquations out;
+  if (points.empty()) return out;
+  const Cells cells(points);
+  const double of_a_cell = static_cast<double>(points.size()) / static_cast<double>(cells.size());
+  double within = 0;
+  for (const SpatialCorrelation::Part& part : errors.shape) {
+    const double f = cells.height_of(part.length_px);
+    within += part.share * (1 - f + (of_a_cell - 1) * std::min(f, 1 - f));
+  }
+  constexpr double least = 1e-3;  // an error of nothing would leave nothing to the others
+  alignas(lane_bytes) Lanes independent = errors.independent + within * errors.correlated;
+  for (size_t c = 0; c < n_lanes; ++c) independent[c] = std::max(independent[c], least);
+  std::vector<CellSums> sums(cells.size());
+  out.independent = add_to_cells(points, cells.of_point, independent, sums.data());
+  turn_into_scores(cells.of_point, independent, smooth_part(cells, sums, errors).data(), points, out);
+  return out;
+}
+
+}  // namespace sextant
