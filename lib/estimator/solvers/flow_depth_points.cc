@@ -82,24 +82,23 @@ void FlowDepthPoints<Real>::neutralise_invalid() {
 template <typename Real>
 FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size,
                                                     const std::vector<unsigned char>& among) const {
-  const auto counts = [&](size_t i) {
-    return used(i) && (among.empty() || (i < among.size() && among[i] != 0));
-  };
+  const Real* const weights = column(weight);
+  std::vector<uint32_t> counting(size_);
   size_t n = 0;
-  for (size_t i = 0; i < size_; ++i) n += counts(i) ? 1 : 0;
+  for (size_t i = 0; i < size_; ++i) {
+    const bool counts = (weights[i] > 0) & (among.empty() || (i < among.size() && among[i] != 0));
+    counting[n] = static_cast<uint32_t>(i);
+    n += counts ? 1 : 0;
+  }
   const size_t stride = std::max<size_t>(n / size, 1);
   FlowDepthPoints out(camera_, (n + stride - 1) / stride);
-  size_t seen = 0;
-  size_t to = 0;
-  for (size_t i = 0; i < size_; ++i) {
-    if (!counts(i) || seen++ % stride != 0) continue;
-    out.valid_[to] = 1;
-    out.share_curr_[to] = share_curr_[i];
-    for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined}) {
-      out.column(k)[to] = column(k)[i];
-    }
-    ++to;
-  }
+  const auto take = [&](const Real* from, Real* to) {
+    for (size_t i = 0, at = 0; i < out.size_; ++i, at += stride) to[i] = from[counting[at]];
+  };
+  std::fill(out.valid_.begin(), out.valid_.end(), 1);
+  take(share_curr_.data(), out.share_curr_.data());
+  for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined})
+    take(column(k), out.column(k));
   return out;
 }
 
