@@ -2,7 +2,8 @@
 
 // The option `covariance` of every estimator: whether errors count as independent from point to point, or as
 // correlated over the image (correlated_errors.h): as the problem declares, and as the residuals show where it
-// declares no level of the flow. The motion, its points and its status are the same.
+// declares no level of the flow. Points and status are the same, and so is the motion of motion_only and joint_flow.
+// joint_flow_depth takes a step of generalised least squares from there (correlated_weights.h).
 
 #include <optional>
 
@@ -18,7 +19,7 @@ enum class CovarianceOf { independent, correlated };
 constexpr Names<2> names_of(CovarianceOf) { return {"independent", "correlated"}; }
 
 inline constexpr const char* covariance_meaning =
-    "errors of the points: independent, or correlated over the image, as declared, else as the residuals show";
+    "errors of the points: independent, or correlated over the image, as declared, else as the residuals show; joint_flow_depth also weighs its points by it";
 
 /// Of motion_only and joint_flow, whose optimum with this kernel `estimate` holds.
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate);

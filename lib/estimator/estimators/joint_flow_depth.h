@@ -8,7 +8,8 @@
 //   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
 //   3. current depths that agree join, with less weight where there is relief; points are re-admitted by the
 //      chi-square gate of their own covariance
-//   4. refinement with the kernel of least estimated variance
+//   4. refinement with the kernel of least estimated variance: the optimum for independent errors
+//   5. where errors are correlated, declared or seen in the residuals: a step of generalised least squares
 //
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
