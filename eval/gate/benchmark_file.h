@@ -8,8 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "sextant/base/options.h"
-
 namespace sextant {
 
 struct BenchmarkFile {

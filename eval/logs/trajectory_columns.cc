@@ -4,8 +4,6 @@
 #include <cctype>
 #include <vector>
 
-#include "sextant/base/error.h"
-
 namespace sextant {
 namespace {
 
