@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/base/json.h"
+
 namespace sextant {
 
 struct BenchmarkFile {

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <vector>
 
+#include "sextant/base/error.h"
+
 namespace sextant {
 namespace {
 
