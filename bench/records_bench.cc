@@ -1,5 +1,5 @@
 // Reading records.jsonl, in bytes a second of one thread, on the committed baseline: our scanner
-// (eval/records/record_scanner.h), a plain pass with nlohmann's parser and, where it was found at configure time, simdjson's
+// (eval/records/record_stream.h), a plain pass with nlohmann's parser and, where it was found at configure time, simdjson's
 // on-demand parser, which fills the same Record from the same list of fields in the same order.
 // Its on-demand parser is chosen when it is compiled: for any x86-64 that is the portable fallback, without SIMD. Two ways:
 //

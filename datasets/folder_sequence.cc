@@ -2,7 +2,7 @@
 
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/object_truths.h"
 
 namespace sextant {

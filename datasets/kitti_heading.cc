@@ -47,13 +47,6 @@ class WalkSmoother {
   Eigen::VectorXd weight_, pivot_;
 };
 
-/// Of the levelled forward axis, ahead over both ends of step i.
-Eigen::Vector2d heading(const std::vector<SE3>& imu, size_t i) {
-  const Eigen::Vector3d ahead =
-      imu[i].rotation() * Eigen::Vector3d::UnitX() + imu[i + 1].rotation() * Eigen::Vector3d::UnitX();
-  return ahead.head<2>().normalized();
-}
-
 double yaw_of(const SE3& pose) {
   const Eigen::Vector3d ahead = pose.rotation() * Eigen::Vector3d::UnitX();
   return std::atan2(ahead.y(), ahead.x());
@@ -142,7 +135,10 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
     if (!(speed > kitti_slow_mps)) continue;
     const double length_m = (raw[i + 1].translation() - raw[i].translation()).norm();
     timing += turned.squaredNorm() * std::pow(length_m / (steps.mean_s * speed) - 1, 2) / n;
-    const Eigen::Vector2d ahead = heading(imu, i);
+    // Of the levelled forward axis, over both ends of the step.
+    const Eigen::Vector3d forward =
+        imu[i].rotation() * Eigen::Vector3d::UnitX() + imu[i + 1].rotation() * Eigen::Vector3d::UnitX();
+    const Eigen::Vector2d ahead = forward.head<2>().normalized();
     const Eigen::Vector3d step = imu[i + 1].translation() - imu[i].translation();
     const double turn = wrapped(yaw_of(imu[i + 1]) - yaw_of(imu[i]));
     across += std::pow(ahead.x() * step.y() - ahead.y() * step.x() - lever_m * turn, 2) / steps.n_steps;

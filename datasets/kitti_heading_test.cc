@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <numbers>
 
-#include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/kitti_truth.h"
 

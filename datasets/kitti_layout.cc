@@ -8,8 +8,8 @@
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mots.h"
-#include "sextant/datasets/codec/object_pose_text.h"
 #include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/kitti_oxts_track.h"
 
 namespace sextant {

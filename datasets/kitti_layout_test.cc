@@ -389,18 +389,13 @@ TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
       return entry.path().filename().string().starts_with(".sextant_incomplete_");
     });
   };
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
+  ASSERT_TRUE(WIFSIGNALED(status_of_child([&] {
     request.between_frames = [calls = 0]() mutable {
       if (++calls == 3) ::raise(SIGKILL);
     };
     find_layout("kitti").write(sequence, request);
-    ::_exit(0);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFSIGNALED(status));
+    return 0;
+  })));
   ASSERT_EQ(stages(), 1);
   request.between_frames = [&] {
     if (stages() != 1) throw std::runtime_error("the other's is still there");  // this one's own

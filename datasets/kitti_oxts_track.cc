@@ -89,14 +89,6 @@ SE3 map_from_world() {
   return SE3(Eigen::Quaterniond(r), Eigen::Vector3d::Zero());
 }
 
-KittiOxts oxts_of_sample(const Sample& sample, double scale) {
-  KittiOxts oxts = oxts_from_pose(sample.pose, scale);
-  oxts.east_mps = sample.velocity_mps.x();
-  oxts.north_mps = sample.velocity_mps.y();
-  oxts.velocity_mps = Eigen::AngleAxisd(-oxts.yaw_rad, Eigen::Vector3d::UnitZ()) * sample.velocity_mps;
-  return oxts;
-}
-
 }  // namespace
 
 std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, double rate_hz,
@@ -122,7 +114,10 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
   track.reserve(samples.size());
   for (const Sample& sample : samples) {
     const SE3 moved(sample.pose.rotation(), sample.pose.translation() + move);
-    track.push_back(oxts_of_sample({moved, sample.velocity_mps}, scale));
+    KittiOxts& oxts = track.emplace_back(oxts_from_pose(moved, scale));
+    oxts.east_mps = sample.velocity_mps.x();
+    oxts.north_mps = sample.velocity_mps.y();
+    oxts.velocity_mps = Eigen::AngleAxisd(-oxts.yaw_rad, Eigen::Vector3d::UnitZ()) * sample.velocity_mps;
   }
   return track;
 }

@@ -12,7 +12,7 @@
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/kitti_labels.h"
 #include "sextant/datasets/codec/mots.h"
-#include "sextant/datasets/codec/object_pose_text.h"
+#include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/object_truths.h"
 
 namespace sextant {
@@ -47,10 +47,6 @@ std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs
   return {};
 }
 
-SE3 turned(const SE3& pose, double yaw_rad) {
-  return {Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * pose.rotation(), pose.translation()};
-}
-
 /// The truth of the GPS/IMU unit: raw poses made better as the options say.
 class ImuTruth {
  public:
@@ -68,7 +64,10 @@ class ImuTruth {
       poses[i + 1] = SE3(poses[i + 1].rotation(), position);
     }
     if (options_.heading != KittiHeading::course || !course_) return;
-    for (size_t k = 0; k < poses.size(); ++k) poses[k] = turned(poses[k], course_->slow_rad[k]);
+    for (size_t k = 0; k < poses.size(); ++k) {
+      const Eigen::AngleAxisd turn(course_->slow_rad[k], Eigen::Vector3d::UnitZ());
+      poses[k] = {turn * poses[k].rotation(), poses[k].translation()};
+    }
   }
 
  private:
@@ -146,14 +145,6 @@ ObjectTruths objects_of(const std::vector<KittiLabel>& labels, const ObjectPoses
   return objects;
 }
 
-std::set<std::string> sequences_in(const fs::path& calib) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(calib)) {
-    if (entry.path().extension() == ".txt") names.insert(entry.path().stem().string());
-  }
-  return names;
-}
-
 void check_sequence(const fs::path& root, const std::string& sequence) {
   if (!fs::is_directory(root)) fail("{}: no such folder", root.string());
   const fs::path calib = root / "training" / "calib";
@@ -162,7 +153,10 @@ void check_sequence(const fs::path& root, const std::string& sequence) {
          root.string());
   }
   if (!sequence.empty() && fs::is_regular_file(calib / (sequence + ".txt"))) return;
-  const std::set<std::string> known = sequences_in(calib);
+  std::set<std::string> known;
+  for (const auto& entry : fs::directory_iterator(calib)) {
+    if (entry.path().extension() == ".txt") known.insert(entry.path().stem().string());
+  }
   fail("{}: no {}: give the sequence after '#' (such as #0005); there are: {}", calib.string(),
        sequence.empty() ? "sequence is asked for" : sequence + ".txt",
        known.empty() ? "none" : fmt::format("{}", fmt::join(known, " ")));

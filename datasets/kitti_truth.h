@@ -23,7 +23,7 @@
 // velocity goes; velocity_vector's velocities are then taken velocity_lag_s later as well.
 //
 // Objects: id = track id + 1 (that of the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y, z)),
-// or that of training/object_pose/%04d.txt where it is given there (codec/object_pose_text.h): our extension.
+// or that of training/object_pose/%04d.txt where it is given there (codec/pose_text.h): our extension.
 
 #include <filesystem>
 #include <optional>

@@ -5,8 +5,8 @@
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_calibration.h"
 #include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/datasets/vdo_truth.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {

@@ -3,7 +3,7 @@
 #include <mutex>
 
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/synthetic/frame_cache.h"
 #include "sextant/datasets/synthetic/renderer.h"
 

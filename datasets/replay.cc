@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/rendered_sequence.h"
 #include "sextant/datasets/synthetic/replay_scenario.h"
 #include "sextant/datasets/vkitti1_truth.h"
-#include "sextant/datasets/vkitti_names.h"
+#include "sextant/datasets/vkitti_files.h"
 
 namespace sextant {
 namespace {

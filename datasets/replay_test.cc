@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/synthetic/replay_scenario.h"
@@ -18,12 +17,6 @@ std::optional<SourceSpec> real(const std::string& adapter, const std::string& fo
   return SourceSpec::parse(adapter + ":" + real_data(folder).string() + rest);
 }
 
-/// The box of an instance, pixels inclusive, and its share of the image.
-std::pair<ImageBox, double> measure(const Image<uint16_t>& mask, int id) {
-  const auto [box, n_pixels] = mask_outlines(mask)[id];
-  return {box, n_pixels / static_cast<double>(mask.size())};
-}
-
 TEST(ReplayOnRealData, Vkitti18HasThePapersDistancesBoxesAndAreas) {
   const auto source = real("replay-vkitti1", "vkitti_1.3.1_text", "#0018@124-134");
   if (!source) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
@@ -35,11 +28,12 @@ TEST(ReplayOnRealData, Vkitti18HasThePapersDistancesBoxesAndAreas) {
     const int id = car + 2;  // tid 1, 2, 3
     double area = 0, worst_overlap = 1;
     for (int frame = 124; frame <= 134; ++frame) {
-      const auto [box, share] = measure(sequence->read(frame, {.mask = true}).mask, id);
+      const Image<uint16_t> mask = sequence->read(frame, {.mask = true}).mask;
+      const auto [box, n_pixels] = mask_outlines(mask)[id];
       const ObjectTruth* truth = sequence->truth().find(frame, id);
       ASSERT_NE(truth, nullptr);
       worst_overlap = std::min(worst_overlap, overlap(box, *truth->box));
-      area += share / 11;
+      area += n_pixels / static_cast<double>(mask.size()) / 11;
     }
     fmt::print("car {}: least IoU {:.3f}, mean area {:.3f} %\n", car + 1, worst_overlap, 100 * area);
     EXPECT_GE(worst_overlap, 0.85) << "car " << car + 1;

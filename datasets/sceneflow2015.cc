@@ -1,7 +1,6 @@
 #include "sextant/datasets/sceneflow2015.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/text_rows.h"

@@ -1,6 +1,6 @@
 #include "sextant/datasets/synthetic_scenes.h"
 
-#include "sextant/datasets/frame_range.h"
+#include "sextant/datasets/dataset.h"
 
 namespace sextant {
 

@@ -2,14 +2,14 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <numbers>
 #include <set>
 
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/codec/yaml_camera.h"
-#include "sextant/datasets/vdo_truth.h"
 
 namespace sextant {
 namespace {
@@ -21,11 +21,6 @@ constexpr int demo_height = 375;
 constexpr double authors_bf = 387.5744;
 constexpr double colour_bf = 384.3814;
 constexpr double default_rate_hz = 10;
-
-const StereoCamera& demo_camera() {
-  static const StereoCamera camera{{721.5377, 721.5377, 609.5593, 172.8540}, authors_bf};
-  return camera;
-}
 
 /// Camera and truth of a folder, whose frames and size are known.
 class TextFiles {
@@ -48,7 +43,7 @@ class TextFiles {
       found = decode_yaml_camera(sequence_.inputs().read(*yaml), yaml->string());
     } else if (!complete) {
       need_demo_size("no *.yaml camera in this folder: add one, or give the options fx, fy, cx, cy and bf");
-      found.camera = demo_camera();
+      found.camera = {{721.5377, 721.5377, 609.5593, 172.8540}, authors_bf};
       info_.warnings.push_back(
           fmt::format("no *.yaml camera in {}: using the KITTI 0003 demo's "
                       "f = 721.5377, c = (609.5593, 172.8540), bf = 387.5744",
@@ -208,6 +203,40 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                  .provenance = "masks: precomputed text"};
   sequence->open_channels(files);
   return sequence;
+}
+
+namespace {
+
+ObjectTruth read_object(const TextRows& rows) {
+  ObjectTruth object;
+  object.id = rows.integer(1, "the object id");
+  if (object.id < 1)
+    rows.fail_here("expected an object id of 1 or more (0 is the background), got {}", object.id);
+  if (object.id > 65535) rows.fail_here("expected an object id of at most 65535, got {}", object.id);
+  object.box = rows.box(2);
+  const Eigen::Vector3d position(rows.metres(6, "x"), rows.metres(7, "y"), rows.metres(8, "z"));
+  const double yaw = rows.finite(9, "ry") + std::numbers::pi / 2;
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
+  object.T_camera_object = SE3(rotation, position);
+  return object;
+}
+
+}  // namespace
+
+ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) {
+  ObjectTruths objects;
+  for (TextRows rows(text, name); rows.next();) {
+    rows.expect(10, "frame id left top right bottom x y z ry (10 values)");
+    const int frame = rows.frame(0);
+    const ObjectTruth object = read_object(rows);
+    if (std::ranges::find(objects[frame], object.id, &ObjectTruth::id) != objects[frame].end()) {
+      rows.fail_here("object {} appears twice in frame {}", object.id, frame);
+    }
+    objects[frame].push_back(object);
+  }
+  for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
+  mark_interpolated(objects);
+  return objects;
 }
 
 }  // namespace sextant

@@ -17,8 +17,11 @@
 // Frames: all with an image, without a gap, or @first-last. Source: github.com/halajun/VDO_SLAM.
 
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "sextant/datasets/folder_sequence.h"
+#include "sextant/datasets/object_truths.h"
 
 namespace sextant {
 
@@ -40,5 +43,9 @@ struct VdoFolderOptions : ChannelOptions {
 
 /// Throws Error on a folder, file or frame range that is not there, or a file that is not as described above.
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source);
+
+/// object_pose.txt: "frame id l t r b x y z ry" per line. Result by frame, ordered by id, `interpolated` set.
+/// Throws Error "NAME:LINE: ..." on another number of values or an object given twice in one frame.
+ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name);
 
 }  // namespace sextant

@@ -1,19 +1,16 @@
 #include "sextant/datasets/vdo_layout.h"
 
-#include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
 namespace {
 
-VdoFixtureOptions small() {
-  VdoFixtureOptions options{.n_frames = 3, .first_frame = 7, .width = 64, .height = 32};
-  return options;
-}
-
 class VdoLayoutTest : public testing::Test {
  protected:
-  VdoLayoutTest() { make_vdo_fixture(folder_.path() / "a", small()); }
+  VdoLayoutTest() {
+    make_vdo_fixture(folder_.path() / "a", {.n_frames = 3, .first_frame = 7, .width = 64, .height = 32});
+  }
 
   std::unique_ptr<Sequence> open(const std::string& name) const {
     return open_source(SourceSpec::parse("vdo:" + (folder_.path() / name).string()));

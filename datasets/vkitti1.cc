@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <unordered_map>
 
@@ -67,14 +66,6 @@ VkittiName parse_sequence(const SourceSpec& source) {
        source.path, fmt::join(worlds, ", "));
 }
 
-void check_size(const SequenceInfo& info, const std::string& root) {
-  if (info.width == vkitti_width && info.height == vkitti_height) return;
-  fail(
-      "{} {}: images of {}x{} pixels: the data set's camera (f = 725, "
-      "c = (620.5, 187)) belongs to {}x{}; take images of that size",
-      root, info.sequence, info.width, info.height, vkitti_width, vkitti_height);
-}
-
 }  // namespace
 
 void Vkitti1Options::check() const {
@@ -122,7 +113,12 @@ std::unique_ptr<Sequence> open_vkitti1(const SourceSpec& source) {
   };
   sequence->choose_frames(files, fmt::format("{} {}", source.path, info.sequence));
   check_vkitti_frames(*sequence, source.path);
-  check_size(info, source.path);
+  if (info.width != vkitti_width || info.height != vkitti_height) {
+    fail(
+        "{} {}: images of {}x{} pixels: the data set's camera (f = 725, "
+        "c = (620.5, 187)) belongs to {}x{}; take images of that size",
+        source.path, info.sequence, info.width, info.height, vkitti_width, vkitti_height);
+  }
   sequence->open_channels(files);
   return sequence;
 }

@@ -1,12 +1,11 @@
 #include <algorithm>
-#include <filesystem>
 
 #include "sextant/base/files.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/vkitti1_truth.h"
+#include "sextant/datasets/vkitti_files.h"
 #include "sextant/datasets/vkitti_layout.h"
-#include "sextant/datasets/vkitti_names.h"
 #include "sextant/datasets/vkitti_rows.h"
 
 namespace sextant {

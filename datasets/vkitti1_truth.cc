@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 
-#include "sextant/base/text.h"
 #include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/datasets/vkitti_rows.h"
 

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <filesystem>
 #include <set>
 
 #include "sextant/datasets/vkitti1.h"

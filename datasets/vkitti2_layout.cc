@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <filesystem>
 #include <map>
 
 #include "sextant/base/files.h"
@@ -7,8 +6,8 @@
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
+#include "sextant/datasets/vkitti_files.h"
 #include "sextant/datasets/vkitti_layout.h"
-#include "sextant/datasets/vkitti_names.h"
 #include "sextant/datasets/vkitti_rows.h"
 
 namespace sextant {
@@ -30,11 +29,6 @@ Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
   pose.camera_m = row.object->T_camera_object.translation();
   pose.camera_angles = row.angles;
   return pose;
-}
-
-Vkitti2Box to_box(const VkittiRow& row) {
-  return {row.frame,    left_camera,    row.track,     row.box,
-          row.n_pixels, row.truncation, row.occupancy, row.moving};
 }
 
 // 8 bit where that is enough, as in the data set.
@@ -117,7 +111,8 @@ class Writer {
     std::map<int, Vkitti2Info> infos;  // by track
     for (const VkittiRow& row : vkitti_rows(sequence_, outlines)) {
       poses.push_back(to_pose(row, *sequence_.truth().camera.pose(row.frame)));
-      boxes.push_back(to_box(row));
+      boxes.push_back({row.frame, left_camera, row.track, row.box, row.n_pixels, row.truncation,
+                       row.occupancy, row.moving});
       infos.emplace(row.track, Vkitti2Info{row.track, row.type, "unknown", "unknown"});
     }
     std::vector<Vkitti2Info> info_rows;

@@ -77,14 +77,6 @@ std::unique_ptr<DepthSource> make_disparity256_source(const std::string& path, c
   return files<float>("depth", "disparity256", ".png", of_png16(depth))(path, inputs);
 }
 
-Image<uint16_t> decode_instances(const std::string& bytes, const std::string& name) {
-  if (png_header(bytes, name).bit_depth == 16) return decode_png16(bytes, name);
-  const Image<uint8_t> ids = decode_png_index(bytes, name);
-  Image<uint16_t> mask(ids.width(), ids.height());
-  std::copy(ids.data(), ids.data() + ids.size(), mask.data());
-  return mask;
-}
-
 Image<uint16_t> decode_mots(const std::string& bytes, const std::string& name) {
   return mask_from_mots(decode_png16(bytes, name), name);
 }
@@ -148,7 +140,7 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
                                              std::map<int, std::vector<LabelBox>> boxes) {
   const std::vector<Kind<Make<uint16_t>>> table = {
-      {"instance_png", "DIR", files<uint16_t>("masks", "instance_png", ".png", decode_instances)},
+      {"instance_png", "DIR", files<uint16_t>("masks", "instance_png", ".png", decode_png_ids)},
       {"mots_png", "DIR", files<uint16_t>("masks", "mots_png", ".png", decode_mots)},
       {"mots_txt", "FILE", mots_text("mots_txt", MotsIds::tracks)},
       {"detections_txt", "FILE", mots_text("detections_txt", MotsIds::detections)},

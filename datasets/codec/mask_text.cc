@@ -1,5 +1,6 @@
 #include "sextant/datasets/codec/mask_text.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -79,27 +80,16 @@ class MaskParser {
   int line_ = 0;
 };
 
-std::string_view without_blank_end(std::string_view text) {
-  while (!text.empty() && (is_blank(text.back()) || text.back() == '\n')) text.remove_suffix(1);
-  return text;
-}
-
-int count_lines(std::string_view text) {
-  size_t n = 1;
-  for (const char c : text) n += c == '\n';
-  return static_cast<int>(n);
-}
-
 }  // namespace
 
 Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-  text = without_blank_end(text);
+  while (!text.empty() && (is_blank(text.back()) || text.back() == '\n')) text.remove_suffix(1);
   if (text.empty()) fail("{}: expected rows of instance ids, the file is empty", name);
 
   const size_t width = MaskParser(text, name).row(nullptr, 0);
   if (width == 0) fail("{}:1:1: expected a row of instance ids, got an empty line", name);
-  Image<uint16_t> mask(static_cast<int>(width), count_lines(text));
+  Image<uint16_t> mask(static_cast<int>(width), static_cast<int>(std::ranges::count(text, '\n')) + 1);
   MaskParser parser(text, name);
   for (int y = 0; y < mask.height(); ++y) {
     const size_t n = parser.row(mask.row(y), width);

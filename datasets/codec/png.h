@@ -58,4 +58,7 @@ std::string encode_png(const Image<uint16_t>& image, const PngEncoding& encoding
 std::string encode_png(const Image<Rgb>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding = {});
 
+/// The same of an image of ids, which may also be of 16 bits.
+Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name);
+
 }  // namespace sextant

@@ -29,16 +29,7 @@ uint32_t big_endian32(const char* p) {
 }
 
 int n_channels(int color_type) {
-  switch (color_type) {
-    case rgb:
-      return 3;
-    case gray_alpha:
-      return 2;
-    case rgb_alpha:
-      return 4;
-    default:
-      return 1;
-  }
+  return color_type == rgb ? 3 : color_type == gray_alpha ? 2 : color_type == rgb_alpha ? 4 : 1;
 }
 
 std::string describe(const PngHeader& header) {
@@ -317,6 +308,12 @@ Image<uint8_t> rgb_to_gray(const Image<Rgb>& image) {
     gray.data()[i] = luminance(c.r, c.g, c.b);
   }
   return gray;
+}
+
+Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name) {
+  if (png_header(bytes, name).bit_depth == 16) return decode_png16(bytes, name);
+  const Image<uint8_t> ids = decode_png_index(bytes, name);
+  return image_of(ids.width(), ids.height(), [&](int x, int y) -> uint16_t { return ids(x, y); });
 }
 
 }  // namespace sextant

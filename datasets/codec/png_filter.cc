@@ -120,46 +120,22 @@ void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
 
 template <int BPP>
 bool unfilter(int filter, uint8_t* row, const uint8_t* prior, size_t n) {
-  switch (filter) {
-    case 0:
-      return true;
-    case 1:
-      undo_sub<BPP>(row, n);
-      return true;
-    case 2:
-      if (prior != nullptr) add_row(row, prior, n);
-      return true;
-    case 3:
-      undo_average<BPP>(row, prior, n);
-      return true;
-    case 4:  // without a row above, the nearest is always a
-      prior == nullptr ? undo_sub<BPP>(row, n) : undo_paeth<BPP>(row, prior, n);
-      return true;
-    default:
-      return false;
-  }
+  const bool as_sub =
+      filter == 1 || (filter == 4 && prior == nullptr);  // without a row above, the nearest is always a
+  if (as_sub) undo_sub<BPP>(row, n);
+  if (filter == 2 && prior != nullptr) add_row(row, prior, n);
+  if (filter == 3) undo_average<BPP>(row, prior, n);
+  if (filter == 4 && !as_sub) undo_paeth<BPP>(row, prior, n);
+  return filter >= 0 && filter <= 4;
 }
 
 }  // namespace
 
 bool png_unfilter(int filter, uint8_t* row, const uint8_t* prior, size_t n, int bytes_per_pixel) {
-  switch (bytes_per_pixel) {
-    case 1:
-      return unfilter<1>(filter, row, prior, n);
-    case 2:
-      return unfilter<2>(filter, row, prior, n);
-    case 3:
-      return unfilter<3>(filter, row, prior, n);
-    case 4:
-      return unfilter<4>(filter, row, prior, n);
-    case 6:
-      return unfilter<6>(filter, row, prior, n);
-    case 8:
-      return unfilter<8>(filter, row, prior, n);
-    default:
-      SEXTANT_CHECK(!"bytes per PNG pixel");
-  }
-  return false;
+  constexpr decltype(&unfilter<1>) of_size[] = {nullptr, unfilter<1>, unfilter<2>, unfilter<3>, unfilter<4>,
+                                                nullptr, unfilter<6>, nullptr,     unfilter<8>};
+  SEXTANT_CHECK(bytes_per_pixel > 0 && bytes_per_pixel <= 8 && of_size[bytes_per_pixel] != nullptr);
+  return of_size[bytes_per_pixel](filter, row, prior, n);
 }
 
 void png_filter(int filter, const uint8_t* row, const uint8_t* prior, size_t n, int bytes_per_pixel,

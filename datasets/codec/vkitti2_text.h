@@ -20,6 +20,7 @@
 
 #include "sextant/datasets/codec/vkitti_box.h"
 #include "sextant/geometry/camera.h"
+#include "sextant/geometry/se3.h"
 #include "sextant/measurement/image_box.h"
 
 namespace sextant {

@@ -2,9 +2,9 @@
 
 #include <cstring>
 
-#include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/machine.h"
 
 namespace sextant::synthetic {
 namespace {

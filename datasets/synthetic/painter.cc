@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sextant/datasets/synthetic/shading.h"
+#include "sextant/datasets/synthetic/wide.h"
 
 namespace sextant::synthetic {
 namespace {

@@ -286,18 +286,11 @@ struct Plain {
 };
 
 Plain plain_of(Material material) {
-  switch (material) {
-    case Material::grass:
-      return {1.0F, 0.20F, 0.15F};
-    case Material::foliage:
-      return {0.85F, 0.50F, 0.1F};
-    case Material::bark:
-      return {1.0F, 0.22F, 0.2F};
-    case Material::glass:
-      return {1.0F, 0.18F, 0.2F};
-    default:
-      return {1.0F, 0.13F, 0.2F};
-  }
+  if (material == Material::grass) return {1.0F, 0.20F, 0.15F};
+  if (material == Material::foliage) return {0.85F, 0.50F, 0.1F};
+  if (material == Material::bark) return {1.0F, 0.22F, 0.2F};
+  if (material == Material::glass) return {1.0F, 0.18F, 0.2F};
+  return {1.0F, 0.13F, 0.2F};
 }
 
 }  // namespace

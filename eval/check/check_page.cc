@@ -1,9 +1,9 @@
-#include "sextant/eval/check/check_page.h"
+#include "sextant/eval/check/check_source.h"
 
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/report/table.h"
+#include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
 namespace {
@@ -22,52 +22,6 @@ std::string present(const SourceCheck& c) {
 std::string remark(const SourceCheck& c) {
   if (c.cause.empty()) return c.message;
   return c.cause + (c.message.empty() ? "" : " (" + c.message + ")");
-}
-
-/// Broken at spaces, each further line indented below the text.
-std::string wrapped(const std::string& label, const std::string& text) {
-  std::string out = label;
-  size_t column = label.size();
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find(' ', begin), text.size());
-    if (column + 1 + end - begin > page_width && column > label.size()) {
-      out += "\n" + std::string(label.size(), ' ');
-      column = label.size();
-    }
-    out += " " + text.substr(begin, end - begin);
-    column += 1 + end - begin;
-    begin = end + 1;
-  }
-  return out;
-}
-
-/// The channels, poses and tracks; long messages go below the table.
-Table content_table(const std::string& source, const SequenceInfo& info) {
-  Table table;
-  table.title = fmt::format("{}: frames {}-{}, {}x{} px, {} Hz", source, info.first_frame, info.last_frame,
-                            info.width, info.height, info.rate_hz);
-  table.columns = {Column::text("outcome", ""),
-                   Column::text("check", "content"),
-                   {"present", "present", Align::right},
-                   {"size_px", "size [px]", Align::right},
-                   Column::number("valid_percent", "valid [%]", 1),
-                   Column::number("min", 2),
-                   Column::number("median", 2),
-                   Column::number("max", 2),
-                   Column::text("unit")};
-  return table;
-}
-
-Table convention_table() {
-  Table table;
-  table.columns = {Column::text("outcome", ""),
-                   Column::text("check", "convention"),
-                   {"value", "value", Align::right},
-                   {"limit", "limit", Align::right},
-                   Column::text("unit"),
-                   Column::count("n"),
-                   Column::text("counted", "of")};
-  return table;
 }
 
 Json to_json(const SourceCheck& c) {
@@ -96,11 +50,32 @@ Json to_json(const SourceCheck& c) {
 
 std::string check_page(const std::string& source, const SequenceInfo& info,
                        const std::vector<SourceCheck>& checks) {
-  Table content = content_table(source, info), conventions = convention_table();
+  Table content{fmt::format("{}: frames {}-{}, {}x{} px, {} Hz", source, info.first_frame, info.last_frame,
+                            info.width, info.height, info.rate_hz),
+                "",
+                {Column::text("outcome", ""),
+                 Column::text("check", "content"),
+                 {"present", "present"},
+                 {"size_px", "size [px]"},
+                 Column::number("valid_percent", "valid [%]", 1),
+                 Column::number("min", 2),
+                 Column::number("median", 2),
+                 Column::number("max", 2),
+                 Column::text("unit")}};
+  Table conventions{"",
+                    "",
+                    {Column::text("outcome", ""),
+                     Column::text("check", "convention"),
+                     {"value", "value"},
+                     {"limit", "limit"},
+                     Column::text("unit"),
+                     Column::count("n"),
+                     Column::text("counted", "of")}};
   for (const SourceCheck& c : checks) {
     Table& table = c.convention ? conventions : content;
+    const std::string label = fmt::format("{:<7} {}: ", outcome(c), c.name);
     if (!remark(c).empty())
-      table.notes.push_back(wrapped(fmt::format("{:<7} {}:", outcome(c), c.name), remark(c)));
+      table.notes.push_back(wrapped(label + remark(c), page_width, std::string(label.size(), ' ')));
     if (c.convention) {
       table.add_row({outcome(c), c.name, c.value, c.limit, c.unit, c.n ? Cell(*c.n) : Cell(), c.counted});
     } else if (c.outcome != CheckOutcome::note || c.n_present) {

@@ -45,18 +45,9 @@ constexpr std::array<ChannelKind, 4> channel_kinds = {{{"gray", "level", &Channe
                                                        {"flow", "px", &Channels::flow},
                                                        {"mask", "id", &Channels::mask}}};
 
-Channels channels_looked_at(const SequenceInfo& info) {
-  Channels channels;
-  for (const ChannelKind& kind : channel_kinds) channels.*kind.flag = info.channels.*kind.flag;
-  return channels;
-}
-
 template <typename T, typename Value>
-void measure(const Image<T>& image, Value value, ChannelFrame& out) {
-  out.present = !image.empty();
-  out.width = image.width();
-  out.height = image.height();
-  out.n_pixels = image.size();
+ChannelFrame measure(const Image<T>& image, const Value& value) {
+  ChannelFrame out{!image.empty(), image.width(), image.height(), image.size()};
   for (size_t i = 0; i < image.size(); ++i) {
     const double v = value(image.data()[i]);
     if (!std::isfinite(v)) continue;
@@ -64,32 +55,26 @@ void measure(const Image<T>& image, Value value, ChannelFrame& out) {
     out.max = std::max(out.max, v);
     if (out.n_valid++ % sample_step == 0) out.sample.push_back(static_cast<float>(v));
   }
+  return out;
 }
 
 using FrameContent = std::array<ChannelFrame, channel_kinds.size()>;
 
 /// What is in one channel of a frame.
 ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
-  ChannelFrame out;
-  if (kind.flag == &Channels::gray)
-    measure(
-        data.gray, [](uint8_t g) { return static_cast<double>(g); }, out);
-  if (kind.flag == &Channels::depth)
-    measure(
-        data.depth_m, [](float d) { return static_cast<double>(d); }, out);
-  if (kind.flag == &Channels::flow)
-    measure(
-        data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); }, out);
+  const auto as_it_is = [](auto value) { return static_cast<double>(value); };
+  if (kind.flag == &Channels::gray) return measure(data.gray, as_it_is);
+  if (kind.flag == &Channels::depth) return measure(data.depth_m, as_it_is);
   if (kind.flag == &Channels::mask)
-    measure(
-        data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); }, out);
-  return out;
+    return measure(data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); });
+  return measure(data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); });
 }
 
 /// Reads the channels of a frame; what the convention checks need of it goes to `grid`. A channel that cannot
 /// be read does not keep the others from being read.
 FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, GridFrame& grid) {
-  const Channels all = channels_looked_at(sequence.info());
+  Channels all;
+  for (const ChannelKind& kind : channel_kinds) all.*kind.flag = sequence.info().channels.*kind.flag;
   FrameContent content;
   Frame data;
   try {
@@ -131,10 +116,6 @@ std::vector<bool> sampled_frames(int n) {
     std::fill_n(sampled.begin() + r * (n - run) / (n_runs - 1), run, true);
   }
   return sampled;
-}
-
-double median_of(const std::vector<float>& values) {
-  return median(std::vector<double>(values.begin(), values.end()));
 }
 
 void set_fail(SourceCheck& line, const std::string& message) {
@@ -200,7 +181,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
   if (valid > 0) {
     line.min = min;
     line.max = max;
-    line.median = median_of(sample);
+    line.median = median(std::vector<double>(sample.begin(), sample.end()));
   }
   if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0)
     judge_empty_channel(sequence, kind, line);
@@ -259,8 +240,7 @@ SourceCheck check_all_files(const Sequence& sequence) {
 }
 
 SourceCheck note(const std::string& name, const std::string& message) {
-  SourceCheck line{.name = name, .outcome = CheckOutcome::note, .message = message};
-  return line;
+  return {.name = name, .outcome = CheckOutcome::note, .message = message};
 }
 
 SourceCheck judge_convention(const Diagnosis& diagnosis) {

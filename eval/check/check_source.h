@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/base/json.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/check/conventions.h"
 
@@ -45,5 +46,15 @@ struct CheckSourceOptions {
 
 /// Bad frames become FAIL lines; only what stops the check altogether throws.
 std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourceOptions& options);
+
+// ---- what check_source() has found, for people and for programs
+
+/// Two tables, content and conventions, with the likely causes below.
+std::string check_page(const std::string& source, const SequenceInfo& info,
+                       const std::vector<SourceCheck>& checks);
+/// {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}
+Json check_json(const std::string& source, const std::vector<SourceCheck>& checks);
+/// Throws Error that names the first failed check, where there is one.
+void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 
 }  // namespace sextant

@@ -8,11 +8,6 @@ namespace {
 
 constexpr double samples_per_frame = 5000;
 
-int choose_step(const SequenceInfo& info) {
-  const double area = static_cast<double>(info.width) * info.height;
-  return std::max(1, static_cast<int>(std::lround(std::sqrt(area / samples_per_frame))));
-}
-
 }  // namespace
 
 ConventionData make_convention_data(const Sequence& sequence) {
@@ -23,7 +18,8 @@ ConventionData make_convention_data(const Sequence& sequence) {
                       .rate_hz = info.rate_hz,
                       .first_frame = info.first_frame};
   data.frames.resize(static_cast<size_t>(info.last_frame - info.first_frame + 1));
-  data.step = choose_step(info);
+  const double area = static_cast<double>(info.width) * info.height;
+  data.step = std::max(1, static_cast<int>(std::lround(std::sqrt(area / samples_per_frame))));
   data.depth_kind = info.depth_kind;
   data.truth = sequence.truth();
   data.times_s = info.times_s;

@@ -1,7 +1,7 @@
 #pragma once
 
 // What the convention checks look at: the truth of a sequence, and its depth, flow and masks on a coarse
-// grid of pixels. A plain value: a hypothesis about a mistake is a change of a copy of it (hypotheses.h).
+// grid of pixels. A plain value: a hypothesis about a mistake is a change of a copy of it (diagnosis.h).
 //
 //   grid:  sample (i, j) stands at pixel (i step + step/2, j step + step/2)
 //   flow:  the flow image of frame k belongs to the pair (k + flow_from) -> (k + flow_to)

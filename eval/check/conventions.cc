@@ -1,15 +1,8 @@
 #include "sextant/eval/check/conventions.h"
 
-#include <array>
-
 #include "sextant/stats/summary.h"
 
 namespace sextant {
-
-std::string_view to_string(CheckOutcome outcome) {
-  constexpr std::array<std::string_view, 4> names = {"PASS", "SUSPECT", "FAIL", "note"};
-  return names.at(static_cast<size_t>(outcome));
-}
 
 CheckOutcome Finding::outcome() const {
   if (!checkable()) return CheckOutcome::note;

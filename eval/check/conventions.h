@@ -9,13 +9,14 @@
 #include <string_view>
 #include <vector>
 
+#include "sextant/base/names.h"
 #include "sextant/eval/check/convention_data.h"
 
 namespace sextant {
 
 /// `note`: worth knowing, or not checkable; says nothing against the source.
 enum class CheckOutcome { pass, suspect, fail, note };
-std::string_view to_string(CheckOutcome outcome);  ///< "PASS", "SUSPECT", "FAIL", "note"
+constexpr Names<4> names_of(CheckOutcome) { return {"PASS", "SUSPECT", "FAIL", "note"}; }
 
 /// The outcome of one check, before any cause is looked for.
 struct Finding {

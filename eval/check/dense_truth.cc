@@ -12,25 +12,9 @@ std::string share_text(int n, double coverage, int n_frames) {
                      n_frames == 1 ? "frame" : "frames", 100 * coverage);
 }
 
-std::optional<DenseFlowError> flow_error_of(const Sequence& sequence, int frame) {
-  const auto truth = sequence.true_flow(frame);
-  if (!truth) return std::nullopt;
-  const Image<Flow> flow = sequence.read(frame, {.flow = true}).flow;
-  if (flow.empty()) return std::nullopt;
-  return dense_flow_error(flow, *truth);
-}
-
-std::optional<DenseDisparityError> disparity_error_of(const Sequence& sequence, int frame) {
-  const auto truth = sequence.true_depth(frame);
-  if (!truth) return std::nullopt;
-  const Image<float> depth = sequence.read(frame, {.depth = true}).depth_m;
-  if (depth.empty()) return std::nullopt;
-  return dense_disparity_error(depth, *truth, sequence.info().camera.bf);
-}
-
 // Over all frames of `measure(frame)`, in order of frames.
 template <typename T, typename Measure>
-std::vector<T> collect(const SequenceInfo& info, int jobs, Measure measure) {
+std::vector<T> collect(const SequenceInfo& info, int jobs, const Measure& measure) {
   const int n = info.last_frame - info.first_frame + 1;
   std::vector<std::optional<T>> frames(static_cast<size_t>(n));
   parallel_for(n, jobs, [&](int i) { frames[static_cast<size_t>(i)] = measure(info.first_frame + i); });
@@ -61,14 +45,21 @@ DenseTruthErrors dense_truth_errors(const Sequence& sequence, int jobs) {
   const SequenceInfo& info = sequence.info();
   DenseTruthErrors errors;
   if (info.channels.flow && !info.exact.flow) {
-    const auto flows =
-        collect<DenseFlowError>(info, jobs, [&](int frame) { return flow_error_of(sequence, frame); });
+    const auto flows = collect<DenseFlowError>(info, jobs, [&](int frame) {
+      const auto truth = sequence.true_flow(frame);
+      const Image<Flow> flow = truth ? sequence.read(frame, {.flow = true}).flow : Image<Flow>();
+      return flow.empty() ? std::nullopt : std::optional(dense_flow_error(flow, *truth));
+    });
     errors.n_flow_frames = static_cast<int>(flows.size());
     if (!flows.empty()) errors.flow = pooled(flows);
   }
   if (info.channels.depth && !info.exact.depth) {
-    const auto depths = collect<DenseDisparityError>(
-        info, jobs, [&](int frame) { return disparity_error_of(sequence, frame); });
+    const auto depths = collect<DenseDisparityError>(info, jobs, [&](int frame) {
+      const auto truth = sequence.true_depth(frame);
+      const Image<float> depth = truth ? sequence.read(frame, {.depth = true}).depth_m : Image<float>();
+      return depth.empty() ? std::nullopt
+                           : std::optional(dense_disparity_error(depth, *truth, info.camera.bf));
+    });
     errors.n_depth_frames = static_cast<int>(depths.size());
     if (!depths.empty()) errors.disparity = pooled(depths);
   }

@@ -5,7 +5,6 @@
 
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
-#include "sextant/eval/check/hypotheses.h"
 
 namespace sextant {
 namespace {
@@ -30,13 +29,6 @@ double penalty(const Finding& before, const Finding& after) {
   return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
 }
 
-bool breaks_another(const std::vector<Finding>& before, const std::vector<Finding>& after) {
-  for (size_t i = 0; i < before.size(); ++i) {
-    if (after[i].fails() && !before[i].fails() && before[i].checkable()) return true;
-  }
-  return false;
-}
-
 Trial try_out(const Hypothesis& hypothesis, const ConventionData& data, const std::vector<Finding>& before) {
   check_interrupt();
   ConventionData changed = data;
@@ -44,8 +36,13 @@ Trial try_out(const Hypothesis& hypothesis, const ConventionData& data, const st
   if (!hypothesis.undo(changed, fitted)) return {};
   Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
               hypothesis.price};
-  for (size_t i = 0; i < before.size(); ++i) trial.penalty += penalty(before[i], trial.findings[i]);
-  if (breaks_another(before, trial.findings)) trial.findings.clear();
+  bool breaks_another = false;
+  for (size_t i = 0; i < before.size(); ++i) {
+    const Finding& after = trial.findings[i];
+    trial.penalty += penalty(before[i], after);
+    breaks_another |= after.fails() && !before[i].fails() && before[i].checkable();
+  }
+  if (breaks_another) trial.findings.clear();
   return trial;
 }
 

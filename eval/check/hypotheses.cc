@@ -1,4 +1,4 @@
-#include "sextant/eval/check/hypotheses.h"
+#include "sextant/eval/check/diagnosis.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,13 @@ constexpr double pi = std::numbers::pi;
 constexpr double min_range_share = 0.5;
 constexpr double fit_price = 0.6;  // a number that is fitted explains more than it should
 
-using Table = std::vector<Hypothesis>;
+struct Table {
+  std::vector<Hypothesis> lines;
+
+  void add(std::string cause, Undo undo, double price = 0, bool fits_number = false) {
+    lines.push_back({std::move(cause), std::move(undo), price, fits_number});
+  }
+};
 
 double bf(const ConventionData& data) { return data.camera.bf; }
 
@@ -50,18 +56,15 @@ constexpr Reader readers[] = {
 void add_codings(const Reader& reader, Table& table) {
   for (const Meaning& meaning : meanings) {
     if (std::string_view(reader.meaning) == meaning.name) continue;
-    table.push_back(
-        {fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
-         depth([meaning, reader](const ConventionData& data, double z, double, double) {
-           return meaning.z_m(reader.n(z, bf(data)), bf(data));
-         })});
+    table.add(fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
+              depth([meaning, reader](const ConventionData& data, double z, double, double) {
+                return meaning.z_m(reader.n(z, bf(data)), bf(data));
+              }));
   }
 }
 
 void add_depth(const ConventionData& data, Table& table) {
-  const auto add = [&](std::string cause, auto change) {
-    table.push_back({std::move(cause), depth(change)});
-  };
+  const auto add = [&](std::string cause, auto change) { table.add(std::move(cause), depth(change)); };
   using D = const ConventionData&;
   if (data.depth_kind.empty()) {
     add("depth looks like disparity (z = bf / d)", [](D d, double z, double, double) { return bf(d) / z; });
@@ -87,33 +90,32 @@ void add_depth(const ConventionData& data, Table& table) {
     if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
   }
   // On noisy data a plain factor looks like a range, unless one asks where in the image it is.
-  table.push_back({"depth looks like the range along the ray, not z",
-                   [](ConventionData& d, double& ignored) {
-                     const auto share = range_share(d);
-                     if (share && *share < min_range_share) return false;
-                     return depth([](D c, double r, double u, double v) {
-                       return r / c.camera.left.ray(u, v).norm();
-                     })(d, ignored);
-                   },
-                   fit_price});
-  table.push_back({"depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth)});
-  table.push_back({"depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth)});
-  table.push_back(
-      {"depth is too large by a factor {:.4g}: wrong baseline or focal length?",
-       fitted_factor(
-           1e4, [](double s) { return depth([s](D, double z, double, double) { return z * s; }); }, 1),
-       fit_price, true});
+  table.add(
+      "depth looks like the range along the ray, not z",
+      [](ConventionData& d, double& ignored) {
+        const auto share = range_share(d);
+        if (share && *share < min_range_share) return false;
+        return depth([](D c, double r, double u, double v) { return r / c.camera.left.ray(u, v).norm(); })(
+            d, ignored);
+      },
+      fit_price);
+  table.add("depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth));
+  table.add("depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth));
+  table.add("depth is too large by a factor {:.4g}: wrong baseline or focal length?",
+            fitted_factor(
+                1e4, [](double s) { return depth([s](D, double z, double, double) { return z * s; }); }, 1),
+            fit_price, true);
 }
 
 void add_flow(Table& table) {
-  const auto add = [&](std::string cause, auto change) { table.push_back({std::move(cause), flow(change)}); };
+  const auto add = [&](std::string cause, auto change) { table.add(std::move(cause), flow(change)); };
   using D = const ConventionData&;
   using V = Eigen::Vector2d;
-  table.push_back({"flow is backward: it goes from the next frame to this one", flow_between(1, 0)});
-  table.push_back({"flow is backward: it goes from this frame to the previous one", flow_between(0, -1)});
+  table.add("flow is backward: it goes from the next frame to this one", flow_between(1, 0));
+  table.add("flow is backward: it goes from this frame to the previous one", flow_between(0, -1));
   add("flow is backward: u and v have the wrong sign", [](D, double u, double v) { return V(-u, -v); });
-  table.push_back({"flow is off by one frame: it belongs to the next pair", flow_between(1, 2)});
-  table.push_back({"flow is off by one frame: it belongs to the previous pair", flow_between(-1, 0)});
+  table.add("flow is off by one frame: it belongs to the next pair", flow_between(1, 2));
+  table.add("flow is off by one frame: it belongs to the previous pair", flow_between(-1, 0));
   add("flow has u and v swapped", [](D, double u, double v) { return V(v, u); });
   add("flow has u negated (x axis to the left)", [](D, double u, double v) { return V(-u, v); });
   add("flow has v negated (y axis upwards)", [](D, double u, double v) { return V(u, -v); });
@@ -138,11 +140,10 @@ void add_flow(Table& table) {
   add("flow is 2 times too large", [](D, double u, double v) { return V(u / 2, v / 2); });
   add("flow is 2 times too small: computed on images of half the size?",
       [](D, double u, double v) { return V(u * 2, v * 2); });
-  table.push_back(
-      {"flow is too large by a factor {:.4g}",
-       fitted_factor(1e3,
-                     [](double s) { return flow([s](D, double u, double v) { return V(u * s, v * s); }); }),
-       2 * fit_price, true});
+  table.add("flow is too large by a factor {:.4g}",
+            fitted_factor(
+                1e3, [](double s) { return flow([s](D, double u, double v) { return V(u * s, v * s); }); }),
+            2 * fit_price, true);
 }
 
 SE3 axes(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
@@ -153,118 +154,63 @@ SE3 axes(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector
 
 void add_poses(Table& table) {
   using V = Eigen::Vector3d;
-  const auto add = [&](std::string cause, Undo undo) {
-    table.push_back({std::move(cause), std::move(undo)});
-  };
   const auto turned = [](const SE3& T_given_camera) {
     return poses([T_given_camera](const SE3& pose) { return pose * T_given_camera; });
   };
-  add("camera poses are inverted: world -> camera instead of camera -> world",
-      poses([](const SE3& pose) { return pose.inverse(); }));
-  add("camera poses are off by one frame: they are those of the next frame", shifted_poses(-1));
-  add("camera poses are off by one frame: they are those of the previous frame", shifted_poses(1));
-  add("camera poses have robot axes (x ahead, y left, z up) instead of the camera's",
-      turned(axes(-V::UnitY(), -V::UnitZ(), V::UnitX())));
-  add("camera poses have axes x right, y ahead, z up instead of the camera's",
-      turned(axes(V::UnitX(), -V::UnitZ(), V::UnitY())));
-  add("camera poses have OpenGL axes (y up, z backward) instead of the camera's",
-      turned(axes(V::UnitX(), -V::UnitY(), -V::UnitZ())));
-  add("camera poses are motions from frame to frame, not poses in the world", accumulated_poses());
+  table.add("camera poses are inverted: world -> camera instead of camera -> world",
+            poses([](const SE3& pose) { return pose.inverse(); }));
+  table.add("camera poses are off by one frame: they are those of the next frame", shifted_poses(-1));
+  table.add("camera poses are off by one frame: they are those of the previous frame", shifted_poses(1));
+  table.add("camera poses have robot axes (x ahead, y left, z up) instead of the camera's",
+            turned(axes(-V::UnitY(), -V::UnitZ(), V::UnitX())));
+  table.add("camera poses have axes x right, y ahead, z up instead of the camera's",
+            turned(axes(V::UnitX(), -V::UnitZ(), V::UnitY())));
+  table.add("camera poses have OpenGL axes (y up, z backward) instead of the camera's",
+            turned(axes(V::UnitX(), -V::UnitY(), -V::UnitZ())));
+  table.add("camera poses are motions from frame to frame, not poses in the world", accumulated_poses());
   const auto scaled = [](double s) {
     return poses([s](const SE3& pose) { return SE3(pose.rotation(), s * pose.translation()); });
   };
-  add("camera positions are in centimetres", scaled(0.01));
-  add("camera positions are in millimetres", scaled(0.001));
-  table.push_back(
-      {"camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), fit_price, true});
+  table.add("camera positions are in centimetres", scaled(0.01));
+  table.add("camera positions are in millimetres", scaled(0.001));
+  table.add("camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), fit_price,
+            true);
 }
 
 void add_objects(const ConventionData& data, Table& table) {
   using V = Eigen::Vector3d;
-  const auto add = [&](std::string cause, Undo undo, double price = 0) {
-    table.push_back({std::move(cause), std::move(undo), price});
-  };
-  add("object yaw is off by pi/2 (too large)", yaw([](double a) { return a - pi / 2; }));
-  add("object yaw is off by pi/2 (too small)", yaw([](double a) { return a + pi / 2; }));
-  add("object yaw is off by pi", yaw([](double a) { return a + pi; }));
-  add("object yaw has the wrong sign (ry negated)", yaw([](double a) { return pi - a; }));
-  add("object yaw has the wrong sign (about an axis that points up)", yaw([](double a) { return -a; }));
-  add("object poses are in the world frame instead of the camera's",
-      objects([](ObjectTruth& object, const std::optional<SE3>& T_world_camera) {
-        if (T_world_camera) object.T_camera_object = T_world_camera->inverse() * object.T_camera_object;
-      }));
-  add("object poses are off by one frame: they are those of the next frame", shifted_objects(-1));
-  add("object poses are off by one frame: they are those of the previous frame", shifted_objects(1));
-  add("object positions are the box centre instead of the middle of its bottom face",
-      objects([](ObjectTruth& object, const std::optional<SE3>&) {
-        const double height = object.size_m ? object.size_m->y() : 1.5;
-        object.T_camera_object =
-            object.T_camera_object * SE3(Eigen::Quaterniond::Identity(), V(0, height / 2, 0));
-      }));
-  add("object positions have robot axes (x ahead, y left, z up) instead of the camera's",
-      positions([](const ObjectTruth&, const V& p) { return V(-p.y(), -p.z(), p.x()); }));
+  table.add("object yaw is off by pi/2 (too large)", yaw([](double a) { return a - pi / 2; }));
+  table.add("object yaw is off by pi/2 (too small)", yaw([](double a) { return a + pi / 2; }));
+  table.add("object yaw is off by pi", yaw([](double a) { return a + pi; }));
+  table.add("object yaw has the wrong sign (ry negated)", yaw([](double a) { return pi - a; }));
+  table.add("object yaw has the wrong sign (about an axis that points up)", yaw([](double a) { return -a; }));
+  table.add("object poses are in the world frame instead of the camera's",
+            objects([](ObjectTruth& object, const std::optional<SE3>& T_world_camera) {
+              if (T_world_camera) object.T_camera_object = T_world_camera->inverse() * object.T_camera_object;
+            }));
+  table.add("object poses are off by one frame: they are those of the next frame", shifted_objects(-1));
+  table.add("object poses are off by one frame: they are those of the previous frame", shifted_objects(1));
+  table.add("object positions are the box centre instead of the middle of its bottom face",
+            objects([](ObjectTruth& object, const std::optional<SE3>&) {
+              const double height = object.size_m ? object.size_m->y() : 1.5;
+              object.T_camera_object =
+                  object.T_camera_object * SE3(Eigen::Quaterniond::Identity(), V(0, height / 2, 0));
+            }));
+  table.add("object positions have robot axes (x ahead, y left, z up) instead of the camera's",
+            positions([](const ObjectTruth&, const V& p) { return V(-p.y(), -p.z(), p.x()); }));
   const double baseline = data.camera.bf / data.camera.left.fx;
   for (const double b : {baseline, -baseline}) {
-    add(fmt::format("object positions are those of the other camera: off by the stereo baseline, {:+.2f} m",
-                    b),
-        positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
+    table.add(fmt::format(
+                  "object positions are those of the other camera: off by the stereo baseline, {:+.2f} m", b),
+              positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
   }
   for (const double b : {0.06, -0.06}) {
-    add(fmt::format("object positions are in camera 0, boxes in camera 2 (P2's offset, {:+.2f} m)", b),
-        positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
+    table.add(fmt::format("object positions are in camera 0, boxes in camera 2 (P2's offset, {:+.2f} m)", b),
+              positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
   }
 }
 
 /// Each mask id replaced by the true id whose boxes it fills most often, if that is clear for all.
-// (below)
-Undo renumbered_masks();
-
-/// Takes the class off ids that have one.
-Undo with_class(int offset) {
-  return [offset](ConventionData& data, double& ignored) {
-    const auto has_class = [](const GridFrame& f) {
-      return !f.outlines.empty() && f.outlines.rbegin()->first >= 1000;
-    };
-    if (std::ranges::none_of(data.frames, has_class)) return false;
-    return mask_ids([offset](int id) { return id % 1000 + offset; })(data, ignored);
-  };
-}
-
-void add_masks(Table& table) {
-  const auto add = [&](std::string cause, Undo undo, double price = 0) {
-    table.push_back({std::move(cause), std::move(undo), price});
-  };
-  add("mask ids are off by one: too small (track id + 1 expected)", mask_ids([](int id) { return id + 1; }));
-  add("mask ids are off by one: too large", mask_ids([](int id) { return id - 1; }));
-  add("mask ids are class * 1000 + track id: the class is not taken off", with_class(0));
-  add("mask ids are class * 1000 + track id: the class is not taken off, and 1 is missing", with_class(1));
-  add("masks are of the next frame (files shifted by one)", shifted_channel(-1, take_mask));
-  add("masks are of the previous frame (files shifted by one)", shifted_channel(1, take_mask));
-  add("mask ids are renumbered: one to one, but other numbers than the tracks'", renumbered_masks(),
-      fit_price);
-}
-
-void add_camera(Table& table) {
-  const auto add = [&](std::string cause, Undo undo) {
-    table.push_back({std::move(cause), std::move(undo)});
-  };
-  add("principal point: cx and cy are swapped",
-      camera([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
-  const auto focal = [](double s) {
-    return camera([s](ConventionData& d) { d.camera.left.fx *= s, d.camera.left.fy *= s; });
-  };
-  const auto calibration = [](double s) {
-    return camera([s](ConventionData& d) {
-      PinholeCamera& c = d.camera.left;
-      c = {c.fx * s, c.fy * s, (c.cx + 0.5) * s - 0.5, (c.cy + 0.5) * s - 0.5};
-    });
-  };
-  add("camera: the calibration is of images twice as large", calibration(0.5));
-  add("camera: the calibration is of images half as large", calibration(2));
-  table.push_back(
-      {"camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), fit_price, true});
-}
-
 Undo renumbered_masks() {
   return [](ConventionData& data, double& ignored) {
     std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree
@@ -297,6 +243,48 @@ Undo renumbered_masks() {
   };
 }
 
+/// Takes the class off ids that have one.
+Undo with_class(int offset) {
+  return [offset](ConventionData& data, double& ignored) {
+    const auto has_class = [](const GridFrame& f) {
+      return !f.outlines.empty() && f.outlines.rbegin()->first >= 1000;
+    };
+    if (std::ranges::none_of(data.frames, has_class)) return false;
+    return mask_ids([offset](int id) { return id % 1000 + offset; })(data, ignored);
+  };
+}
+
+void add_masks(Table& table) {
+  table.add("mask ids are off by one: too small (track id + 1 expected)",
+            mask_ids([](int id) { return id + 1; }));
+  table.add("mask ids are off by one: too large", mask_ids([](int id) { return id - 1; }));
+  table.add("mask ids are class * 1000 + track id: the class is not taken off", with_class(0));
+  table.add("mask ids are class * 1000 + track id: the class is not taken off, and 1 is missing",
+            with_class(1));
+  table.add("masks are of the next frame (files shifted by one)", shifted_channel(-1, take_mask));
+  table.add("masks are of the previous frame (files shifted by one)", shifted_channel(1, take_mask));
+  table.add("mask ids are renumbered: one to one, but other numbers than the tracks'", renumbered_masks(),
+            fit_price);
+}
+
+void add_camera(Table& table) {
+  table.add("principal point: cx and cy are swapped",
+            camera([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
+  const auto focal = [](double s) {
+    return camera([s](ConventionData& d) { d.camera.left.fx *= s, d.camera.left.fy *= s; });
+  };
+  const auto calibration = [](double s) {
+    return camera([s](ConventionData& d) {
+      PinholeCamera& c = d.camera.left;
+      c = {c.fx * s, c.fy * s, (c.cx + 0.5) * s - 0.5, (c.cy + 0.5) * s - 0.5};
+    });
+  };
+  table.add("camera: the calibration is of images twice as large", calibration(0.5));
+  table.add("camera: the calibration is of images half as large", calibration(2));
+  table.add("camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), fit_price,
+            true);
+}
+
 }  // namespace
 
 std::vector<Hypothesis> hypotheses(const ConventionData& data) {
@@ -307,7 +295,7 @@ std::vector<Hypothesis> hypotheses(const ConventionData& data) {
   add_objects(data, table);
   add_masks(table);
   add_camera(table);
-  return table;
+  return table.lines;
 }
 
 }  // namespace sextant

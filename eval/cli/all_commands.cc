@@ -1,7 +1,6 @@
 #include <array>
 
-#include "sextant/eval/cli/gate.h"
-#include "sextant/eval/cli/noise_command.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {

@@ -1,10 +1,9 @@
 #include <memory>
 
-#include "sextant/base/error.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/cli/gate.h"
-#include "sextant/eval/gate/baseline.h"
 #include "sextant/eval/gate/comparison.h"
+#include "sextant/eval/gate/side.h"
 
 namespace sextant {
 namespace {

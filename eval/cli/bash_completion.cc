@@ -87,18 +87,6 @@ _sextant() {
 complete -F _sextant sextant
 )sh";
 
-const char* kind_of(Takes takes) {
-  switch (takes) {
-    case Takes::words: return "@words";
-    case Takes::keys: return "@keys";
-    case Takes::source: return "@source";
-    case Takes::path: return "@path";
-    case Takes::text: return "@text";
-    case Takes::nothing: break;
-  }
-  return "";
-}
-
 /// `case $1 in 'KEY' | 'KEY') echo 'TEXT' ;; ...`, keys of one text in one line.
 std::string table(const char* function, const std::map<std::string, std::vector<std::string>>& keys_of) {
   std::string text = fmt::format("{}() {{\n  case $1 in\n", function);
@@ -110,6 +98,7 @@ std::string table(const char* function, const std::map<std::string, std::vector<
 }  // namespace
 
 std::string bash_completion(const CommandHelp& tree) {
+  constexpr const char* kinds[] = {"", "@words", "@keys", "@source", "@path", "@text"};  // by Takes
   std::map<std::string, std::vector<std::string>> commands, flags, values;
   for (const CommandHelp* command : all_commands(tree)) {
     std::vector<std::string> below, names;
@@ -117,7 +106,7 @@ std::string bash_completion(const CommandHelp& tree) {
     if (!below.empty()) commands[fmt::format("{}", fmt::join(below, " "))].push_back(command->name);
     const auto add_values = [&](const FlagHelp& flag, const std::string& name) {
       const std::string words = flag.words.empty() ? "" : fmt::format(" {}", fmt::join(flag.words, " "));
-      values[kind_of(flag.takes) + words].push_back(command->name + "," + name);
+      values[kinds[static_cast<size_t>(flag.takes)] + words].push_back(command->name + "," + name);
     };
     for (const FlagHelp& flag : command->flags) {
       for (const std::string& name : flag.names) {

@@ -35,11 +35,6 @@ void list_packs(const CacheFlags& flags) {
   }
 }
 
-void prune_packs(const CacheFlags& flags) {
-  const uint64_t freed = cache_of(flags.folder).prune(flags.all);
-  fmt::print("{:.2f} MB set free\n", megabytes(freed));
-}
-
 void pack(const CacheFlags& flags) {
   const Json tree = options_tree(flags.options, flags.sets);
   const ResolvedOptions options = resolve_options(tree);
@@ -77,7 +72,8 @@ void add_cache_command(CLI::App& app) {
   add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");
-  prune->callback([flags] { prune_packs(*flags); });
+  prune->callback(
+      [flags] { fmt::print("{:.2f} MB set free\n", megabytes(cache_of(flags->folder).prune(flags->all))); });
 }
 
 void add_data_pack_command(CLI::App& data) {

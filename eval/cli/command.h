@@ -61,6 +61,19 @@ void add_export_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 void add_man_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
+void add_noise_command(CLI::App& app);
+void add_evaluate_ego_command(CLI::App& evaluate);
+void add_evaluate_objects_command(CLI::App& evaluate);
+void add_evaluate_flow_command(CLI::App& evaluate);
+void add_evaluate_depth_command(CLI::App& evaluate);
+void add_compare_command(CLI::App& app);
+void add_trend_command(CLI::App& app);
+void add_baseline_command(CLI::App& app);
+
+/// Ends the program with an exit code that is a result, after everything has been printed: `compare` also has 1 and 3.
+struct Finished {
+  int code = 0;
+};
 
 // ---- shared by commands
 

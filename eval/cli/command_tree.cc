@@ -8,7 +8,7 @@
 #include "sextant/datasets/synthetic/scenario.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
-#include "sextant/eval/experiment/procedures.h"
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/run_summary.h"
 

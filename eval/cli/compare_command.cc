@@ -1,13 +1,12 @@
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/cli/gate.h"
-#include "sextant/eval/gate/comparison_page.h"
+#include "sextant/eval/gate/comparison.h"
 #include "sextant/eval/gate/outputs.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 
 namespace sextant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "sextant/eval/check/check_page.h"
+#include "sextant/eval/check/check_source.h"
 #include "sextant/eval/cli/command.h"
 
 namespace sextant {

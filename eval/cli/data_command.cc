@@ -2,7 +2,6 @@
 
 #include <memory>
 
-#include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/report/table.h"
 

@@ -16,11 +16,6 @@ struct MakeFlags : CommonFlags {
   std::string sequence;
 };
 
-/// A scenario may be given by its name alone.
-std::string complete_source(const std::string& text) {
-  return text.find(':') == std::string::npos ? "synthetic:" + text : text;
-}
-
 /// --set source.* goes to the adapter, --set layout.* to the writer.
 Json group(const Json& tree, const std::string& key) {
   for (const auto& item : tree.items()) {
@@ -34,7 +29,8 @@ Json group(const Json& tree, const std::string& key) {
 void make(const MakeFlags& flags) {
   const Json options = options_tree(flags.options, flags.sets);
   const Layout& layout = find_layout(flags.layout);
-  SourceSpec source = find_source(complete_source(flags.source), flags.data_root);
+  const bool is_scenario = flags.source.find(':') == std::string::npos;  // by its name alone
+  SourceSpec source = find_source((is_scenario ? "synthetic:" : "") + flags.source, flags.data_root);
   source.add_options(group(options, "source"));
   const std::unique_ptr<Sequence> sequence = open_source(source);
   LayoutRequest request;

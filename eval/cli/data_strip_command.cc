@@ -3,7 +3,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/pictures/strip.h"
+#include "sextant/eval/pictures/pictures.h"
 
 namespace sextant {
 namespace {
@@ -14,12 +14,6 @@ struct StripFlags : CommonFlags {
   int n_frames = 3;
   int tile_px = 414;
 };
-
-void draw(const StripFlags& flags) {
-  const std::unique_ptr<Sequence> sequence = open_source(source_of(flags.source, flags));
-  write_file(flags.out, draw_strip(*sequence, flags.n_frames, flags.tile_px));
-  if (!flags.quiet) fmt::print("Picture: {}\n", flags.out);
-}
 
 }  // namespace
 
@@ -39,7 +33,11 @@ void add_data_strip_command(CLI::App& data) {
   add_data_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No output");
   command->footer("Example:\n  sextant data strip synthetic:s18 --out s18.png");
-  command->callback([flags] { draw(*flags); });
+  command->callback([flags] {
+    write_file(flags->out,
+               draw_strip(*open_source(source_of(flags->source, *flags)), flags->n_frames, flags->tile_px));
+    if (!flags->quiet) fmt::print("Picture: {}\n", flags->out);
+  });
 }
 
 }  // namespace sextant

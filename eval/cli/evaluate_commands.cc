@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 
-#include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/cli/command.h"
 
 namespace sextant {
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/evaluation/dense_files.h"
 
 namespace sextant {

@@ -1,12 +1,11 @@
 #include <memory>
 
-#include "sextant/eval/cli/evaluate.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/evaluation/object_report.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 
 namespace sextant {
 namespace {

@@ -3,11 +3,10 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/command_tree.h"
 #include "sextant/eval/experiment/case_estimator.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {
@@ -115,14 +114,6 @@ std::string option_sections() {
   return text;
 }
 
-std::string commands_of(const CommandHelp& command) {
-  std::string text;
-  for (const CommandHelp& below : command.commands) {
-    text += fmt::format(".TP\n.BR {} (1)\n{}.\n", plain(page_of(below.name)), plain(below.description));
-  }
-  return text;
-}
-
 std::string see_also(const CommandHelp& command) {
   if (command.name == "sextant") return "";
   const std::string parent = command.name.substr(0, command.name.rfind(' '));
@@ -156,7 +147,10 @@ std::string man_page(const CommandHelp& command) {
   text += section("SYNOPSIS", synopsis(command));
   text += section("ARGUMENTS", entries(command.arguments));
   text += section("OPTIONS", entries(command.flags));
-  text += section("COMMANDS", commands_of(command));
+  std::string commands;
+  for (const CommandHelp& below : command.commands)
+    commands += fmt::format(".TP\n.BR {} (1)\n{}.\n", plain(page_of(below.name)), plain(below.description));
+  text += section("COMMANDS", commands);
   if (command.name == "sextant options") text += section("OPTIONS OF A RUN", option_sections());
   if (command.name == "sextant sweep") {
     std::set<std::string> told;

@@ -1,4 +1,3 @@
-#include "sextant/eval/cli/noise_command.h"
 #include "sextant/eval/cli/flags.h"
 
 #include <memory>

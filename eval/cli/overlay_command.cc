@@ -3,7 +3,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/pictures/showcase.h"
+#include "sextant/eval/pictures/pictures.h"
 
 namespace sextant {
 namespace {

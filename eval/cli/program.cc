@@ -17,8 +17,8 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/cli/gate.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {
@@ -104,22 +104,6 @@ std::string words_of(const CLI::App& command) {
   return parent == nullptr ? command.get_name() : words_of(*parent) + " " + command.get_name();
 }
 
-std::vector<std::string> flag_names(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back(fmt::format("--{}", name));
-  }
-  return names;
-}
-
-std::vector<std::string> subcommand_names(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(sub->get_name());
-  }
-  return names;
-}
-
 /// What is wrong with the command line, with the nearest valid name for an unknown one.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = innermost(app);
@@ -128,11 +112,17 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
       std::find_if(rest.begin(), rest.end(), [](const auto& word) { return word.starts_with('-'); });
   if (flag != rest.end()) {
     const std::string name = flag->substr(0, flag->find('='));
-    return fmt::format("unknown flag '{}': {}", name, suggest(name, flag_names(command)));
+    std::vector<std::string> flags;
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& known : option->get_lnames()) flags.push_back("--" + known);
+    }
+    return fmt::format("unknown flag '{}': {}", name, suggest(name, flags));
   }
   // `sweep` runs a plan by itself; others only hold commands.
-  const std::vector<std::string> names =
-      command.get_require_subcommand_min() > 0 ? subcommand_names(command) : std::vector<std::string>();
+  std::vector<std::string> names;
+  for (const CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command.get_require_subcommand_min() > 0) names.push_back(below->get_name());
+  }
   if (!rest.empty() && !names.empty()) {
     return fmt::format("unknown command '{}': {}", rest.front(), suggest(rest.front(), names));
   }

@@ -5,7 +5,7 @@
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/claims/noise_document.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 
 namespace sextant {
 namespace {

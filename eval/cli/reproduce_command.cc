@@ -3,7 +3,7 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 namespace sextant {

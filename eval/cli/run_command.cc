@@ -2,15 +2,12 @@
 #include <memory>
 
 #include "sextant/base/error.h"
-#include "sextant/base/interrupt.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/experiment/procedures.h"
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
-#include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/report/consistency_text.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/eval/view/run_report.h"
 

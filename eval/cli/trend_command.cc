@@ -1,9 +1,8 @@
 #include <memory>
 
-#include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/cli/gate.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/report/html/html.h"
 

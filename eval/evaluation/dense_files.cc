@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <set>
 
@@ -12,7 +11,6 @@
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/metrics/dense_errors.h"
-#include "sextant/metrics/depth_error.h"
 
 namespace sextant {
 namespace {
@@ -33,15 +31,6 @@ Image<float> read_depth(const std::string& path, DepthFormat format, double bf) 
   if (format == DepthFormat::cm) return depth_from_cm(image);
   if (!(bf > 0)) fail("{}: disparities need --bf, focal length times baseline in px m", path);
   return depth_from_disparity256(image, bf);
-}
-
-Image<uint16_t> read_mask(const std::string& path) {
-  const std::string bytes = read_file(path);
-  if (png_header(bytes, path).bit_depth == 16) return decode_png16(bytes, path);
-  const Image<uint8_t> narrow = decode_png_index(bytes, path);
-  Image<uint16_t> mask(narrow.width(), narrow.height());
-  std::copy_n(narrow.data(), narrow.size(), mask.data());
-  return mask;
 }
 
 /// Extensions that files of a format may have: both where none is given.
@@ -148,7 +137,7 @@ void for_subsets(const DenseFiles<Format>& files, const Read& read, const Take& 
     }
     if (files.mask.empty()) continue;
     const std::string mask_path = file_of(files.mask, name, {".png"}, "");
-    const Image<uint16_t> mask = read_mask(mask_path);
+    const Image<uint16_t> mask = decode_png_ids(read_file(mask_path), mask_path);
     check_size(mask, truth, mask_path);
     const std::set<uint16_t> labels(mask.data(), mask.data() + mask.size());
     for (const uint16_t label : labels)

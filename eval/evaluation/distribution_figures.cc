@@ -5,16 +5,10 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/stats/summary.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 namespace {
-
-std::vector<double> sorted(std::vector<double> values) {
-  SEXTANT_CHECK(!values.empty());
-  std::sort(values.begin(), values.end());
-  return values;
-}
 
 constexpr const char* next_line = ", \\\n     ";  // of a plot's parts
 
@@ -49,7 +43,9 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
   std::vector<std::vector<double>> values;
   std::vector<std::string> lines;
   for (size_t i = 0; i < samples.size(); ++i) {
-    values.push_back(sorted(samples[i].values));
+    values.push_back(samples[i].values);
+    SEXTANT_CHECK(!values.back().empty());
+    std::ranges::sort(values.back());
     figure.data.columns.push_back({fmt::format("quantile_{}", i + 1), samples[i].title});
     lines.push_back(
         fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) with lines lw 1.5 "

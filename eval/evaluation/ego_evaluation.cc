@@ -114,13 +114,6 @@ void match_interpolated(const PoseSeries& reference, PoseSeries estimate, const 
   r.interpolation = {found.largest_gap_s, found.n_outside, found.n_in_longer_gaps};
 }
 
-OffsetEstimate offset_of(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
-                         const std::string& name) {
-  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
-    fail("{}: --estimate-offset needs time stamps in both reference and estimate", name);
-  return estimate_offset(reference, estimate, initial_s, name);
-}
-
 /// See PerFrameErrors.
 std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
   std::vector<double> errors;
@@ -268,10 +261,6 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   return out;
 }
 
-void apply_reference_frame(EgoReference& reference, const EgoOptions& options) {
-  to_camera(reference.poses, options.reference_frame);
-}
-
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options) {
   EgoResult r{.name = name, .n_reference = reference.poses.size(), .n_estimate = estimate.poses.size()};
@@ -284,7 +273,9 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
                        {name, estimate.comments, estimate.format}));
   AssociationOptions association = options.association;
   if (options.estimate_offset) {
-    r.offset = offset_of(reference.poses, estimate.poses, association.offset_s, name);
+    if (reference.poses.stamps_s.empty() || estimate.poses.stamps_s.empty())
+      fail("{}: --estimate-offset needs time stamps in both reference and estimate", name);
+    r.offset = estimate_offset(reference.poses, estimate.poses, association.offset_s, name);
     association.offset_s = r.offset->offset_s;
   }
   warn_of_rows(reference.poses, estimate.poses, r.warnings);

@@ -34,7 +34,7 @@ struct EgoOptions {
   bool pairs_from_reference = false;
   AssociationOptions association;
   PoseFrame estimate_frame;                     ///< applied to every estimate first
-  PoseFrame reference_frame;                    ///< told in results; apply_reference_frame() applies it
+  PoseFrame reference_frame;                    ///< told in results; for to_camera() of the reference, once
   std::optional<Eigen::Vector3d> up;            ///< unit vector of both worlds, for Alignment::yaw
   std::optional<double> interpolate_max_gap_s;  ///< the reference is interpolated at the estimate's stamps
   bool estimate_offset = false;                 ///< added to association.offset_s
@@ -48,9 +48,6 @@ struct EgoReference {
   std::optional<double> step_floor_m;     ///< SequenceTruth::camera_step_floor_m
   std::map<std::string, double> floors;  ///< the others, by metric key
 };
-
-/// `options.reference_frame` on the reference: once, before any evaluation.
-void apply_reference_frame(EgoReference& reference, const EgoOptions& options);
 
 /// How the reference was interpolated.
 struct Interpolation {

@@ -117,10 +117,6 @@ Json system_json(const SystemSummary& s) {
   return json;
 }
 
-std::vector<Cell> cells(const ErrorStatistics& s) {
-  return {s.rmse, s.mean, s.median, s.std, s.min, s.max, s.sse};
-}
-
 }  // namespace
 
 Json to_json(const ErrorStatistics& s) {
@@ -173,7 +169,7 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
                    Column::number("max", 6),  Column::number("sse", 6)};
   const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s) {
     std::vector<Cell> row = {name, std::move(matched), n};
-    for (Cell& c : cells(s)) row.push_back(std::move(c));
+    for (const double x : {s.rmse, s.mean, s.median, s.std, s.min, s.max, s.sse}) row.emplace_back(x);
     table.add_row(std::move(row));
   };
   for (const EgoResult& r : runs) add(r.name, r.estimate.size(), r.errors.size(), r.statistics);

@@ -18,8 +18,8 @@
 
 #include <vector>
 
-#include "sextant/base/options.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -34,5 +34,9 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference);
 /// Paired comparisons; without rows when there is nothing to compare.
 Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
+
+/// Its tables, the warnings, and the distribution of errors: cumulative per system (runs pooled), and as boxes per run.
+ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
+                            const EgoOptions& options);
 
 }  // namespace sextant

@@ -1,9 +1,9 @@
-#include "sextant/eval/evaluation/ego_report.h"
+#include "sextant/eval/evaluation/ego_json.h"
 
 #include <algorithm>
 
 #include "sextant/eval/evaluation/distribution_figures.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {

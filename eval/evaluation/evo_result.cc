@@ -28,14 +28,6 @@ std::string title_of(const EgoResult& result, const EgoOptions& options) {
          fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
 }
 
-/// Matched rows that errors belong to: a relative error to its second pose.
-std::vector<int> rows_of_errors(const EgoResult& result) {
-  std::vector<int> rows;
-  for (size_t i = 0; i < result.errors.size(); ++i)
-    rows.push_back(result.pairs.empty() ? static_cast<int>(i) : result.pairs[i].second);
-  return rows;
-}
-
 }  // namespace
 
 std::string encode_npy(std::span<const double> values, size_t columns) {
@@ -59,7 +51,9 @@ void write_evo_result(const std::filesystem::path& path, const EgoResult& result
   zip.add("info.json", json_line(info));
   zip.add("stats.json", json_line(to_json(result.statistics)));
   zip.add("error_array.npy", encode_npy(result.errors));
-  const std::vector<int> rows = rows_of_errors(result);
+  std::vector<int> rows;  // matched ones that errors belong to: a relative error to its second pose
+  for (size_t i = 0; i < result.errors.size(); ++i)
+    rows.push_back(result.pairs.empty() ? static_cast<int>(i) : result.pairs[i].second);
   if (!result.estimate.stamps_s.empty()) {
     std::vector<double> stamps, seconds;
     for (const int row : rows) {

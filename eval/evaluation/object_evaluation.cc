@@ -7,7 +7,6 @@
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
-#include "sextant/metrics/velocity.h"
 
 namespace sextant {
 namespace {
@@ -30,12 +29,6 @@ Motions motions_of(const SE3& motion, MotionFrame frame, const std::optional<SE3
   return m;
 }
 
-void put_error(Record& record, const std::string& suffix, const SE3& estimate, const SE3& truth) {
-  const PoseChangeError e = pose_change_error(estimate, truth);
-  record.errors["Et" + suffix + "_m"] = e.Et_m;
-  record.errors["ER" + suffix + "_deg"] = e.ER_deg;
-}
-
 /// X = inverse(T_k) H T_k-1.
 std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int frame) {
   const auto before = camera.pose(frame - 1), after = camera.pose(frame);
@@ -44,12 +37,13 @@ std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int fra
 }
 
 void put_errors(Record& record, const Motions& estimate, const Motions& truth, const ObjectLog& log) {
-  if (estimate.body && truth.body) put_error(record, "_body", *estimate.body, *truth.body);
+  if (estimate.body && truth.body)
+    put(pose_change_error(*estimate.body, *truth.body), "_body", record.errors);
   if (!estimate.world || !truth.world) return;
-  put_error(record, "_world", *estimate.world, *truth.world);
+  put(pose_change_error(*estimate.world, *truth.world), "_world", record.errors);
   const auto X = camera_motion(*estimate.world, log.camera, record.frame);
   const auto X_true = camera_motion(*truth.world, log.true_camera, record.frame);
-  if (X && X_true) put_error(record, "", *X, *X_true);
+  if (X && X_true) put(pose_change_error(*X, *X_true), "", record.errors);
 }
 
 void put_velocities(Record& record, const Motions& estimate, const Motions& truth, double dt_s) {

@@ -1,12 +1,11 @@
-#include "sextant/eval/evaluation/object_report.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 
 #include <algorithm>
 #include <array>
 #include <map>
 
 #include "sextant/eval/evaluation/distribution_figures.h"
-#include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <future>
 #include <limits>
 
 #include "sextant/base/files.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/evaluation/source_reference.h"
 #include "sextant/eval/logs/object_logs.h"
 
 namespace sextant {
@@ -110,7 +108,7 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
   std::future<TrajectoryFile> first = std::async(std::launch::async, read, estimates.front().path);
   EgoScores scores;
   scores.reference = reference_of(files);
-  apply_reference_frame(scores.reference, options);
+  to_camera(scores.reference.poses, options.reference_frame);
   for (size_t i = 0; i < estimates.size(); ++i) {
     TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
     if (files.estimates.empty() && !file.truth)

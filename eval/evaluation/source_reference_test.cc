@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 
 #include <gmock/gmock.h>
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/evaluation/ego_evaluation.h"
-#include "sextant/eval/evaluation/source_reference.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/testing.h"
 

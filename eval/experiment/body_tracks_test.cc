@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/body_tracks.h"
+#include "sextant/eval/experiment/case_runner.h"
 
 #include "sextant/base/testing.h"
 

@@ -16,6 +16,7 @@
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/tracks.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
@@ -56,5 +57,11 @@ using PairObserver = std::function<void(const FrameResult&, std::span<const Reco
 /// description and truth are used. `on_pair` (may be empty) sees the first case. Throws Interrupted on Ctrl-C.
 std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
                                    const NextPairs& next, int jobs, const PairObserver& on_pair = {});
+
+// ---- the paths of a run's camera and objects (records/tracks.h)
+
+/// The camera first, then the objects of which a motion was estimated and a truth is known, by id.
+std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
+                                   const SequenceInfo& info);
 
 }  // namespace sextant

@@ -4,12 +4,10 @@
 #include <numbers>
 #include <set>
 
-#include "sextant/eval/experiment/limit.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"
-#include "sextant/metrics/velocity.h"
 
 namespace sextant {
 namespace {
@@ -59,11 +57,6 @@ void add_body(const BodyResult& body, Record& record) {
   record.time_ms["refine"] = body.times.refine_ms;
 }
 
-void add_pose_change(const PoseChangeError& error, const std::string& frame, Record& record) {
-  record.errors["Et" + frame + "_m"] = error.Et_m;
-  record.errors["ER" + frame + "_deg"] = error.ER_deg;
-}
-
 PointFlow flow_at(const FlowSamples& samples, const Correspondences& points) {
   PointFlow flow;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -94,24 +87,20 @@ void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, cons
   const FlowError measured = flow_error(body.points.flow_u, body.points.flow_v, all.u, all.v);
   if (measured.n > 0) add_flow_error(measured, "measured", record);
   const Correspondences points = body.points.subset(estimate.inliers);
-  PointFlow truth;
-  for (size_t i = 0; i < body.points.size(); ++i) {
-    if (estimate.inliers[i] == 0) continue;
-    truth.u.push_back(all.u[i]);
-    truth.v.push_back(all.v[i]);
-  }
+  const auto of_inliers = [&](const std::vector<double>& values) {
+    std::vector<double> chosen;
+    for (size_t i = 0; i < values.size(); ++i)
+      if (estimate.inliers[i] != 0) chosen.push_back(values[i]);
+    return chosen;
+  };
+  const PointFlow truth{of_inliers(all.u), of_inliers(all.v)};
   const FlowError initial = flow_error(points.flow_u, points.flow_v, truth.u, truth.v);
   if (initial.n == 0) return;
   record.flow_truth = given ? "given" : "induced";
   add_flow_error(initial, "initial", record);
   if (estimate.refined_flow_u.size() != body.points.size()) return;
-  std::vector<double> u, v;
-  for (size_t i = 0; i < body.points.size(); ++i) {
-    if (estimate.inliers[i] == 0) continue;
-    u.push_back(estimate.refined_flow_u[i]);
-    v.push_back(estimate.refined_flow_v[i]);
-  }
-  const FlowError refined = flow_error(u, v, truth.u, truth.v);
+  const FlowError refined =
+      flow_error(of_inliers(estimate.refined_flow_u), of_inliers(estimate.refined_flow_v), truth.u, truth.v);
   if (refined.n > 0) add_flow_error(refined, "refined", record);
 }
 
@@ -131,7 +120,7 @@ Record evaluate_ego(const FrameResult& result, const PairContext& context,
   record.values["step_m"] = T_prev_curr.translation().norm();
   if (true_background) {
     const SE3 truth = true_background->inverse();
-    add_pose_change(pose_change_error(T_prev_curr, truth), "", record);
+    put(pose_change_error(T_prev_curr, truth), "", record.errors);
     const Eigen::Vector3d step_error_m = T_prev_curr.translation() - truth.translation();
     record.values["step_error_x_m"] = step_error_m.x();
     record.values["step_error_y_m"] = step_error_m.y();
@@ -181,7 +170,7 @@ void add_object_errors(const BodyResult& body, const ObjectStep& step, const Fra
                        const std::optional<SE3>& true_background, const PairContext& context,
                        Record& record) {
   const SE3& X = body.estimate.T_curr_prev;
-  add_pose_change(pose_change_error(X, step.T_curr_prev), "", record);
+  put(pose_change_error(X, step.T_curr_prev), "", record.errors);
   if (!true_background) return;
 
   const std::optional<SE3> T_prev = context.estimated.pose(result.prev);
@@ -189,14 +178,14 @@ void add_object_errors(const BodyResult& body, const ObjectStep& step, const Fra
   if (T_prev && T_curr) {
     const SE3 truth = world_motion(*context.truth.camera.pose(result.prev),
                                    *context.truth.camera.pose(result.curr), step.T_curr_prev);
-    add_pose_change(pose_change_error(world_motion(*T_prev, *T_curr, X), truth), "_world", record);
+    put(pose_change_error(world_motion(*T_prev, *T_curr, X), truth), "_world", record.errors);
   }
 
   const SE3 H_true = object_motion_prev(*true_background, step.T_curr_prev);
   if (result.ego.status == Status::ok) {
     const SE3 H = object_motion_prev(result.ego.estimate.T_curr_prev, X);
     const SE3& L = step.T_camera_object_prev;
-    add_pose_change(pose_change_error(body_motion(H, L), body_motion(H_true, L)), "_body", record);
+    put(pose_change_error(body_motion(H, L), body_motion(H_true, L)), "_body", record.errors);
   }
 
   const double v_kmh = record.values.at("v_kmh");
@@ -239,13 +228,6 @@ std::set<int> all_ids(const FrameResult& result, const SequenceTruth& truth) {
   return ids;
 }
 
-/// Non-finite numbers do not enter records, in memory as on disk.
-void drop_non_finite(Record& record) {
-  for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms}) {
-    erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
-  }
-}
-
 }  // namespace
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
@@ -260,7 +242,10 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
         evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
   }
   add_limits(result, context, records);
-  for (Record& record : records) drop_non_finite(record);
+  for (Record& record : records) {  // no number that is not finite enters records, in memory as on disk
+    for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
+      erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
+  }
   return records;
 }
 

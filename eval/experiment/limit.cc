@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/limit.h"
+#include "sextant/eval/experiment/evaluate_pair.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/metrics/crlb.h"
-#include "sextant/metrics/nees.h"
 
 namespace sextant {
 namespace {
@@ -46,15 +45,9 @@ void add_nees(const BodyResult& body, const SE3& true_T_curr_prev, Record& recor
   if (value) record.values["nees"] = *value;
 }
 
-void add_rms(const Matrix6d& twist_of_X, const SE3& transport, const std::string& suffix, Record& record) {
-  const PoseChangeError rms = rms_error(transported(twist_of_X, transport));
-  record.bound["Et" + suffix + "_m"] = rms.Et_m;
-  record.bound["ER" + suffix + "_deg"] = rms.ER_deg;
-}
-
 void add_bound(const MotionBound& bound, const SE3& transport, Record& record) {
-  add_rms(bound.previous_depth, transport, "", record);
-  if (bound.both_depths) add_rms(*bound.both_depths, transport, "_both", record);
+  put(rms_error(transported(bound.previous_depth, transport)), "", record.bound);
+  if (bound.both_depths) put(rms_error(transported(*bound.both_depths, transport)), "_both", record.bound);
 }
 
 }  // namespace
@@ -82,7 +75,8 @@ void add_limits(const FrameResult& result, const PairContext& context, std::vect
     if (!ego) continue;
     // The two motions' errors are independent: no point belongs to both bodies.
     const SE3& L = context.truth.find(result.prev, body.instance)->T_camera_object;
-    add_rms(ego->previous_depth + object->previous_depth, (*X * L).inverse(), "_body", record);
+    put(rms_error(transported(ego->previous_depth + object->previous_depth, (*X * L).inverse())), "_body",
+        record.bound);
   }
 }
 

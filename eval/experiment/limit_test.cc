@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/limit.h"
+#include "sextant/eval/experiment/evaluate_pair.h"
 
 #include <gtest/gtest.h>
 

@@ -6,11 +6,11 @@
 #include <set>
 #include <thread>
 
-#include "sextant/base/cache_root.h"
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 
 namespace sextant {
@@ -53,7 +53,7 @@ std::string content_id(Json request, const std::map<std::string, InputLog::Entry
   return sha256(json_line(request));
 }
 
-Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
+Json dated_inputs(const std::map<std::string, InputLog::Entry>& inputs) {
   Json json = Json::object();
   for (const auto& [path, entry] : inputs) {
     std::error_code error;
@@ -116,15 +116,6 @@ std::vector<ExtractedPair> read_all(const Sequence& sequence, const ExtractionOp
     std::ranges::move(window, std::back_inserter(pairs));
   }
   return pairs;
-}
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(),
-         error.message());
-  }
 }
 
 std::optional<PackCache::Packed> find_pack(const fs::path& folder, const fs::path& link_path) {
@@ -211,7 +202,12 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   const Json request = request_of(source, sequence, options, masks);
   const fs::path link_path = folder_ / (sha256(json_line(request)) + ".json");
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
-  make_folder(folder_);
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) {
+    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder_.string(),
+         error.message());
+  }
   // Of many processes that start on one cache one makes the pack, and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
@@ -225,7 +221,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   const Json link = {{"source", source.text},
                      {"request", request},
                      {"content", content},
-                     {"inputs", inputs_json(packed.inputs)}};
+                     {"inputs", dated_inputs(packed.inputs)}};
   write_file(link_path, json_text(link));
   return packed;
 }

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/procedures.h"
 
 namespace sextant {
 namespace {
@@ -170,7 +169,7 @@ class PlanReader {
     if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", json_excerpt(grid));
     if (grid.contains("level")) {
       check_keys(grid, {"level", "noise"});
-      plan.levels.push_back({level_of(grid["level"]), checked(grid.value("noise", Json::object()))});
+      plan.levels.push_back({level_of(grid["level"]), Noise(grid.value("noise", Json::object()))});
       return;
     }
     check_keys(grid, {"parameter", "levels", "base"});
@@ -186,7 +185,7 @@ class PlanReader {
         node = &(*node)[part];
       }
       *node = value;
-      plan.levels.push_back({level_of(value), checked(noise)});
+      plan.levels.push_back({level_of(value), Noise(noise)});
     }
   }
 
@@ -196,8 +195,6 @@ class PlanReader {
     }
     return json.get<double>();
   }
-
-  static Noise checked(const Json& options) { return Noise(options); }
 
   static void read_seeds(const Json& json, Plan& plan) {
     const Json seeds = json.value("seeds", Json(1));

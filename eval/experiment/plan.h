@@ -11,7 +11,7 @@
 //     "options": {"extraction": {...}, "pipeline": {...}},
 //     "keep": "records" }                           // or "summary": sums and histograms a case, no records
 //
-// "procedure": "paper_release" puts the keys of a named procedure (procedures.h) below the plan's own.
+// "procedure": "paper_release" puts the keys of a named procedure (at the end) below the plan's own.
 // "noise" may be left out (no noise), or be a list of such grids and of single settings {"level": 1,
 // "noise": {...}}. `level` is what records and figures call the case: the parameter's value.
 // Cases are numbered seeds fastest, then levels, estimators, sources; the number is what shards and resuming
@@ -99,5 +99,23 @@ inline constexpr uint64_t max_plan_cases = 10'000'000;
 /// negative level of a scale parameter, or more than max_plan_cases. Relative paths of sources are looked up
 /// in `data_root` when they are not in the working folder.
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root);
+
+// ---- procedures: how somebody else estimates, as options of ours. A procedure is a plan without sources and
+// seeds (plan.h): estimators with their front ends, options, and the noise it was run under. They come with
+// the program, eval/procedures/NAME.json, each with a "description" that says what it follows. To add one,
+// add a file.
+
+/// Names in alphabetical order.
+std::vector<std::string> procedure_names();
+
+/// The file as JSON. Throws Error on an unknown name, naming the nearest.
+Json find_procedure(const std::string& name);
+
+/// `plan` with the procedure's keys where it has none of its own: objects key by key, lists as a whole.
+Json on_procedure(const std::string& name, const Json& plan);
+
+/// "extraction", "pipeline" and "estimator" of one of its estimators, as options of `sextant run`. Throws
+/// Error when the procedure has no estimator of that name.
+Json procedure_options(const std::string& name, const std::string& estimator);
 
 }  // namespace sextant

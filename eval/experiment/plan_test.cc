@@ -7,7 +7,6 @@
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/experiment/plan_testing.h"
-#include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
 
 namespace sextant {

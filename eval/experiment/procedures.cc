@@ -1,6 +1,7 @@
-#include "sextant/eval/experiment/procedures.h"
+#include "sextant/eval/experiment/plan.h"
 
-#include "sextant/base/embedded_file.h"
+#include "sextant/base/files.h"
+#include "sextant/base/registry.h"
 
 namespace sextant {
 
@@ -13,10 +14,7 @@ std::vector<std::string> procedure_names() {
 }
 
 Json find_procedure(const std::string& name) {
-  for (const EmbeddedFile& file : procedure_files()) {
-    if (file.name == name) return parse_json(file.text, name);
-  }
-  fail("unknown procedure '{}': {}", name, suggest(name, procedure_names()));
+  return parse_json(find_entry(procedure_files(), name, "procedure").text, name);
 }
 
 Json on_procedure(const std::string& name, const Json& plan) {

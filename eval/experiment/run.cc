@@ -8,9 +8,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/body_tracks.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/plan.h"
-#include "sextant/eval/experiment/procedures.h"
 
 namespace sextant {
 namespace {

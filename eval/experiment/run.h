@@ -3,7 +3,7 @@
 // Runs one estimator over sources and compares with their ground truth: a plan of one level, whose cases are
 // the seeds. Per source, in windows of frames (bounded memory): decode every frame once and extract the
 // pairs' points, in parallel; then the cases over the pairs (case_runner.h). The outcome does not depend on
-// `jobs`, times excepted. Nothing is written here: see run_output.h.
+// `jobs`, times excepted. Nothing is written here: run_files() makes the files.
 
 #include <map>
 #include <string>
@@ -14,6 +14,7 @@
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run_journal.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
 
@@ -45,7 +46,7 @@ struct ResolvedOptions {
 /// Throws Error on an unknown key anywhere above "estimator" and "source", which are read by their owners.
 ResolvedOptions resolve_options(const Json& tree);
 
-/// Puts a run on a procedure (procedures.h): its options for the estimator go below those of the run, and,
+/// Puts a run on a procedure (plan.h): its options for the estimator go below those of the run, and,
 /// where asked for, its noise and level replace the run's.
 void follow_procedure(const std::string& name, bool with_noise, RunConfig& config);
 
@@ -77,5 +78,19 @@ std::string folder_name(const SequenceInfo& info);
 
 /// Throws Error on bad input, Interrupted on Ctrl-C.
 RunResult run(const RunConfig& config);
+
+// ---- the files of a run
+
+/// records.jsonl, run.json and, per source, est_camera_{kitti,tum}.txt and obj_<id>_motion.txt; with more
+/// than one source these lie in a subfolder each.
+///   est_camera_kitti.txt  12 values a line: rows of [R|t] of T_world_camera
+///   est_camera_tum.txt    t tx ty tz qx qy qz qw, t = frame / rate (s)
+///   gt_camera_tum.txt     the same of the truth, over the frames of the source that have it
+///   tracks.csv            camera and objects in the world, estimated and true (tracks.h)
+///   obj_<id>_motion.txt   frame k, then 12 values of H_world of the pair (k-1, k) (m)
+OutputFiles run_files(const RunResult& result);
+
+/// build_provenance(), configuration and inputs of a run.
+Json run_provenance(const RunResult& result);
 
 }  // namespace sextant

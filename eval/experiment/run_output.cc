@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/experiment/run.h"
 
 namespace sextant {
 namespace {
@@ -6,12 +6,6 @@ namespace {
 std::string matrix_line(const SE3& T) {
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> m = T.matrix().topRows<3>();
   return fmt::format("{}", fmt::join(m.data(), m.data() + m.size(), " "));
-}
-
-std::string kitti_text(const Trajectory& trajectory) {
-  std::string text;
-  for (const auto& [frame, pose] : trajectory.poses()) text += matrix_line(pose) + '\n';
-  return text;
 }
 
 std::string tum_text(const Trajectory& trajectory, const SequenceInfo& info) {
@@ -24,11 +18,6 @@ std::string tum_text(const Trajectory& trajectory, const SequenceInfo& info) {
                         q.z(), q.w());
   }
   return text;
-}
-
-/// The source's subfolder; none when it is alone.
-std::string folder_of(const SourceRun& source, bool alone) {
-  return alone ? "" : folder_name(source.info) + "/";
 }
 
 Json source_json(const SourceRun& source) {
@@ -63,8 +52,9 @@ OutputFiles run_files(const RunResult& result) {
   files["records.jsonl"] = write_records(result.records);
   files["run.json"] = json_text(run_provenance(result));
   for (const SourceRun& source : result.sources) {
-    const std::string folder = folder_of(source, result.sources.size() == 1);
-    files[folder + "est_camera_kitti.txt"] = kitti_text(source.motions.estimated);
+    const std::string folder = result.sources.size() == 1 ? "" : folder_name(source.info) + "/";
+    std::string& kitti = files[folder + "est_camera_kitti.txt"];
+    for (const auto& [frame, pose] : source.motions.estimated.poses()) kitti += matrix_line(pose) + '\n';
     files[folder + "est_camera_tum.txt"] = tum_text(source.motions.estimated, source.info);
     const std::string truth = tum_text(source.truth, source.info);
     if (!truth.empty()) files[folder + "gt_camera_tum.txt"] = truth;

@@ -4,7 +4,6 @@
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/check/check_source.h"
-#include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/testing.h"
 

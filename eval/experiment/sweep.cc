@@ -13,6 +13,7 @@
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
+#include "sextant/eval/experiment/run_journal.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
@@ -136,14 +137,6 @@ std::vector<uint64_t> numbers_of(const SweepConfig& config) {
   return cases_of_shard(config.plan, config.shard % config.n_shards, config.n_shards);
 }
 
-/// What plan.json holds.
-Json plan_file(const SweepConfig& config, const Json& data) {
-  return {{"plan", config.plan.json()},
-          {"shard", {config.shard % config.n_shards, config.n_shards}},
-          {"data", data},
-          {"programs", {program_identity()}}};
-}
-
 Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const CaseResultWriter& results) {
   Json json = build_provenance();
   json["configuration"] = config.plan.json();
@@ -158,9 +151,7 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
     Json packs = Json::array();
     for (const auto& [key, packed] : source.packs) {
       packs.push_back(packed.file.stem().string());
-      for (const auto& [path, entry] : packed.inputs) {
-        inputs[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
-      }
+      inputs.update(inputs_json(packed.inputs));
     }
     json["sources"].push_back({{"source", config.plan.sources[s].text},
                                {"packs", packs},
@@ -197,7 +188,10 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
 SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
   const PlanRunner runner(config, numbers);
-  const Json plan = plan_file(config, runner.data_json());
+  const Json plan = {{"plan", config.plan.json()},
+                     {"shard", {config.shard % config.n_shards, config.n_shards}},
+                     {"data", runner.data_json()},
+                     {"programs", {program_identity()}}};
   const Json claimed = claim_folder(config.out, plan, config.replace, config.allow_mixed);
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -34,14 +33,6 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
   if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
-}
-
-/// What the merged run.json keeps of a shard's.
-Json shard_provenance(const Json& plan, const Json& run) {
-  Json json = {{"shard", plan["shard"]}};
-  for (const char* key : {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})
-    if (run.contains(key)) json[key] = run[key];
-  return json;
 }
 
 }  // namespace
@@ -167,7 +158,11 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       }
     }
     const Json run = read_run_json(folder);
-    shards.push_back(shard_provenance(of_folder, run));
+    Json kept = {{"shard", of_folder["shard"]}};  // what the merged run.json keeps of a shard's
+    for (const char* key :
+         {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})
+      if (run.contains(key)) kept[key] = run[key];
+    shards.push_back(std::move(kept));
     for (const Json& source : run.value("sources", Json::array()))
       sources.emplace(json_member<std::string>(source, "source", (folder / "run.json").string()), source);
   }

@@ -310,9 +310,7 @@ TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
 // A file size limit makes write() fail as a full disk does.
 TEST_F(SweepTest, AFullDiskLosesNothing) {
   sweep(config("whole"));
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
+  const int status = status_of_child([&] {
     ::signal(SIGXFSZ, SIG_IGN);
     const rlim_t limit = fs::file_size(file("whole") / "records.jsonl") / 2;
     const rlimit small{limit, limit};
@@ -320,12 +318,10 @@ TEST_F(SweepTest, AFullDiskLosesNothing) {
     try {
       sweep(config("full"));
     } catch (const Error& error) {
-      ::_exit(std::string(error.what()).find("cases are safe") != std::string::npos ? 3 : 4);
+      return std::string(error.what()).find("cases are safe") != std::string::npos ? 3 : 4;
     }
-    ::_exit(5);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
+    return 5;
+  });
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 3);
   const SweepOutcome outcome = sweep(config("full"));

@@ -1,6 +1,6 @@
 #include "sextant/base/files.h"
-#include "sextant/eval/export/table_writers.h"
-#include "sextant/eval/records/csv_field.h"
+#include "sextant/base/text.h"
+#include "sextant/eval/export/record_columns.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/export/table_writers.h"
+#include "sextant/eval/export/record_columns.h"
 
 namespace sextant {
 namespace {
@@ -29,17 +29,13 @@ class TemporaryName {
   fs::path name_;
 };
 
-void check_place(const fs::path& out) {
-  std::error_code ignored;
-  if (fs::is_directory(out, ignored)) fail("{}: is a folder: expected the name of a file", out.string());
-  const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, ignored)) fail("{}: there is no folder {}", out.string(), folder.string());
-}
-
 }  // namespace
 
 ExportOutcome export_records(const fs::path& folder, ExportFormat format, const fs::path& out, bool quiet) {
-  check_place(out);
+  std::error_code ignored;
+  if (fs::is_directory(out, ignored)) fail("{}: is a folder: expected the name of a file", out.string());
+  const fs::path parent = out.has_parent_path() ? out.parent_path() : fs::path(".");
+  if (!fs::is_directory(parent, ignored)) fail("{}: there is no folder {}", out.string(), parent.string());
   const RecordColumns records(folder);
   constexpr int step = 1000;
   Progress progress("thousand records", static_cast<int>(records.n_rows() / step), quiet);
@@ -51,17 +47,8 @@ ExportOutcome export_records(const fs::path& folder, ExportFormat format, const 
     });
   };
   const TemporaryName part(out);
-  switch (format) {
-    case ExportFormat::csv:
-      write_csv(records, rows, part.name());
-      break;
-    case ExportFormat::npz:
-      write_npz(records, rows, part.name());
-      break;
-    case ExportFormat::sqlite:
-      write_sqlite(records, rows, part.name());
-      break;
-  }
+  constexpr decltype(&write_csv) writers[] = {write_csv, write_npz, write_sqlite};  // by ExportFormat
+  writers[static_cast<size_t>(format)](records, rows, part.name());
   fs::rename(part.name(), out);
   sync_folder(out.has_parent_path() ? out.parent_path() : fs::path("."));
   return {records.n_rows(), records.columns().size()};

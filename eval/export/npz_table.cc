@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/export/table_writers.h"
+#include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/records/zip_file.h"
 
 namespace sextant {

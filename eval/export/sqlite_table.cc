@@ -1,11 +1,8 @@
 #include <sqlite3.h>
 
-#include <limits>
-#include <memory>
-
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/export/table_writers.h"
+#include "sextant/eval/export/record_columns.h"
 
 namespace sextant {
 namespace {

@@ -38,14 +38,7 @@ ProcessOutcome read_case(const fs::path& folder) {
   if (!fs::exists(path)) fail("{}: is not there: expected the folder of a finished case", path.string());
   if (!fs::is_directory(folder / "output"))
     fail("{}: is not there: outputs are kept with \"keep\" output or all", (folder / "output").string());
-  const Json json = read_json(path);
-  ProcessOutcome outcome;
-  try {
-    read_options(json, outcome);
-  } catch (const Error& error) {
-    fail("{}: {}", path.string(), error.what());
-  }
-  return outcome;
+  return options_from<ProcessOutcome>(path);
 }
 
 std::string last_line(const fs::path& path) {

@@ -9,16 +9,6 @@
 #include "sextant/datasets/layout.h"
 
 namespace sextant {
-namespace {
-
-Json read_object(const std::string& path) {
-  Json json = read_json(path);
-  if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
-  return json;
-}
-
-}  // namespace
-
 const Placeholders& any_placeholders() {
   static const Placeholders any = [] {
     Placeholders p;
@@ -58,7 +48,8 @@ void ExternalConfig::check() const {
 ExternalConfig read_external_config(const std::string& path, const Json& overrides) {
   Json json = overrides;
   if (!json.is_object() || json.erase(recorded_options) == 0) {
-    json = read_object(path);
+    json = read_json(path);
+    if (!json.is_object()) fail("{}: expected an object with \"command\"", path);
     json.merge_patch(overrides);
   }
   ExternalConfig config;

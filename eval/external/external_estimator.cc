@@ -37,11 +37,6 @@ std::string write_input(const CaseContext& context, const ExternalConfig& config
   return name.empty() ? noisy.info().sequence : name;
 }
 
-std::string calibration_text(const SequenceInfo& info) {
-  return encode_yaml_camera({info.camera, info.rate_hz}) +
-         fmt::format("Camera.width: {}\nCamera.height: {}\n", info.width, info.height);
-}
-
 FrameNumbers frame_numbers(const ExternalConfig& config, const SequenceInfo& info) {
   FrameNumbers numbers{.first = info.first_frame, .last = info.last_frame};
   const bool from_zero = config.renumber || config.layout == "kitti";  // kitti_layout.h counts from 0
@@ -242,14 +237,23 @@ class ExternalEstimator final : public CaseEstimator {
     }
     const CaseFolder folder(context.folder, config_.keep);
     const std::string sequence = write_input(context, config_, folder);
-    write_file(folder.file("calibration.yaml"), calibration_text(context.sequence.info()));
+    const SequenceInfo& info = context.sequence.info();
+    write_file(folder.file("calibration.yaml"),
+               encode_yaml_camera({info.camera, info.rate_hz}) +
+                   fmt::format("Camera.width: {}\nCamera.height: {}\n", info.width, info.height));
     Placeholders values = placeholders(context, folder, config_folder_, numbers, sequence);
     if (!template_.empty()) {
       const fs::path settings = folder.file("settings" + template_.extension().string());
       values["settings"] = settings.string();
       write_file(settings, fill_template(values));
     }
-    const ProcessRequest request = request_for(values, folder);
+    const ProcessRequest request{
+        .words = words_of(config_.command, values),
+        .working_directory = fs::absolute(fill_in(config_.working_directory, values)),
+        .environment = words_of(config_.environment, values),
+        .stdout_file = folder.file("stdout.txt"),
+        .stderr_file = folder.file("stderr.txt"),
+        .time_limit_s = config_.time_limit_s};
     const ProcessOutcome outcome = run_process(request);
     write_case(outcome, folder.path());
     return score(context, numbers, folder.path(), outcome, &request);
@@ -270,11 +274,6 @@ class ExternalEstimator final : public CaseEstimator {
     }
   }
 
-  std::map<std::string, ExternalResultSet> sets() const {
-    if (config_.results.empty()) return {{"", config_.set}};
-    return config_.results;
-  }
-
   /// Reads what lies in folder/output; writes folder/log.txt where there was a `request`.
   std::vector<NamedSolver> score(const CaseContext& context, const FrameNumbers& numbers,
                                  const fs::path& folder, const ProcessOutcome& outcome,
@@ -290,7 +289,9 @@ class ExternalEstimator final : public CaseEstimator {
     FrameTimes times = read_frame_times(config_.times, output);
     std::ranges::move(times.problems, std::back_inserter(problems[0]));
     std::vector<ScoredSet> scored;
-    for (const auto& [name, set] : sets()) {
+    std::map<std::string, ExternalResultSet> sets = config_.results;
+    if (sets.empty()) sets[""] = config_.set;
+    for (const auto& [name, set] : sets) {
       scored.push_back({name, read_external_results(set, output, context.sequence.truth())});
       const ExternalResults& results = scored.back().results;
       problems.push_back(results.problems);
@@ -317,16 +318,6 @@ class ExternalEstimator final : public CaseEstimator {
                                                       context.pipeline.max_object_distance_m)});
     }
     return solvers;
-  }
-
-  ProcessRequest request_for(const Placeholders& values, const CaseFolder& folder) const {
-    ProcessRequest request{.words = words_of(config_.command, values),
-                           .working_directory = fs::absolute(fill_in(config_.working_directory, values)),
-                           .environment = words_of(config_.environment, values),
-                           .stdout_file = folder.file("stdout.txt"),
-                           .stderr_file = folder.file("stderr.txt"),
-                           .time_limit_s = config_.time_limit_s};
-    return request;
   }
 
   ExternalConfig config_;

@@ -18,12 +18,9 @@ using testing::Each;
 
 TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
   write_file(file("example.json"), read_file(fs::path(SEXTANT_EXAMPLE_FOLDER) / "rgbd_odometry.json"));
-  RunConfig run_config;
-  run_config.sources = {SourceSpec::parse(fixture_.source())};
-  run_config.estimator = "external:" + file("example.json").string();
-  run_config.options = {{"estimator", {{"command", SEXTANT_EXAMPLE_PROGRAM " {input} {output}"}}}};
-  run_config.quiet = true;
-  last_ = run(run_config);
+  RunConfig c = run_config("external:" + file("example.json").string());
+  c.options = {{"estimator", {{"command", SEXTANT_EXAMPLE_PROGRAM " {input} {output}"}}}};
+  last_ = run(c);
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), ok4);
@@ -307,19 +304,6 @@ TEST_F(ExternalEstimatorTest, EveryLayout) {
 
 class ExternalSweepTest : public ExternalEstimatorTest {
  protected:
-  SweepConfig sweep_config(const std::string& out, const std::string& estimator, int jobs = 1) const {
-    SweepConfig c;
-    const Json plan = {{"sources", {fixture_.source()}},
-                       {"estimators", {estimator, "motion_only"}},
-                       {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
-                       {"seeds", 3}};
-    c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
-    c.out = file(out);
-    c.cache = PackCache(file("cache"));
-    c.jobs = jobs;
-    c.quiet = true;
-    return c;
-  }
   std::string untimed_bytes(const std::string& out) const {
     return write_records(untimed(read_records(file(out) / "records.jsonl")));
   }
@@ -350,8 +334,8 @@ TEST_F(ExternalSweepTest, GoesOnAfterCasesThatFail) {
 TEST_F(ExternalSweepTest, BytesDoNotDependOnJobs) {
   write_camera();
   const std::string estimator = config("cp $(dirname $0)/camera.txt $output");
-  sweep(sweep_config("a", estimator, 1));
-  sweep(sweep_config("b", estimator, 2));
+  sweep(sweep_config("a", estimator));
+  sweep(sweep_config("b", estimator, 3, 2));
   EXPECT_EQ(untimed_bytes("a"), untimed_bytes("b"));
 }
 

@@ -7,7 +7,6 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/flo.h"
 #include "sextant/eval/experiment/run.h"
-#include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/records/output.h"
@@ -335,13 +334,9 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   const std::string estimator =
       config("cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs; echo no >&2; exit 3",
              vdo_set("initial"));
-  RunConfig run_config;
-  run_config.sources = {SourceSpec::parse(fixture_.source())};
-  run_config.estimator = estimator;
-  run_config.n_seeds = 2;
-  run_config.quiet = true;
-  run_config.folder = file("out") / "external";
-  const RunResult first = run(run_config);
+  RunConfig c = run_config(estimator, 2);
+  c.folder = file("out") / "external";
+  const RunResult first = run(c);
   write_output_folder(file("out"), run_files(first));
   const auto before = files_below(file("out"));
   const auto rescore = [&](const RescoreRequest& request) {
@@ -383,8 +378,8 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   fs::remove(file("out") / "external" / "vdo_data_3-7_seed0" / "case.json");
   expect_error([&] { rescore({.folder = file("out")}); }, "case.json: is not there");
   expect_error([&] { is_sweep(file("data")); }, "holds neither run.json nor plan.json");
-  run_config.estimator = "motion_only";
-  write_output_folder(file("inside"), run_files(run(run_config)));
+  c.estimator = "motion_only";
+  write_output_folder(file("inside"), run_files(run(c)));
   expect_error([&] { rescored_run({.folder = file("inside")}); }, "\"motion_only\" is no external program");
 }
 
@@ -394,15 +389,7 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
   more["settings"] = "my.yaml";
   write_file(file("my.yaml"), "fx: {fx}\n");
   config("cp $(dirname $0)/vdo/* $output/; echo ran >> $(dirname $0)/runs", more);
-  const Json plan = {{"sources", {fixture_.source()}},
-                     {"estimators", {{{"name", "external:program.json"}, {"label", "mine"}}, "motion_only"}},
-                     {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
-                     {"seeds", 2}};
-  SweepConfig c;
-  c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
-  c.out = file("out");
-  c.cache = PackCache(file("cache"));
-  c.quiet = true;
+  const SweepConfig c = sweep_config("out", {{"name", "external:program.json"}, {"label", "mine"}}, 2);
   sweep(c);
   fs::remove(file("program.json"));
   fs::remove(file("my.yaml"));

@@ -10,6 +10,7 @@
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
@@ -33,17 +34,34 @@ class ExternalEstimatorTest : public testing::Test {
     return "external:" + file("program.json").string();
   }
 
-  RunResult run_with(const std::string& estimator, const std::string& noise = "none", int n_seeds = 1,
-                     int jobs = 1) const {
-    RunConfig run_config;
-    run_config.sources = {SourceSpec::parse(fixture_.source())};
-    run_config.estimator = estimator;
-    run_config.noise = Noise::parse(noise);
-    run_config.n_seeds = n_seeds;
-    run_config.jobs = jobs;
-    run_config.quiet = true;
-    run_config.folder = file("logs");
-    return run(run_config);
+  RunConfig run_config(const std::string& estimator, int n_seeds = 1) const {
+    RunConfig c;
+    c.sources = {SourceSpec::parse(fixture_.source())};
+    c.estimator = estimator;
+    c.n_seeds = n_seeds;
+    c.quiet = true;
+    return c;
+  }
+  RunResult run_with(const std::string& estimator, const std::string& noise = "none", int n_seeds = 1) const {
+    RunConfig c = run_config(estimator, n_seeds);
+    c.noise = Noise::parse(noise);
+    c.folder = file("logs");
+    return run(c);
+  }
+  /// Of `estimator` and motion_only, two levels of depth noise.
+  SweepConfig sweep_config(const std::string& out, const Json& estimator, int n_seeds = 3,
+                           int jobs = 1) const {
+    SweepConfig c;
+    const Json plan = {{"sources", {fixture_.source()}},
+                       {"estimators", {estimator, "motion_only"}},
+                       {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
+                       {"seeds", n_seeds}};
+    c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
+    c.out = file(out);
+    c.cache = PackCache(file("cache"));
+    c.jobs = jobs;
+    c.quiet = true;
+    return c;
   }
 
   /// Runs `script`, which must not throw; its problems.

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <thread>
 
 #include "sextant/base/error.h"
@@ -58,14 +59,11 @@ TEST_F(Process, OutputAndExitCode) {
 }
 
 TEST_F(Process, StandardStreamsMayBeClosed) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    for (const int stream : {0, 1, 2}) ::close(stream);
-    ::_exit(run("cat; echo said; echo wrong >&2").ok() ? 0 : 1);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
+  EXPECT_EQ(status_of_child([&] {
+              for (const int stream : {0, 1, 2}) ::close(stream);
+              return run("cat; echo said; echo wrong >&2").ok() ? 0 : 1;
+            }),
+            0);
   EXPECT_EQ(text("stdout.txt"), "said\n");
   EXPECT_EQ(text("stderr.txt"), "wrong\n");
 }
@@ -148,20 +146,16 @@ TEST_F(Process, AProgramThatCannotBeStarted) {
 
 TEST_F(Process, NoMoreProcessesAllowed) {
   fs::permissions(folder_.path(), fs::perms::all);
-  const pid_t child = ::fork();
-  if (child == 0) {
+  const int status = status_of_child([&] {
     constexpr uid_t nobody = 65534;
     const rlimit none = {1, 1};
-    if (::geteuid() == 0 && ::setuid(nobody) != 0) ::_exit(2);  // the limit is none for root
-    if (::setrlimit(RLIMIT_NPROC, &none) != 0) ::_exit(3);
+    if (::geteuid() == 0 && ::setuid(nobody) != 0) return 2;  // the limit is none for root
+    if (::setrlimit(RLIMIT_NPROC, &none) != 0) return 3;
     const std::string message = error_of([&] { run("exit 0"); });
-    ::_exit(message.find("cannot start 'sh'") != std::string::npos &&
-                    message.find("ulimit -u") != std::string::npos
-                ? 0
-                : 4);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
+    const bool told = message.find("cannot start 'sh'") != std::string::npos &&
+                      message.find("ulimit -u") != std::string::npos;
+    return told ? 0 : 4;
+  });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }

@@ -20,15 +20,14 @@
 #include "sextant/datasets/codec/kitti_oxts.h"
 #include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/codec/mots.h"
-#include "sextant/datasets/codec/object_pose_text.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
 #include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/datasets/dataset.h"
-#include "sextant/datasets/vdo_truth.h"
-#include "sextant/datasets/vkitti_names.h"
+#include "sextant/datasets/vdo_folder.h"
+#include "sextant/datasets/vkitti_files.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/evaluation/dense_files.h"
@@ -45,7 +44,6 @@
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/fuzz/folder.h"
-#include "sextant/eval/gate/baseline.h"
 #include "sextant/eval/gate/benchmark_file.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/gate/policy.h"
@@ -56,7 +54,7 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/records/record_scanner.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/eval/records/summary_file.h"
 #include "sextant/eval/records/tracks.h"
@@ -230,6 +228,7 @@ void read_png(Bytes png) {
   each(decode_png_rgb);
   each(decode_png_gray);
   each(decode_png_index);
+  each(decode_png_ids);
   each([](Bytes b, const std::string& name) { mask_from_mots(decode_png16(b, name), name); });
   if (taken < 2) fail("no PNG");
 }

@@ -18,28 +18,6 @@ std::string full_case(const SubjectCases& cases, size_t row) {
   return fmt::format("{} {}", to_string(cases.subject), short_case(cases, row));
 }
 
-/// Findings of one kind, of which the first few are told one by one.
-class Tally {
- public:
-  Tally(std::string what, Strictness rule) : what_(std::move(what)), rule_(rule) {}
-
-  void add(const std::string& subject, const std::string& base, const std::string& fresh) {
-    if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
-  }
-
-  void move_to(std::vector<Mismatch>& all) {
-    if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
-    std::ranges::move(findings_, std::back_inserter(all));
-  }
-
- private:
-  static constexpr size_t shown = 5;
-  std::string what_;
-  Strictness rule_;
-  std::vector<Mismatch> findings_;
-  size_t n_ = 0;
-};
-
 /// A subject that both sides have, and its cases that they share.
 struct PairedCases {
   const SubjectCases& base;
@@ -128,13 +106,6 @@ struct PairedErrors {
 /// Fewer seeds cannot reach p = 0.05 by signed ranks.
 constexpr size_t enough_seeds = 6;
 
-/// What is independent: the seeds, which come in order; of too few seeds every case by itself.
-void label_clusters(std::vector<uint64_t>& seeds) {
-  size_t n = 0;
-  for (size_t i = 0; i < seeds.size() && n < enough_seeds; ++i) n += i == 0 || seeds[i] != seeds[i - 1];
-  if (n < enough_seeds) std::iota(seeds.begin(), seeds.end(), 0);
-}
-
 /// Everything but the corrected p and the verdict; nothing where no case has it on both sides.
 std::optional<AccuracyRow> measure(const PairedErrors& errors, const AccuracyPolicy& policy) {
   AccuracyRow row{.subject = errors.cases.base.subject, .metric = errors.base.name};
@@ -161,22 +132,14 @@ std::optional<AccuracyRow> measure(const PairedErrors& errors, const AccuracyPol
   if (row.n_worse + row.n_better == 0) {
     comparison.interval = Interval{0, 0};
   } else {
-    label_clusters(clusters);
+    // What is independent: the seeds, which come in order; of too few seeds every case by itself.
+    size_t n_seeds = 1;
+    for (size_t i = 1; i < clusters.size(); ++i) n_seeds += clusters[i] != clusters[i - 1];
+    if (n_seeds < enough_seeds) std::iota(clusters.begin(), clusters.end(), 0);
     comparison = compare_pairs(differences, clusters,
                                {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
   }
   return row;
-}
-
-/// Smallest p that Wilcoxon's test can give to n differences.
-double attainable_p(int n) { return std::min(1.0, std::ldexp(2.0, -n)); }
-
-void correct(std::vector<AccuracyRow>& rows, double alpha) {
-  std::vector<AccuracyRow*> testable;
-  for (AccuracyRow& row : rows) {
-    if (row.p && attainable_p(row.n_used) <= alpha) testable.push_back(&row);
-  }
-  correct_by_holm(testable);
 }
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
@@ -221,7 +184,13 @@ AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
   for (std::optional<AccuracyRow>& row : rows) {
     if (row) out.rows.push_back(std::move(*row));
   }
-  correct(out.rows, policy.accuracy.alpha);
+  std::vector<AccuracyRow*> testable;
+  for (AccuracyRow& row : out.rows) {
+    const double attainable_p =
+        std::min(1.0, std::ldexp(2.0, -row.n_used));  // Wilcoxon's smallest of n differences
+    if (row.p && attainable_p <= policy.accuracy.alpha) testable.push_back(&row);
+  }
+  correct_by_holm(testable);
   for (AccuracyRow& row : out.rows) row.verdict = judge(row, policy.accuracy);
   return out;
 }

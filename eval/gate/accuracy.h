@@ -21,8 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/sameness.h"
-#include "sextant/eval/gate/verdict.h"
 #include "sextant/stats/paired_comparison.h"
 
 namespace sextant {

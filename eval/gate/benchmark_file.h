@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sextant/base/options.h"
+#include "sextant/base/json.h"
 
 namespace sextant {
 

@@ -8,15 +8,6 @@
 namespace sextant {
 namespace {
 
-/// Both at once: reading is most of the work.
-std::pair<Side, Side> read_sides(const std::filesystem::path& base, const std::filesystem::path& fresh,
-                                 int jobs) {
-  std::future<Side> first =
-      std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return read_side(base); });
-  Side second = read_side(fresh);
-  return {first.get(), std::move(second)};
-}
-
 /// Of repetitions the first is judged; the others must hold the same cases.
 void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
   for (const RunFolder& run : side.runs) {
@@ -61,7 +52,10 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
                          const Policy& policy, int jobs) {
   Comparison out{.base = base.string(), .fresh = fresh.string()};
   try {
-    const auto [first, second] = read_sides(base, fresh, jobs);
+    // Both at once: reading is most of the work.
+    std::future<Side> reading =
+        std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return read_side(base); });
+    const Side second = read_side(fresh), first = reading.get();
     out.findings = compare_provenance(first, second, policy);
     compare_records(first, second, policy, jobs, out);
     if (policy.speed.judge) {

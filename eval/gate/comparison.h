@@ -8,6 +8,7 @@
 
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -36,5 +37,21 @@ Table findings_table(const Comparison& comparison);
 Table accuracy_table(const Comparison& comparison, bool changed_only);
 Table status_table(const Comparison& comparison);
 Table speed_table(const Comparison& comparison, bool changed_only);
+
+/// report.html of `sextant compare --out`: the verdict, what differs, the tables, and for every error that changed the
+/// frame in which it changed most, with the line that shows both runs there and links to the records of both. The page
+/// will lie in `out`. Frames are named where both sides are one folder with records each.
+ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
+
+/// The rows, worst first, otherwise in their order.
+template <typename Row>
+std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
+  std::vector<const Row*> sorted;
+  for (const Row& row : rows) {
+    if (!changed_only || row.verdict != GateVerdict::ok) sorted.push_back(&row);
+  }
+  std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
+  return sorted;
+}
 
 }  // namespace sextant

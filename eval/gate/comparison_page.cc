@@ -1,4 +1,4 @@
-#include "sextant/eval/gate/comparison_page.h"
+#include "sextant/eval/gate/comparison.h"
 
 #include <algorithm>
 #include <map>
@@ -6,9 +6,9 @@
 #include <unordered_map>
 
 #include "sextant/base/files.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/version.h"
 #include "sextant/eval/report/record_places.h"
 
 namespace sextant {
@@ -89,11 +89,7 @@ std::string source_flag(const fs::path& folder, const Subject& subject, int fram
 /// One row and one line for a shell per error that changed.
 ReportSection frames_section(const Comparison& c, const fs::path& out) {
   ReportSection section{"frames-section", "Where it shows"};
-  std::vector<const AccuracyRow*> rows;
-  for (const AccuracyRow& row : c.accuracy) {
-    if (row.verdict != GateVerdict::ok) rows.push_back(&row);
-  }
-  std::ranges::stable_sort(rows, {}, [](const AccuracyRow* row) { return row->verdict; });
+  std::vector<const AccuracyRow*> rows = by_weight(c.accuracy, /*changed_only=*/true);
   if (rows.size() > most_shown) {
     section.paragraphs.push_back(fmt::format("{} of {} errors that changed.", most_shown, rows.size()));
     rows.resize(most_shown);

@@ -5,23 +5,10 @@
 namespace sextant {
 namespace {
 
-/// The rows, worst first, otherwise in their order.
-template <typename Row>
-std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
-  std::vector<const Row*> sorted;
-  for (const Row& row : rows) {
-    if (!changed_only || row.verdict != GateVerdict::ok) sorted.push_back(&row);
-  }
-  std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
-  return sorted;
-}
-
 template <typename Row>
 int count(const std::vector<Row>& rows, GateVerdict verdict) {
   return static_cast<int>(std::ranges::count(rows, verdict, &Row::verdict));
 }
-
-Cell percent(double value) { return 100 * value; }
 
 Cell percent_of(const std::optional<double>& value, double base) {
   return value && base > 0 ? Cell(100 * *value / base) : Cell();
@@ -129,7 +116,7 @@ Table speed_table(const Comparison& c, bool changed_only) {
        Column::number("low_percent", "low", 1), Column::number("high_percent", "high", 1),
        Column::p_value("p"), Column::number("cliffs_delta", "delta", 2),
        Column::number("detectable_percent", "detectable [%]", 1), Column::text("verdict")}};
-  const auto change = [](std::optional<double> ratio) { return ratio ? percent(*ratio - 1) : Cell(); };
+  const auto change = [](std::optional<double> ratio) { return ratio ? Cell(100 * (*ratio - 1)) : Cell(); };
   bool unrepeated = false;
   for (const SpeedRow* row : by_weight(c.speed, changed_only)) {
     unrepeated = unrepeated || !row->interval;

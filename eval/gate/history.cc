@@ -7,7 +7,6 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
-#include "sextant/eval/records/version.h"
 #include "sextant/stats/change_points.h"
 #include "sextant/stats/summary.h"
 
@@ -44,19 +43,12 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j;
 }
 
-bool holds_results(const fs::path& path) {
-  if (fs::is_regular_file(path)) return true;
-  if (fs::exists(path / "records.jsonl")) return true;
-  return std::ranges::any_of(fs::directory_iterator(path), [](const fs::directory_entry& entry) {
-    return entry.path().filename().string().starts_with("benchmark") && entry.path().extension() == ".json";
-  });
-}
-
 std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
   std::vector<fs::path> points;
   for (const fs::path& path : paths) {
     if (!fs::exists(path)) fail("{}: is not there: expected past results", path.string());
-    if (holds_results(path)) {
+    if (fs::is_regular_file(path) || fs::exists(path / "records.jsonl") ||
+        std::ranges::any_of(fs::directory_iterator(path), is_benchmark_file)) {
       points.push_back(path);
       continue;
     }
@@ -83,15 +75,12 @@ std::string label_of(const fs::path& path, const Side& side) {
   return label;
 }
 
-std::string group_of(Subject subject) {
-  subject.body = subject.body == "ego" ? "camera" : "objects";
-  return to_string(subject);
-}
-
 void add_errors(const RunFolder& run, Point& point) {
   std::map<Key, std::vector<double>> samples;
   for (const SubjectCases& cases : run.subjects) {
-    const std::string group = group_of(cases.subject);
+    Subject subject = cases.subject;
+    subject.body = subject.body == "ego" ? "camera" : "objects";
+    const std::string group = to_string(subject);
     std::vector<double>& coverage = samples[{group, "coverage"}];
     for (size_t row = 0; row < cases.size(); ++row) {
       if (cases.have_truth[row]) coverage.push_back(cases.statuses[row] == Status::ok ? 1 : 0);
@@ -134,12 +123,6 @@ bool is_time(const std::string& metric) { return unit_of(metric) == "ms"; }
 /// Fewer times do not show their own noise.
 constexpr size_t enough_times = 6;
 
-/// Smallest change that counts, as a share: that of a comparison.
-double effect_of(const Series& series, const Policy& policy) {
-  if (!is_time(series.metric)) return policy.accuracy.of(series.metric).minimum_effect;
-  return series.metric == "benchmark" ? policy.speed.minimum_effect : policy.speed.unrepeated_effect;
-}
-
 void find_changes(Series& series, const Policy& policy) {
   std::vector<double> values;
   std::vector<size_t> points;
@@ -149,7 +132,9 @@ void find_changes(Series& series, const Policy& policy) {
     points.push_back(i);
   }
   if (values.size() < (is_time(series.metric) ? enough_times : 2)) return;
-  const double effect = effect_of(series, policy);
+  const double effect = !is_time(series.metric)        ? policy.accuracy.of(series.metric).minimum_effect
+                        : series.metric == "benchmark" ? policy.speed.minimum_effect
+                                                       : policy.speed.unrepeated_effect;
   for (const size_t i : change_points(values, std::max(1e-9, effect * std::abs(median(values)))))
     series.changes.push_back(points[i]);
 }

@@ -19,7 +19,6 @@
 #include <vector>
 
 #include "sextant/eval/gate/policy.h"
-#include "sextant/eval/gate/side.h"
 #include "sextant/eval/report/document.h"
 
 namespace sextant {

@@ -2,7 +2,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/history.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -59,15 +59,6 @@ Table latest_table(const History& history) {
   return table;
 }
 
-/// At most eight labels along the axis.
-std::string label_tics(const History& history) {
-  const size_t step = (history.labels.size() + 7) / 8;
-  std::string tics;
-  for (size_t i = 0; i < history.labels.size(); i += step)
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(history.labels[i]), i);
-  return fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);
-}
-
 Figure series_figure(const History& history, const Series& series, size_t number) {
   Figure figure;
   figure.name = fmt::format("series-{}", number);
@@ -80,7 +71,11 @@ Figure series_figure(const History& history, const Series& series, size_t number
     highest = std::max(highest, series.values[i].value_or(0));
   }
   std::string& script = figure.script;
-  script = label_tics(history);
+  std::string tics;
+  const size_t step = (history.labels.size() + 7) / 8;  // at most eight labels along the axis
+  for (size_t i = 0; i < history.labels.size(); i += step)
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(history.labels[i]), i);
+  script = fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [0:{}]\nset ylabel {} noenhanced\nunset key\n",
                         static_cast<double>(series.values.size()) - 0.5, highest > 0 ? 1.15 * highest : 1.0,
                         gp_text(fmt::format("{} [{}]", series.metric, series.unit)));

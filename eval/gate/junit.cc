@@ -1,6 +1,7 @@
 // JUnit XML in the form that Ant defined and that Jenkins, GitLab and GitHub's actions read: suites with
 // properties, cases, system-out and system-err, in this order.
 
+#include <algorithm>
 #include <vector>
 
 #include "sextant/eval/gate/outputs.h"
@@ -20,12 +21,6 @@ struct Suite {
   std::vector<TestCase> cases;
 };
 
-int count(const Suite& suite, GateVerdict verdict) {
-  int n = 0;
-  for (const TestCase& test : suite.cases) n += test.verdict == verdict ? 1 : 0;
-  return n;
-}
-
 std::string test_case(const Suite& suite, const TestCase& test) {
   const char* element = test.verdict == GateVerdict::regressed      ? "failure"
                         : test.verdict == GateVerdict::invalid      ? "error"
@@ -42,11 +37,14 @@ std::string test_case(const Suite& suite, const TestCase& test) {
 }
 
 std::string suite_text(const Suite& suite, size_t id, const Comparison& c, const std::string& timestamp) {
+  const auto count = [&](GateVerdict verdict) {
+    return std::ranges::count(suite.cases, verdict, &TestCase::verdict);
+  };
   std::string text = fmt::format(
       "  <testsuite name=\"{}\" package=\"sextant\" id=\"{}\" timestamp=\"{}\" hostname=\"localhost\" "
       "tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" time=\"0\">\n",
-      suite.name, id, timestamp, suite.cases.size(), count(suite, GateVerdict::regressed),
-      count(suite, GateVerdict::invalid), count(suite, GateVerdict::inconclusive));
+      suite.name, id, timestamp, suite.cases.size(), count(GateVerdict::regressed),
+      count(GateVerdict::invalid), count(GateVerdict::inconclusive));
   text += fmt::format(
       "    <properties>\n      <property name=\"base\" value=\"{}\"/>\n      <property name=\"new\" "
       "value=\"{}\"/>\n    </properties>\n",

@@ -57,15 +57,4 @@ std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {
   return rules;
 }
 
-Policy read_policy(const std::string& file) {
-  const Json json = read_json(file);
-  Policy policy;
-  try {
-    read_options(json, policy);
-  } catch (const Error& error) {
-    fail("{}: {}", file, error.what());
-  }
-  return policy;
-}
-
 }  // namespace sextant

@@ -51,12 +51,6 @@ Json configuration_of(const Json& run) {
   return configuration;
 }
 
-/// The last two parts of a path: enough to tell files apart, the same on every machine.
-std::string tail(const std::string& path) {
-  const std::filesystem::path whole(path);
-  return (whole.parent_path().filename() / whole.filename()).string();
-}
-
 /// Of every source: its files' hashes, those of its packs (data, extraction, version) and what describes it.
 Leaves data_of(const Json& run) {
   Leaves leaves;
@@ -70,7 +64,10 @@ Leaves data_of(const Json& run) {
     }
     const Json inputs = source.value("inputs", Json::object());
     for (const auto& [path, entry] : inputs.items()) {
-      if (entry.is_object()) leaves[name + " " + tail(path)] += entry.value("sha256", std::string("?"));
+      const std::filesystem::path whole(
+          path);  // its last two parts tell files apart, the same on every machine
+      const std::string tail = (whole.parent_path().filename() / whole.filename()).string();
+      if (entry.is_object()) leaves[name + " " + tail] += entry.value("sha256", std::string("?"));
     }
   }
   return leaves;
@@ -103,9 +100,7 @@ Leaves benchmark_build_of(const BenchmarkFile& file) {
 
 /// What a path that only one side has is: a difference, or a note where nothing is lost by it.
 using IsNoted = std::function<bool(const std::string& path, const Leaves& other)>;
-
-/// Never: what one side has must be on the other.
-bool never(const std::string&, const Leaves&) { return false; }
+const IsNoted never = [](const std::string&, const Leaves&) { return false; };
 
 /// An option that only one version of the program knows has no value in the other that could differ. It is
 /// one among others that both know; a whole group that comes or goes, or an item of a list, is a difference.
@@ -117,44 +112,28 @@ bool is_new_option(const std::string& path, const Leaves& other) {
   return sibling != other.end() && sibling->first.starts_with(group);
 }
 
-/// Names of packs, which a run without packs does not have.
-bool is_pack(const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; }
-
-class Comparer {
- public:
-  explicit Comparer(std::vector<Mismatch>& findings) : findings_(findings) {}
-
-  /// At most `shown` of the differences are told one by one.
-  void compare(const std::string& what, Strictness rule, const Leaves& base, const Leaves& fresh,
-               const IsNoted& is_noted = never) {
-    size_t n_differ = 0, n_noted = 0;
-    const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool noted) {
-      size_t& n = noted ? n_noted : n_differ;
-      if (n++ < shown) findings_.push_back(mismatch(noted ? Strictness::note : rule, what, path, a, b));
-    };
-    for (const auto& [path, value] : base) {
-      const auto other = fresh.find(path);
-      if (other == fresh.end()) {
-        add(path, value, absent, is_noted(path, fresh));
-      } else if (other->second != value) {
-        add(path, value, other->second, false);
-      }
+void compare(const std::string& what, Strictness rule, const Leaves& base, const Leaves& fresh,
+             std::vector<Mismatch>& findings, const IsNoted& is_noted = never) {
+  Tally differ(what, rule), noted(what, Strictness::note);
+  const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool is_note) {
+    Tally& tally = is_note ? noted : differ;
+    tally.add(path, a, b);
+    tally.move_told(findings);
+  };
+  for (const auto& [path, value] : base) {
+    const auto other = fresh.find(path);
+    if (other == fresh.end()) {
+      add(path, value, absent, is_noted(path, fresh));
+    } else if (other->second != value) {
+      add(path, value, other->second, false);
     }
-    for (const auto& [path, value] : fresh) {
-      if (!base.contains(path)) add(path, absent, value, is_noted(path, base));
-    }
-    add_more(rule, what, n_differ);
-    add_more(Strictness::note, what, n_noted);
   }
-
- private:
-  void add_more(Strictness rule, const std::string& what, size_t n) {
-    if (n > shown) findings_.push_back(mismatch(rule, what, fmt::format("{} more", n - shown), "", ""));
+  for (const auto& [path, value] : fresh) {
+    if (!base.contains(path)) add(path, absent, value, is_noted(path, base));
   }
-
-  static constexpr size_t shown = 5;
-  std::vector<Mismatch>& findings_;
-};
+  differ.move_to(findings);
+  noted.move_to(findings);
+}
 
 void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& policy,
                   std::vector<Mismatch>& findings) {
@@ -162,19 +141,20 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
     findings.push_back(mismatch(Strictness::note, "definitions", "run.json", absent, absent));
     return;
   }
-  Comparer comparer(findings);
   const Json a = base.provenance.is_null() ? Json::object() : base.provenance;
   const Json b = fresh.provenance.is_null() ? Json::object() : fresh.provenance;
   const SamenessPolicy& same = policy.same;
-  comparer.compare("definitions", same.definitions, definitions_of(a), definitions_of(b));
-  comparer.compare("data", same.data, data_of(a), data_of(b), is_pack);
-  comparer.compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
-                   leaves_of(configuration_of(b), ""), is_new_option);
+  compare("definitions", same.definitions, definitions_of(a), definitions_of(b), findings);
+  // A run without packs does not have the names of packs.
+  compare("data", same.data, data_of(a), data_of(b), findings,
+          [](const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; });
+  compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
+          leaves_of(configuration_of(b), ""), findings, is_new_option);
   const bool times = policy.speed.judge && base.has_times && fresh.has_times;
   const Strictness machine_rule = times ? same.machine : Strictness::note;
-  comparer.compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
-                   leaves_of(b.value("machine", Json()), ""));
-  comparer.compare("build", Strictness::note, build_of(a), build_of(b));
+  compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
+          leaves_of(b.value("machine", Json()), ""), findings);
+  compare("build", Strictness::note, build_of(a), build_of(b), findings);
 }
 
 }  // namespace
@@ -191,15 +171,14 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
         compare_runs(base.runs.front(), run, policy, findings);
     }
   }
-  Comparer comparer(findings);
   for (const Side* side : {&base, &fresh}) {
     for (const BenchmarkFile& file : side->benchmarks) {
       if (base.benchmarks.empty() || &file == &base.benchmarks.front()) continue;
       const BenchmarkFile& first = base.benchmarks.front();
-      comparer.compare("machine", policy.speed.judge ? policy.same.machine : Strictness::note, machine_of(first),
-                       machine_of(file));
-      comparer.compare("definitions", policy.same.definitions, benchmark_build_of(first),
-                       benchmark_build_of(file));
+      compare("machine", policy.speed.judge ? policy.same.machine : Strictness::note, machine_of(first),
+              machine_of(file), findings);
+      compare("definitions", policy.same.definitions, benchmark_build_of(first), benchmark_build_of(file),
+              findings);
     }
   }
   // Repetitions say the same thing again.

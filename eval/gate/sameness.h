@@ -3,8 +3,13 @@
 // Whether two sides may be compared at all: same data, definitions, configuration and machine, and the same
 // cases on both. Nothing that differs is passed over; what is accepted by the policy is still said.
 
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/side.h"
@@ -25,5 +30,32 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
 
 /// Strictness::must in the policy.
 Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base, std::string fresh);
+
+/// Findings of one kind, of which the first few are told one by one.
+class Tally {
+ public:
+  Tally(std::string what, Strictness rule) : what_(std::move(what)), rule_(rule) {}
+
+  void add(const std::string& subject, const std::string& base, const std::string& fresh) {
+    if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
+  }
+
+  void move_told(std::vector<Mismatch>& all) {
+    std::ranges::move(std::exchange(findings_, {}), std::back_inserter(all));
+  }
+
+  /// What is told, and how many are not.
+  void move_to(std::vector<Mismatch>& all) {
+    if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
+    move_told(all);
+  }
+
+ private:
+  static constexpr size_t shown = 5;
+  std::string what_;
+  Strictness rule_;
+  std::vector<Mismatch> findings_;
+  size_t n_ = 0;
+};
 
 }  // namespace sextant

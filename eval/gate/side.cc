@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/run_json.h"
@@ -25,13 +26,6 @@ void check_errors(const Record& r, const std::string& file) {
   }
 }
 
-void check_once(const SubjectCases& cases, const std::string& file) {
-  for (size_t row = 1; row < cases.size(); ++row) {
-    if (cases.case_of(row) == cases.case_of(row - 1))
-      fail("{}: the case '{}' is there twice", file, case_name(cases.subject, cases.case_of(row)));
-  }
-}
-
 RunFolder read_run(const fs::path& folder) {
   RunFolder run;
   run.path = folder.string();
@@ -48,15 +42,15 @@ RunFolder read_run(const fs::path& folder) {
   if (run.n_cases == 0) fail("{}: has no records", file);
   run.has_times = collector.has_times();
   run.subjects = collector.take();
-  for (const SubjectCases& cases : run.subjects) check_once(cases, file);
+  for (const SubjectCases& cases : run.subjects) {
+    for (size_t row = 1; row < cases.size(); ++row) {
+      if (cases.case_of(row) == cases.case_of(row - 1))
+        fail("{}: the case '{}' is there twice", file, case_name(cases.subject, cases.case_of(row)));
+    }
+  }
   if (!fs::exists(folder / "run.json")) return run;
   run.provenance = read_run_json(folder);
   return run;
-}
-
-bool is_benchmark_file(const fs::directory_entry& entry) {
-  return entry.is_regular_file() && entry.path().filename().string().starts_with("benchmark") &&
-         entry.path().extension() == ".json";
 }
 
 /// What lies in `folder` itself.
@@ -76,6 +70,11 @@ void read_folder(const fs::path& folder, Side& side) {
 bool is_empty(const Side& side) { return side.runs.empty() && side.benchmarks.empty(); }
 
 }  // namespace
+
+bool is_benchmark_file(const fs::directory_entry& entry) {
+  return entry.is_regular_file() && entry.path().filename().string().starts_with("benchmark") &&
+         entry.path().extension() == ".json";
+}
 
 Side read_side(const fs::path& path) {
   Side side;
@@ -100,6 +99,21 @@ Side read_side(const fs::path& path) {
     fail("{}: holds no results: expected records.jsonl, benchmark*.json, or folders with these", side.path);
   }
   return side;
+}
+
+OutputFiles baseline_files(const std::filesystem::path& run) {
+  const Side side = read_side(run);
+  if (side.runs.size() != 1) {
+    fail("{}: holds {} runs: expected one folder of `sextant run` or `sextant sweep`", side.path,
+         side.runs.size());
+  }
+  const std::filesystem::path folder = side.runs.front().path;
+  // In the order of the file, which is the order of the cases of the run.
+  std::vector<Record> records = read_records(folder / "records.jsonl");
+  for (Record& record : records) record = strip_times(std::move(record));
+  OutputFiles files = {{"records.jsonl", write_records(records)}};
+  if (std::filesystem::exists(folder / "run.json")) files["run.json"] = read_file(folder / "run.json");
+  return files;
 }
 
 }  // namespace sextant

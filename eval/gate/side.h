@@ -11,6 +11,7 @@
 
 #include "sextant/eval/gate/benchmark_file.h"
 #include "sextant/eval/gate/subject_cases.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 
@@ -30,5 +31,14 @@ struct Side {
 
 /// Streams the records. Throws Error on a path without results, an empty or damaged file, an unfinished sweep, a case twice.
 Side read_side(const std::filesystem::path& path);
+
+/// benchmark*.json
+bool is_benchmark_file(const std::filesystem::directory_entry& entry);
+
+// ---- a baseline is the result of a run that is kept in the repository and compared with: records.jsonl without
+// times (those belong to a machine; speed is compared as a pair, scripts/bench_pair) and run.json.
+
+/// The files that make the results in `run` a baseline. Throws Error on bad results and on more than one run.
+OutputFiles baseline_files(const std::filesystem::path& run);
 
 }  // namespace sextant

@@ -17,18 +17,9 @@ struct Sample {
 };
 using Samples = std::map<std::string, Sample>;  ///< by name
 
-bool asks_for_real_time(const std::string& name) {
-  return name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
-}
-
 std::string program_of(const BenchmarkFile& file) {
   const std::string path = file.context.value("executable", std::string());
   return path.substr(path.rfind('/') + 1);
-}
-
-/// One program's names are its own where a side has several programs.
-std::string prefix_of(const BenchmarkFile& file, bool several) {
-  return several ? program_of(file) + ": " : "";
 }
 
 bool several_programs(const std::vector<BenchmarkFile>& files) {
@@ -41,14 +32,17 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
   Samples samples;
   for (const BenchmarkFile& file : files) {
     for (const auto& [name, cpu] : file.cpu_ns) {
-      const bool real = policy.time == BenchmarkTime::real || asks_for_real_time(name);
+      const bool asked =
+          name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
+      const bool real = asked || policy.time == BenchmarkTime::real;
       const std::vector<double>& times = real ? file.real_ns.at(name) : cpu;
       for (const double ns : times) {
         if (ns <= 0)
           fail("{}: benchmark '{}': its {} time is 0: it measured nothing", file.path, name,
                real ? "real" : "CPU");
       }
-      std::vector<double>& all = samples[prefix_of(file, several) + name].ns;
+      // One program's names are its own where a side has several programs.
+      std::vector<double>& all = samples[(several ? program_of(file) + ": " : "") + name].ns;
       all.insert(all.end(), times.begin(), times.end());
     }
   }

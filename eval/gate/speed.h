@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/sameness.h"
-#include "sextant/eval/gate/verdict.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {

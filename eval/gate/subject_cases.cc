@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "sextant/eval/records/record_truth.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <set>
 #include <tuple>
 
-#include "sextant/base/text.h"
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_columns.h"
 #include "sextant/geometry/object_motion.h"

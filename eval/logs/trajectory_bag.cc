@@ -1,4 +1,4 @@
-#include "sextant/eval/logs/trajectory_bag.h"
+#include "sextant/eval/logs/trajectory_recordings.h"
 
 #include <optional>
 

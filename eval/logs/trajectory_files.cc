@@ -9,11 +9,10 @@
 
 #include "sextant/base/registry.h"
 #include "sextant/eval/logs/pose_collector.h"
-#include "sextant/eval/logs/trajectory_bag.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_columns.h"
-#include "sextant/eval/logs/trajectory_mcap.h"
 #include "sextant/eval/logs/trajectory_message.h"
+#include "sextant/eval/logs/trajectory_recordings.h"
 #include "sextant/eval/logs/vdo_xml.h"
 
 namespace sextant {
@@ -214,16 +213,11 @@ TrajectoryFile read_as(const std::string& path, const ReadRules& rules) {
   return read_stamped(path, format, rules);
 }
 
-TrajectoryFile read_bag_file(const std::string& path, const ReadRules& rules) {
+template <auto read>
+TrajectoryFile read_recording(const std::string& path, const ReadRules& rules) {
   const TopicPath split = split_topic(path);
   ByteSource bytes(split.file, rules.kind.value_or(recording_file));
-  return read_bag(bytes, split.topic);
-}
-
-TrajectoryFile read_mcap_file(const std::string& path, const ReadRules& rules) {
-  const TopicPath split = split_topic(path);
-  ByteSource bytes(split.file, rules.kind.value_or(recording_file));
-  return read_mcap(bytes, split.topic);
+  return read(bytes, split.topic);
 }
 
 const std::vector<TrajectoryFormat>& table() {
@@ -236,8 +230,8 @@ const std::vector<TrajectoryFormat>& table() {
       {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo},
       {"dynosam", "DynOSAM camera_pose_log.csv, with its truth", read_dynosam},
       {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml},
-      {"bag", "ROS 1 bag, FILE:/TOPIC", read_bag_file},
-      {"mcap", "MCAP, FILE:/TOPIC", read_mcap_file},
+      {"bag", "ROS 1 bag, FILE:/TOPIC", read_recording<read_bag>},
+      {"mcap", "MCAP, FILE:/TOPIC", read_recording<read_mcap>},
   };
   return formats;
 }

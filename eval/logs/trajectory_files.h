@@ -11,8 +11,8 @@
 //   vdo      frame and 16 values of T_world_camera
 //   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; holds the truth too
 //   vdo_xml  front end of VDO-SLAM, boost serialisation; holds the truth too
-//   bag      ROS 1 bag, PATH:/TOPIC (trajectory_bag.h)
-//   mcap     MCAP, PATH:/TOPIC (trajectory_mcap.h)
+//   bag      ROS 1 bag, PATH:/TOPIC (trajectory_recordings.h)
+//   mcap     MCAP, PATH:/TOPIC (trajectory_recordings.h)
 //
 // Where a header names the columns it decides; a format that says otherwise is an Error. Without names, what
 // fits two formats is not guessed.

@@ -89,11 +89,6 @@ class MessageReader {
   size_t largest_alignment_ = 1, at_ = 0;
 };
 
-std::string without_msg(const std::string& type) {
-  const size_t at = type.find("/msg/");
-  return at == std::string::npos ? type : type.substr(0, at) + type.substr(at + 4);
-}
-
 }  // namespace
 
 TopicPath split_topic(const std::string& path) {
@@ -105,7 +100,8 @@ TopicPath split_topic(const std::string& path) {
 
 bool TopicPoses::announce(const std::string& topic, const std::string& type, const std::string& encoding) {
   Topic& t = topics_[topic];
-  const std::string plain = without_msg(type);
+  const size_t msg = type.find("/msg/");
+  const std::string plain = msg == std::string::npos ? type : type.substr(0, msg) + type.substr(msg + 4);
   if (!t.type.empty() && (t.type != plain || t.encoding != encoding))
     fail("{}:{}: is of type {} ({}) and of type {} ({})", file_, topic, t.type, t.encoding, plain, encoding);
   t.type = plain;

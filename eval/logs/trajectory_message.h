@@ -1,6 +1,6 @@
 #pragma once
 
-// Poses from the messages of a recording's topics (trajectory_bag.h, trajectory_mcap.h).
+// Poses from the messages of a recording's topics (trajectory_recordings.h).
 //
 //   geometry_msgs  PoseStamped, PoseWithCovarianceStamped, TransformStamped
 //   nav_msgs       Odometry                       (its pose; the twist is left out)

@@ -8,9 +8,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
-#include "sextant/eval/logs/trajectory_bag.h"
 #include "sextant/eval/logs/trajectory_files.h"
-#include "sextant/eval/logs/trajectory_mcap.h"
 
 namespace sextant {
 namespace {

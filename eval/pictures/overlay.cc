@@ -1,4 +1,4 @@
-#include "sextant/eval/pictures/overlay.h"
+#include "sextant/eval/pictures/pictures.h"
 
 #include <algorithm>
 #include <array>

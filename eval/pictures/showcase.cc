@@ -1,11 +1,10 @@
-#include "sextant/eval/pictures/showcase.h"
+#include "sextant/eval/pictures/pictures.h"
 
 #include <memory>
 #include <optional>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/experiment/run_output.h"
-#include "sextant/eval/pictures/overlay.h"
+#include "sextant/eval/experiment/run.h"
 
 namespace sextant {
 

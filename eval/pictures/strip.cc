@@ -1,4 +1,4 @@
-#include "sextant/eval/pictures/strip.h"
+#include "sextant/eval/pictures/pictures.h"
 
 #include <algorithm>
 #include <array>

@@ -15,7 +15,6 @@
 //
 // px; NaN where there is no reference.
 
-#include <memory>
 #include <optional>
 
 #include "sextant/base/names.h"

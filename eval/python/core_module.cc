@@ -1,6 +1,6 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/python/bindings.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 
 namespace py = pybind11;
 

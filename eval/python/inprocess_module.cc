@@ -10,7 +10,6 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/plan.h"
-#include "sextant/eval/experiment/procedures.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/external/external_estimator.h"

@@ -4,9 +4,7 @@
 #include "sextant/eval/python/bindings.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
-#include "sextant/metrics/nees.h"
 #include "sextant/metrics/pose_change.h"
-#include "sextant/metrics/velocity.h"
 
 namespace py = pybind11;
 

@@ -33,16 +33,9 @@ struct Filling {
 
 py::array empty_column(ColumnKind kind, uint64_t n) {
   const auto rows = static_cast<py::ssize_t>(n);
-  switch (kind) {
-    case ColumnKind::text:
-      return py::array_t<int32_t>(rows);
-    case ColumnKind::integer:
-      return py::array_t<int64_t>(rows);
-    case ColumnKind::unsigned_integer:
-      return py::array_t<uint64_t>(rows);
-    case ColumnKind::number:
-      break;
-  }
+  if (kind == ColumnKind::text) return py::array_t<int32_t>(rows);
+  if (kind == ColumnKind::integer) return py::array_t<int64_t>(rows);
+  if (kind == ColumnKind::unsigned_integer) return py::array_t<uint64_t>(rows);
   return py::array_t<double>(rows);
 }
 

@@ -15,18 +15,14 @@ namespace py = pybind11;
 namespace sextant {
 namespace {
 
-void expect_as_long(const PoseSeries& estimate, const PoseSeries& reference) {
-  if (estimate.size() != reference.size())
-    fail("estimate: expected as many poses as the reference has, {}, got {}", reference.size(),
-         estimate.size());
-}
-
 struct Paths {
   PoseSeries estimate, reference;
 
   Paths(const py::object& estimate_array, const py::object& reference_array)
       : estimate(path_of(estimate_array, "estimate")), reference(path_of(reference_array, "reference")) {
-    expect_as_long(estimate, reference);
+    if (estimate.size() != reference.size())
+      fail("estimate: expected as many poses as the reference has, {}, got {}", reference.size(),
+           estimate.size());
   }
 };
 

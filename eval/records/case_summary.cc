@@ -5,7 +5,7 @@
 
 #include "sextant/base/byte_stream.h"
 #include "sextant/base/error.h"
-#include "sextant/eval/records/record_truth.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

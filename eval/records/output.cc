@@ -11,20 +11,6 @@
 namespace sextant {
 namespace {
 
-/// The first folder on the way to `folder` that does not exist; empty when all do.
-fs::path first_missing(const fs::path& folder) {
-  fs::path missing;
-  for (fs::path p = fs::absolute(folder).lexically_normal(); !fs::exists(p); p = p.parent_path()) missing = p;
-  return missing;
-}
-
-/// "configuration" of the folder's run.json; null when there is none to be read.
-Json recorded_configuration(const fs::path& folder) {
-  std::error_code ignored;
-  return fs::exists(folder / "run.json", ignored) ? read_run_json(folder).value("configuration", Json())
-                                                  : Json();
-}
-
 }  // namespace
 
 void check_output_folder(const fs::path& folder, const Json& configuration, bool force) {
@@ -34,7 +20,8 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
     fail("{}: is a file, expected a folder for the results", folder.string());
   }
   if (force || !has_results(folder)) return;
-  if (recorded_configuration(folder) != configuration) {
+  const Json recorded = fs::exists(folder / "run.json", ignored) ? read_run_json(folder) : Json::object();
+  if (recorded.value("configuration", Json()) != configuration) {
     fail(
         "{}: holds the records of a run with other sources or options; choose another folder, or pass "
         "--force to replace them",
@@ -45,7 +32,9 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
 OutputFolder::OutputFolder(fs::path folder)
     : folder_(std::move(folder)), staging_(folder_ / ".incomplete") {
   try {
-    created_ = first_missing(folder_);
+    // The first folder on the way that does not exist; empty when all do.
+    for (fs::path p = fs::absolute(folder_).lexically_normal(); !fs::exists(p); p = p.parent_path())
+      created_ = p;
     fs::remove_all(staging_);  // of a run that was killed
     fs::create_directories(staging_);
   } catch (const fs::filesystem_error& error) {

@@ -43,4 +43,10 @@ class OutputFolder {
 /// earlier results are as they were. Rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
 
+// ---- what this program was built from
+
+std::string version();
+/// Commit of the source tree, with "-dirty" when it had changes; "unknown" outside git.
+std::string git_commit();
+
 }  // namespace sextant

@@ -3,7 +3,6 @@
 
 #include <build_info.h>
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/version.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {

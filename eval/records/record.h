@@ -21,6 +21,7 @@
 #include "sextant/base/status.h"
 #include "sextant/eval/records/named_numbers.h"
 #include "sextant/metrics/definitions.h"
+#include "sextant/metrics/pose_change.h"
 
 namespace sextant {
 
@@ -73,5 +74,14 @@ std::vector<Record> read_records(const std::filesystem::path& path);
 
 /// The record without what differs from run to run on the same input: its times, and peak_memory_mb.
 Record strip_times(Record record);
+
+/// As "EtFRAME_m" and "ERFRAME_deg".
+void put(const PoseChangeError& error, const std::string& frame, Record::Numbers& numbers);
+
+/// Truth in both frames, and worth estimating: an object that is static by truth is not.
+bool has_truth(const Record& record);
+
+/// Where a body stands in tables: 0 for ego, else its id.
+int body_order(Interned body);
 
 }  // namespace sextant

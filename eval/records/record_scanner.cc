@@ -1,4 +1,4 @@
-#include "sextant/eval/records/record_scanner.h"
+#include "sextant/eval/records/record_stream.h"
 
 #include <charconv>
 #include <cmath>

@@ -5,7 +5,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/eval/records/record_scanner.h"
 #include "sextant/eval/records/summary_file.h"
 
 namespace sextant {

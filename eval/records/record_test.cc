@@ -5,7 +5,7 @@
 #include <map>
 
 #include "sextant/base/testing.h"
-#include "sextant/eval/records/record_scanner.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

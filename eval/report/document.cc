@@ -5,7 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {

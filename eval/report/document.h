@@ -1,7 +1,7 @@
 #pragma once
 
 // A report as data, and its writers: report.md here, report.html in html/html.h, all files of a report folder
-// in html/report_folder.h. Same document, same bytes.
+// in html/html.h. Same document, same bytes.
 //
 //   DIR/report.html, report.md
 //   DIR/tables/<name>.md .tex .csv .json

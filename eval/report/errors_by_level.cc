@@ -55,11 +55,6 @@ void add_columns(const MetricDefinition& error, Table& table) {
   }
 }
 
-void add_cells(const SampleSummary* summary, std::vector<Cell>& cells) {
-  for (const StatisticColumn& c : statistic_columns)
-    add_estimate(summary ? std::optional(summary->*c.member) : std::nullopt, cells);
-}
-
 }  // namespace
 
 std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const BootstrapOptions& options) {
@@ -95,7 +90,11 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
     std::vector<Cell> cells = {
         row.parameter, row.dataset, row.sequence, row.body,
         row.estimator, row.level,   row.n_seeds,  100.0 * row.n_estimated / row.n_truth};
-    for (const MetricDefinition* error : errors) add_cells(find_in(row.errors, error->name), cells);
+    for (const MetricDefinition* error : errors) {
+      const SampleSummary* summary = find_in(row.errors, error->name);
+      for (const StatisticColumn& c : statistic_columns)
+        add_estimate(summary ? std::optional(summary->*c.member) : std::nullopt, cells);
+    }
     cells.push_back(row.epe_initial_px);
     add_limit_cells(row.limit, cells);
     cells.emplace_back(row.noise);

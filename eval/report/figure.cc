@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cstdlib>
-#include <filesystem>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/quantile.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
-#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
@@ -96,11 +95,6 @@ std::string label_text(const std::string& text) {
   for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
     line.insert(at + 2, " ");
   return line;
-}
-
-/// gnuplot takes "< cmd" as data and "| cmd" as output for commands.
-bool is_name(const std::string& name) {
-  return file_stem(name) == name && name.front() != '.' && name.front() != '-';
 }
 
 std::string figure_csv(Table data) {
@@ -191,7 +185,9 @@ std::vector<std::string> box_plots(const std::string& x, double width, const std
 namespace {
 
 OutputFiles drawn(const Figure& figure, bool svg_alone) {
-  SEXTANT_CHECK(is_name(figure.name));
+  // gnuplot takes "< cmd" as data and "| cmd" as output for commands.
+  SEXTANT_CHECK(file_stem(figure.name) == figure.name && figure.name.front() != '.' &&
+                figure.name.front() != '-');
   const ScratchFolder scratch;
   const std::string script = figure.name + ".gp";
   OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure, svg_alone)}};

@@ -5,7 +5,6 @@
 #include <cstdlib>
 
 #include "sextant/base/testing.h"
-#include "sextant/base/text.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"
 

@@ -54,13 +54,6 @@ const char* size_command(size_t n_columns) {
                         : "\\tiny\\setlength{\\tabcolsep}{2pt}";
 }
 
-std::string header(const Table& table) {
-  std::string line;
-  for (size_t j = 0; j < table.columns.size(); ++j)
-    line += (j > 0 ? " & " : "") + latex_escaped(table.columns[j].title);
-  return line + " \\\\\n";
-}
-
 /// "-0.012" with a minus, not a hyphen; an empty cell as a dash.
 std::string latex_cell(const Cell& cell, const Column& column) {
   const std::string text = shown(cell, column);
@@ -101,7 +94,9 @@ std::string to_latex(const Table& whole, const std::string& name) {
   text += fmt::format("\\caption{{{}}}\n\\label{{tab:{}}}\n{}\n", caption, name, size_command(n));
   text += "\\begin{tabular}{@{}";
   for (const Column& column : table.columns) text += column.align == Align::left ? "l" : "r";
-  text += "@{}}\n\\toprule\n" + header(table) + "\\midrule\n";
+  text += "@{}}\n\\toprule\n";
+  for (size_t j = 0; j < n; ++j) text += (j > 0 ? " & " : "") + latex_escaped(table.columns[j].title);
+  text += " \\\\\n\\midrule\n";
   for (const std::vector<Cell>& row : table.rows) {
     for (size_t j = 0; j < n; ++j) text += (j > 0 ? " & " : "") + latex_cell(row[j], table.columns[j]);
     text += " \\\\\n";

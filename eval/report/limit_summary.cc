@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sextant/metrics/nees.h"
+#include "sextant/metrics/crlb.h"
 #include "sextant/stats/trend.h"
 
 namespace sextant {

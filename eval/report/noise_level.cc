@@ -313,4 +313,10 @@ ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
   return seeds.size() < 2 ? ClusterBy::frames : ClusterBy::seeds;
 }
 
+double mean_distance_m(std::span<const NoiseLevelRef> curve) {
+  Moments distance_m;
+  for (const NoiseLevelRef& level : curve) distance_m.add(level->distance_gt_m());
+  return distance_m.mean();
+}
+
 }  // namespace sextant

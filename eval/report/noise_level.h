@@ -154,4 +154,7 @@ ClusterBy clusters_of(std::span<const NoiseLevelRef> levels);
 /// Levels that differ in level and noise alone, of a list in order of key.
 std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevelRef> levels);
 
+/// Of a body over the levels of its curve: the mean of their true distances, m.
+double mean_distance_m(std::span<const NoiseLevelRef> curve);
+
 }  // namespace sextant

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/records/record_truth.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
 

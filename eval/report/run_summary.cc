@@ -3,22 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <tuple>
 
+#include <fmt/format.h>
 #include <Eigen/Core>
+#include <array>
 
 #include "sextant/eval/report/step_errors.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {
 namespace {
-
-std::string status_label(const Record& record) {
-  std::string label(to_string(record.status));
-  if (record.status == Status::gated) label += fmt::format("({})", to_string(record.gate));
-  return label;
-}
 
 BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset) {
   const Record& first = *records.front();
@@ -110,7 +105,10 @@ std::optional<double> summary_number(const RecordRefs& estimated, const MetricDe
 std::string other_statuses(const RecordRefs& records) {
   std::map<std::string, int> others;
   for (const Record* record : records) {
-    if (record->status != Status::ok) ++others[status_label(*record)];
+    if (record->status == Status::ok) continue;
+    const std::string gate =
+        record->status == Status::gated ? fmt::format("({})", to_string(record->gate)) : "";
+    ++others[std::string(to_string(record->status)) + gate];
   }
   std::string text;
   for (const auto& [label, n] : others) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", label, n);
@@ -207,6 +205,39 @@ Json summary_json(const std::vector<Record>& records, const MetricPreset& preset
   if (c.precision()) counts["precision"] = *c.precision();
   if (c.recall()) counts["recall"] = *c.recall();
   return json;
+}
+
+namespace {
+
+struct Mean {
+  double sum = 0;
+  int n = 0;
+  std::string text() const { return n == 0 ? "-" : fmt::format("{:.2f}", sum / n); }
+};
+
+}  // namespace
+
+std::string consistency_text(const std::vector<Record>& records) {
+  constexpr std::array<const char*, 4> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees"};
+  std::map<std::string, std::array<Mean, 4>> of_body;
+  for (const Record& record : records) {
+    for (size_t k = 0; k < keys.size(); ++k) {
+      const auto value = record.values.find(keys[k]);
+      if (value == record.values.end()) continue;
+      Mean& mean = of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)][k];
+      mean.sum += value->second;
+      ++mean.n;
+    }
+  }
+  if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
+  std::string text =
+      "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells),\n"
+      "of the truth\n";
+  for (const auto& [body, means] : of_body) {
+    text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
+                        means[2].text(), means[3].text(), std::max(means[0].n, means[3].n));
+  }
+  return text;
 }
 
 }  // namespace sextant

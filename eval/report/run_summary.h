@@ -61,4 +61,10 @@ std::string summary_text(const Table& summary, bool all);
 /// {"schema","preset","aggregate","rows":[...],"classification":{...}}
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
+// ---- how halves of the bodies agree (`sextant run --consistency`).
+
+/// By body: means of values.split_nees, of its two kinds and of values.nees, a line each; empty where no record has
+/// split_nees.
+std::string consistency_text(const std::vector<Record>& records);
+
 }  // namespace sextant

@@ -6,7 +6,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/records/csv_field.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-#include "sextant/base/error.h"
 #include "sextant/eval/report/table_layout.h"
 
 namespace sextant {

@@ -1,7 +1,6 @@
-#include "sextant/eval/reproduce/answer_figure.h"
+#include "sextant/eval/reproduce/figures.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "sextant/base/error.h"
@@ -53,10 +52,6 @@ struct Line {
   Mark ours, code;
 };
 
-std::string without_procedure(const std::string& estimator) {
-  return estimator.substr(0, estimator.find(','));
-}
-
 /// "S18-F124-134 Obj1 joint E_t [m]".
 std::string label_of(const Reader& reader, const Table& table, const Row& row) {
   std::string label;
@@ -66,7 +61,7 @@ std::string label_of(const Reader& reader, const Table& table, const Row& row) {
     const std::string& key = table.columns[j].key;
     if (key == "noise") continue;
     std::string word = reader.text(row, key);
-    if (key == "estimator" || key == "system") word = estimator_title(without_procedure(word));
+    if (key == "estimator" || key == "system") word = estimator_title(word.substr(0, word.find(',')));
     if (!word.empty()) label += (label.empty() ? "" : " ") + word;
   }
   return label;
@@ -88,11 +83,6 @@ std::vector<Line> lines_of(const Table& table) {
     if (mark.row == nullptr || mark.noise == noise) mark = {&row, noise};
   }
   return lines;
-}
-
-const char* tone_colour(const std::string& verdict) {
-  const Tone tone = tone_of(verdict);
-  return tone == Tone::agrees ? "#009E73" : tone == Tone::differs ? "#D55E00" : "#7F7F7F";
 }
 
 }  // namespace
@@ -139,7 +129,10 @@ std::optional<Figure> answer_figure(const std::string& name, const Table& table)
       };
       const double y = static_cast<double>(i) + offset;
       const std::string verdict = reader.text(*mark.row, "verdict");
-      const std::string colour = tone_colour(verdict);
+      const Tone tone = tone_of(verdict);
+      const std::string colour = tone == Tone::agrees    ? "#009E73"
+                                 : tone == Tone::differs ? "#D55E00"
+                                                         : "#7F7F7F";
       figure.data.add_row({line.label, series, colour, y, ratio("reproduced"), ratio("low"), ratio("high"),
                            ratio("run_low"), ratio("run_high"), verdict});
       words += fmt::format("{}{} {}", words.empty() ? "" : ", ", gp_tic(verdict), gp_number(y));

@@ -1,4 +1,4 @@
-#include "sextant/eval/reproduce/attribution_figure.h"
+#include "sextant/eval/reproduce/figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,17 +5,11 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/errors_by_level.h"
-#include "sextant/eval/report/figures/classification_figures.h"
-#include "sextant/eval/report/figures/efficiency_figures.h"
-#include "sextant/eval/report/figures/error_figures.h"
-#include "sextant/eval/report/figures/noise_figures.h"
-#include "sextant/eval/report/figures/speed_figures.h"
-#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/reproduce/attribution_figure.h"
-#include "sextant/eval/reproduce/recorded.h"
+#include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
 namespace {
@@ -84,17 +78,13 @@ NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   return joined;
 }
 
-bool has_estimate(const RecordRefs& records) {
-  return std::ranges::any_of(records, [](const Record* r) { return r->status == Status::ok; });
-}
-
 /// The paper's sets on the data of one part, bodies as the paper calls them; those that were estimated.
 std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : set_data()) {
     RecordSet set{part.name + "_" + data.set, data.set + ", " + data.filter.dataset, {}};
     for (const auto& [body, records] : paper_bodies(matching(part.records, data.filter)))
-      if (has_estimate(records)) set.bodies.push_back({body, records});
+      if (std::ranges::count(records, Status::ok, &Record::status) > 0) set.bodies.push_back({body, records});
     if (!set.bodies.empty()) sets.push_back(std::move(set));
   }
   return sets;
@@ -148,14 +138,6 @@ void add_classification(const EvidencePart& part, ReportDocument& document) {
   document.sections.push_back(std::move(section));
 }
 
-std::vector<Figure> all_speed_figures(const Evidence& evidence) {
-  std::vector<Figure> figures;
-  const std::map<std::string, double> floors = speed_floors_kmh(evidence);
-  for (const EvidencePart* part : evidence.with(PartRole::real))
-    std::ranges::move(speed_figures(part->records, floors), std::back_inserter(figures));
-  return figures;
-}
-
 }  // namespace
 
 void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jobs,
@@ -179,7 +161,11 @@ void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jo
   for (const EvidencePart* part : evidence.with(PartRole::classification))
     add_classification(*part, document);
   add_section("efficiency", "Errors against the bound (ours)", efficiency_figures(all_levels), document);
-  add_section("speeds", "Speed of the objects (ours)", all_speed_figures(evidence), document);
+  std::vector<Figure> speeds;
+  const std::map<std::string, double> floors = speed_floors_kmh(evidence);
+  for (const EvidencePart* part : evidence.with(PartRole::real))
+    std::ranges::move(speed_figures(part->records, floors), std::back_inserter(speeds));
+  add_section("speeds", "Speed of the objects (ours)", std::move(speeds), document);
 }
 
 }  // namespace sextant

@@ -2,24 +2,18 @@
 
 #include <filesystem>
 
-#include "sextant/base/embedded_file.h"
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/registry.h"
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/fetch_lines.h"
-#include "sextant/eval/reproduce/recorded.h"
 
 namespace sextant {
 
 std::span<const EmbeddedFile> plan_files();
 
 namespace {
-
-std::string plan_text(const std::string& name) {
-  for (const EmbeddedFile& file : plan_files()) {
-    if (file.name == name) return std::string(file.text);
-  }
-  fail("there is no plan '{}' in eval/plans", name);
-}
 
 std::string replaced(std::string text, const std::string& word, const std::string& by) {
   for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
@@ -29,7 +23,13 @@ std::string replaced(std::string text, const std::string& word, const std::strin
 
 Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
                 const char* fetch = "") {
-  Part part{name, role, PartKind::sweep, "", needs, fetch, plan_text(plan)};
+  Part part{name,
+            role,
+            PartKind::sweep,
+            "",
+            needs,
+            fetch,
+            std::string(find_entry(plan_files(), plan, "plan").text)};
   part.title = json_member<std::string>(parse_json(part.plan, plan), "name", plan);
   return part;
 }
@@ -47,14 +47,6 @@ Part replay_part(const char* name, PartRole role, const char* plan, const std::s
 Part showcase_part(const char* name, const char* needs = "", const char* fetch = "") {
   Part part = sweep_part(name, PartRole::showcase, name, needs, fetch);
   part.kind = PartKind::showcase;
-  return part;
-}
-
-Part kitti_part(const std::string& sequence) {
-  Part part = sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", fetch_kitti);
-  part.name += "_" + sequence;
-  part.title = replaced(part.title, "SEQUENCE", sequence);
-  part.plan = replaced(part.plan, "SEQUENCE", sequence);
   return part;
 }
 
@@ -79,7 +71,7 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       sweep_part("correlated", PartRole::noise_correlated, "correlated"),
       sweep_part("classification", PartRole::classification, "classification"),
       {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
-       plan_text("timing")},
+       std::string(find_entry(plan_files(), "timing", "plan").text)},
       showcase_part("showcase"),
       sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", fetch_demo),
       showcase_part("showcase_demo", "kitti_03_demo", fetch_demo),
@@ -111,7 +103,13 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
                               "kitti_03_demo", fetch_demo));
   parts.push_back(
       stored_part("systems_run", PartRole::systems, "published systems and ours in one run", "sets"));
-  for (const std::string& sequence : recorded_sequences()) parts.push_back(kitti_part(sequence));
+  for (const std::string& sequence : recorded_sequences()) {
+    Part& part =
+        parts.emplace_back(sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", fetch_kitti));
+    part.name += "_" + sequence;
+    part.title = replaced(part.title, "SEQUENCE", sequence);
+    part.plan = replaced(part.plan, "SEQUENCE", sequence);
+  }
   return parts;
 }
 

@@ -1,12 +1,11 @@
-#include "sextant/eval/reproduce/recorded.h"
+#include "sextant/eval/reproduce/parts.h"
 
 #include <array>
-#include <filesystem>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/eval/evaluation/source_reference.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/records/record.h"
 
 namespace sextant {

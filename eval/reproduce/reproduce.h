@@ -10,9 +10,12 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sextant/eval/experiment/pack_cache.h"
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/evidence.h"
 #include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
@@ -31,5 +34,12 @@ void run_parts(const ReproduceConfig& config);
 
 /// The report of what is in config.out. Throws Error where nothing is.
 ReportDocument reproduction_document(const ReproduceConfig& config);
+
+// ---- by what, on which machine and from which inputs the records of a report were made: from the run.json of its
+// parts. Same folders, same lines.
+
+/// Parts lie in `parts/<name>`. What several parts agree in is said once.
+std::vector<std::pair<std::string, std::string>> reproduction_provenance(const std::filesystem::path& parts,
+                                                                         const Evidence& evidence);
 
 }  // namespace sextant

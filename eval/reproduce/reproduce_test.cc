@@ -3,15 +3,16 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/html/report_folder.h"
-#include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/html/html.h"
+#include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/reproduce/answer_figure.h"
-#include "sextant/eval/reproduce/stored.h"
+#include "sextant/eval/reproduce/figures.h"
+#include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
 namespace {

@@ -9,10 +9,8 @@
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/reproduce/answer_figure.h"
 #include "sextant/eval/reproduce/figures.h"
 #include "sextant/eval/reproduce/reproduce.h"
-#include "sextant/eval/reproduce/reproduction_provenance.h"
 
 namespace sextant {
 namespace {

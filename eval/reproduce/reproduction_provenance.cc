@@ -1,12 +1,12 @@
-#include "sextant/eval/reproduce/reproduction_provenance.h"
+#include "sextant/eval/reproduce/reproduce.h"
 
 #include <algorithm>
 #include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/version.h"
 
 namespace sextant {
 namespace {

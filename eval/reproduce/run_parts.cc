@@ -4,14 +4,12 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/run.h"
-#include "sextant/eval/experiment/run_output.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/pictures/showcase.h"
+#include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
-#include "sextant/eval/reproduce/recorded.h"
+#include "sextant/eval/reproduce/parts.h"
 #include "sextant/eval/reproduce/reproduce.h"
-#include "sextant/eval/reproduce/stored.h"
 
 namespace sextant {
 namespace {
@@ -38,14 +36,6 @@ Json stamp_of(const Part& part, const ReproduceConfig& config) {
 bool has_stamp(const fs::path& folder, const Json& stamp) {
   if (!fs::exists(folder / stamp_name)) return false;
   return try_parse_json(read_file(folder / stamp_name, json_file)) == stamp;
-}
-
-/// Removes what another program or other inputs have left; says whether anything of this part is there.
-void prepare_folder(const fs::path& folder, const Json& stamp) {
-  if (has_stamp(folder, stamp)) return;
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  write_file(folder / stamp_name, json_text(stamp));
 }
 
 void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
@@ -102,11 +92,6 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
   }
   files["records.jsonl"] = std::move(records);
   return files;
-}
-
-bool is_finished(const fs::path& folder, const Json& stamp) {
-  return has_stamp(folder, stamp) && fs::exists(folder / "records.jsonl") &&
-         !fs::exists(folder / "journal.jsonl");
 }
 
 void run_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
@@ -190,8 +175,13 @@ void run_parts(const ReproduceConfig& config) {
   for (const Part* part : available) {
     const fs::path folder = config.out / "parts" / part->name;
     const Json stamp = stamp_of(*part, config);
-    lines.begin(*part, is_finished(folder, stamp));
-    prepare_folder(folder, stamp);
+    lines.begin(*part, has_stamp(folder, stamp) && fs::exists(folder / "records.jsonl") &&
+                           !fs::exists(folder / "journal.jsonl"));
+    if (!has_stamp(folder, stamp)) {  // what another program or other inputs have left
+      fs::remove_all(folder);
+      fs::create_directories(folder);
+      write_file(folder / stamp_name, json_text(stamp));
+    }
     run_part(*part, config, folder);
     lines.end();
   }

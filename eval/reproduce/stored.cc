@@ -1,10 +1,10 @@
-#include "sextant/eval/reproduce/stored.h"
+#include "sextant/eval/reproduce/parts.h"
 
 #include <map>
 #include <tuple>
 
-#include "sextant/base/embedded_file.h"
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/eval/records/record.h"
 
 namespace sextant {
@@ -17,15 +17,13 @@ using FrameKey = std::tuple<std::string, std::string, int, std::string>;
 
 FrameKey frame_key(const Record& r) { return {r.dataset, r.sequence, r.frame, r.body}; }
 
-/// Values that do not depend on who estimates.
-bool is_truth(const std::string& key) { return key.find("_gt") != std::string::npos; }
-
 std::map<FrameKey, Record::Numbers> truth_values(const std::vector<Record>& records) {
   std::map<FrameKey, Record::Numbers> truth;
   for (const Record& record : records) {
     Record::Numbers& values = truth[frame_key(record)];
     for (const auto& [key, value] : record.values) {
-      if (is_truth(key)) values.emplace(key, value);
+      if (key.str().find("_gt") != std::string::npos)
+        values.emplace(key, value);  // who estimates does not matter
     }
   }
   return truth;

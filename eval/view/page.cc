@@ -9,7 +9,6 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "sextant/base/embedded_file.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"

@@ -5,12 +5,9 @@
 #include <tuple>
 
 #include "sextant/base/files.h"
-#include "sextant/eval/pictures/overlay.h"
-#include "sextant/eval/records/version.h"
-#include "sextant/eval/report/figures/error_figures.h"
-#include "sextant/eval/report/figures/speed_figures.h"
-#include "sextant/eval/report/figures/timeline_figures.h"
-#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/pictures/pictures.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/run_summary.h"
 

@@ -6,9 +6,8 @@
 #include <algorithm>
 
 #include "sextant/base/testing.h"
-#include "sextant/eval/experiment/run_output.h"
-#include "sextant/eval/records/record_truth.h"
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/records/record.h"
+#include "sextant/eval/report/html/html.h"
 
 namespace sextant {
 namespace {

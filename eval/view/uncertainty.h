@@ -10,7 +10,6 @@
 //   position   steps are independent: covariances in the world add up
 
 #include <map>
-#include <optional>
 #include <string>
 
 #include "sextant/estimator/pipeline.h"

@@ -1,11 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sextant/base/json.h"
 #include "sextant/base/testing.h"
-#include "sextant/eval/experiment/run_output.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/view/page.h"
 
 namespace sextant {

@@ -1,15 +1,13 @@
 #include "sextant/eval/view/viewed_run.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <set>
 #include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/body_tracks.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/metrics/epe.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sextant/eval/records/record_truth.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

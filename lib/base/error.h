@@ -31,7 +31,9 @@ template <typename... Args>
 }
 
 namespace internal {
-[[noreturn]] void check_failed(const char* condition, const char* file, int line);
+[[noreturn]] inline void check_failed(const char* condition, const char* file, int line) {
+  throw InternalError(fmt::format("{}:{}: internal check failed: {}", file, line, condition));
+}
 }
 
 }  // namespace sextant

@@ -28,10 +28,6 @@ std::optional<Holder> read_holder(const fs::path& lock_file) {
   return holder;
 }
 
-bool is_gone(const Holder& holder) {
-  return holder.host == host_name() && ::kill(static_cast<pid_t>(holder.pid), 0) != 0 && errno == ESRCH;
-}
-
 /// Makes `lock_file`, which link() does for one process only, on NFS too. False when it is there.
 bool make_lock_file(const fs::path& lock_file) {
   const fs::path own = fmt::format("{}.{}.{}", lock_file.string(), host_name(), ::getpid());
@@ -70,7 +66,8 @@ std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder
       return lock;
     }
     const std::optional<Holder> found = read_holder(lock_file);
-    if (found && is_gone(*found)) {
+    if (found && found->host == host_name() && ::kill(static_cast<pid_t>(found->pid), 0) != 0 &&
+        errno == ESRCH) {
       ::unlink(lock_file.c_str());
       continue;
     }

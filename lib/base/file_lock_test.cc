@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "sextant/base/error.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
 
@@ -34,11 +33,8 @@ class FileLocks : public ::testing::TestWithParam<FileLock::Flock> {
 
   /// Whether another process can take the lock.
   bool other_process_takes() const {
-    const pid_t pid = ::fork();
-    if (pid == 0) ::_exit(FileLock::take(file_, nullptr, GetParam()) ? 1 : 0);
-    int status = 0;
-    ::waitpid(pid, &status, 0);
-    return WEXITSTATUS(status) == 1;
+    return WEXITSTATUS(
+               status_of_child([&] { return FileLock::take(file_, nullptr, GetParam()).has_value(); })) == 1;
   }
 };
 
@@ -55,12 +51,10 @@ TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
 }
 
 TEST_P(FileLocks, EndsWithItsProcess) {
-  const pid_t pid = ::fork();
-  if (pid == 0) {
+  status_of_child([&]() -> int {
     const auto lock = FileLock::take(file_, nullptr, GetParam());
     ::_exit(0);  // without destructors, as after kill -9
-  }
-  ::waitpid(pid, nullptr, 0);
+  });
   EXPECT_TRUE(other_process_takes());
 }
 

@@ -97,4 +97,11 @@ class InputLog {
   std::map<std::string, Entry> entries_;
 };
 
+// ---- text files compiled into the program by sextant_embed() (cmake/SextantEmbed.cmake)
+
+struct EmbeddedFile {
+  std::string_view name;
+  std::string_view text;
+};
+
 }  // namespace sextant

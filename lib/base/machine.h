@@ -2,6 +2,7 @@
 
 // What this process may use of the machine it is on.
 
+#include <filesystem>
 #include <string>
 
 namespace sextant {
@@ -15,5 +16,9 @@ std::string host_name();
 
 /// CPU quota of a control group, in cores; 0 for none. `text` is a cpu.max file of version 2 ("50000 100000").
 double cores_of_quota(const std::string& text);
+
+/// Where what can be made again is kept: $SEXTANT_CACHE, else $XDG_CACHE_HOME/sextant, else ~/.cache/sextant.
+/// Empty when SEXTANT_CACHE is set to nothing (keep nothing) or none of them is known.
+std::filesystem::path cache_root();
 
 }  // namespace sextant

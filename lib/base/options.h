@@ -90,6 +90,10 @@ void check_option(bool ok, std::string_view name, const T& value, std::string_vi
 template <internal::OptionStruct T>
 void read_options(const Json& json, T& options, const std::string& where = "");
 
+/// Those of a JSON file; messages begin with its name.
+template <internal::OptionStruct T>
+T options_from(const std::filesystem::path& path);
+
 /// All fields, with their present values.
 template <internal::OptionStruct T>
 Json write_options(const T& options);
@@ -207,6 +211,18 @@ void read_options(const Json& json, T& options, const std::string& where) {
     }
   }
   if constexpr (requires { options.check(); }) options.check();
+}
+
+template <internal::OptionStruct T>
+T options_from(const std::filesystem::path& path) {
+  const Json json = read_json(path);
+  T options;
+  try {
+    read_options(json, options);
+  } catch (const Error& error) {
+    fail("{}: {}", path.string(), error.what());
+  }
+  return options;
 }
 
 template <internal::OptionStruct T>

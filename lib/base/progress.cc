@@ -28,14 +28,6 @@ Taken& taken() {
   return all;
 }
 
-void remember(const std::string& what, double seconds) {
-  Taken& all = taken();
-  const std::scoped_lock lock(all.mutex);
-  auto part = std::ranges::find(all.parts, what, &std::pair<std::string, double>::first);
-  if (part == all.parts.end()) part = all.parts.insert(all.parts.end(), {what, 0.0});
-  part->second += seconds;
-}
-
 }  // namespace
 
 Progress::Progress(std::string what, int total, bool quiet)
@@ -48,7 +40,13 @@ Progress::Progress(std::string what, int total, bool quiet)
 Progress::~Progress() {
   if (quiet_) return;
   const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
-  remember(what_, elapsed_s);
+  {
+    Taken& all = taken();
+    const std::scoped_lock lock(all.mutex);
+    auto part = std::ranges::find(all.parts, what_, &std::pair<std::string, double>::first);
+    if (part == all.parts.end()) part = all.parts.insert(all.parts.end(), {what_, 0.0});
+    part->second += elapsed_s;
+  }
   if (terminal_ && done_ > 0) fmt::print(stderr, "\r\033[K");
   if (logged_) fmt::print(stderr, "{} {}/{} in {:.1f} s\n", what_, done_, total_, elapsed_s);
 }

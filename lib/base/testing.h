@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <sys/wait.h>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
@@ -43,6 +44,16 @@ template <typename Action>
 void expect_error(const Action& action, const std::string& part) {
   const std::string message = error_of(action);
   EXPECT_THAT(message, AllOf(HasSubstr(part), Not(HasSubstr("\n"))));
+}
+
+/// The status, as waitpid() tells it, of a child process whose exit code is what `action` returns.
+template <typename Action>
+int status_of_child(const Action& action) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(static_cast<int>(action()));
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return status;
 }
 
 /// All files below a folder, by relative path.

@@ -40,4 +40,13 @@ std::string page_text(std::string_view text);
 /// page_text() with every control character as a blank: nothing in it breaks a line or talks to a terminal.
 std::string one_line(std::string_view text);
 
+/// A text as a field of a CSV file (RFC 4180): quoted where it has to be.
+inline std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted(1, '"');
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  quoted.push_back('"');
+  return quoted;
+}
+
 }  // namespace sextant

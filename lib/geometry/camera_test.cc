@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "sextant/base/error.h"
-#include "sextant/geometry/se3.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {

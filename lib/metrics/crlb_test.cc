@@ -12,7 +12,6 @@
 
 #include "sextant/geometry/object_motion.h"
 #include "sextant/geometry/testing.h"
-#include "sextant/metrics/nees.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {

@@ -11,7 +11,6 @@
 #include "sextant/metrics/epe.h"
 #include "sextant/metrics/pose_change.h"
 #include "sextant/metrics/presets.h"
-#include "sextant/metrics/velocity.h"
 
 namespace sextant {
 namespace {

@@ -105,12 +105,6 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
   return pairs;
 }
 
-std::vector<PosePair> pairs_by_angle(const PoseSeries& series, const PairSelection& selection) {
-  const double delta_rad = selection.delta * (selection.unit == DeltaUnit::degrees ? rad_per_deg : 1);
-  if (!selection.all_pairs) return consecutive_by_angle(series, delta_rad);
-  return all_by_angle(series, delta_rad, delta_rad * selection.relative_tolerance);
-}
-
 std::vector<PosePair> pairs_by_time(const PoseSeries& series, const PairSelection& selection) {
   if (series.stamps_s.empty())
     fail("pairs in seconds need time stamps, which this format does not have; use frames");
@@ -128,6 +122,7 @@ std::vector<PosePair> pairs_by_time(const PoseSeries& series, const PairSelectio
 }
 
 std::vector<PosePair> pairs_of(const PoseSeries& series, const PairSelection& s) {
+  const double delta_rad = s.delta * (s.unit == DeltaUnit::degrees ? rad_per_deg : 1);
   switch (s.unit) {
     case DeltaUnit::frames:
       return pairs_by_frames(series.size(), static_cast<int>(s.delta), s.all_pairs);
@@ -136,7 +131,8 @@ std::vector<PosePair> pairs_of(const PoseSeries& series, const PairSelection& s)
       return nearest_pairs(path_lengths(series), s.delta, s.delta * s.relative_tolerance);
     case DeltaUnit::degrees:
     case DeltaUnit::radians:
-      return pairs_by_angle(series, s);
+      if (!s.all_pairs) return consecutive_by_angle(series, delta_rad);
+      return all_by_angle(series, delta_rad, delta_rad * s.relative_tolerance);
     case DeltaUnit::seconds:
       return pairs_by_time(series, s);
   }

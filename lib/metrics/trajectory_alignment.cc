@@ -8,13 +8,6 @@
 namespace sextant {
 namespace {
 
-Similarity origin_alignment(const PoseSeries& estimate, const PoseSeries& reference) {
-  Similarity s;
-  s.rotation = reference.rotations[0] * estimate.rotations[0].transpose();
-  s.translation_m = reference.positions_m[0] - s.rotation * estimate.positions_m[0];
-  return s;
-}
-
 size_t count_to_align(const PoseSeries& estimate, int first_n) {
   return first_n > 0 ? std::min(static_cast<size_t>(first_n), estimate.size()) : estimate.size();
 }
@@ -45,11 +38,6 @@ Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference
   return *result;
 }
 
-void apply(PoseSeries& series, const Similarity& s) {
-  for (Eigen::Vector3d& p : series.positions_m) p = s.rotation * (s.scale * p) + s.translation_m;
-  for (Eigen::Matrix3d& r : series.rotations) r = s.rotation * r;
-}
-
 }  // namespace
 
 AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n,
@@ -60,7 +48,9 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
     case Alignment::none:
       return result;
     case Alignment::origin:
-      result.ref_from_est = origin_alignment(estimate, reference);
+      result.ref_from_est.rotation = reference.rotations[0] * estimate.rotations[0].transpose();
+      result.ref_from_est.translation_m =
+          reference.positions_m[0] - result.ref_from_est.rotation * estimate.positions_m[0];
       break;
     case Alignment::se3:
     case Alignment::sim3: {
@@ -80,7 +70,9 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
       result.ref_from_est = yaw_alignment(estimate, reference, first_n, up);
       break;
   }
-  apply(estimate, result.ref_from_est);
+  const Similarity& s = result.ref_from_est;
+  for (Eigen::Vector3d& p : estimate.positions_m) p = s.rotation * (s.scale * p) + s.translation_m;
+  for (Eigen::Matrix3d& r : estimate.rotations) r = s.rotation * r;
   return result;
 }
 

@@ -14,8 +14,6 @@
 #include <optional>
 #include <vector>
 
-#include "sextant/geometry/pose_series.h"
-
 namespace sextant {
 
 struct AssociationOptions {

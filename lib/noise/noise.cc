@@ -24,10 +24,6 @@ void refuse_unknown_keys(const Json& options) {
   }
 }
 
-bool changes_something(const NoiseModel& model) {
-  return model.changes_depth() || model.changes_flow() || model.changes_masks();
-}
-
 }  // namespace
 
 Noise::Noise(const Json& given) {
@@ -39,7 +35,8 @@ Noise::Noise(const Json& given) {
   for (const NoiseModelEntry& entry : noise_models()) {
     if (!options.contains(entry.name)) continue;
     std::shared_ptr<const NoiseModel> model = entry.make(options.at(entry.name));
-    if (changes_something(*model)) models_.push_back({entry.name, std::move(model)});
+    if (model->changes_depth() || model->changes_flow() || model->changes_masks())
+      models_.push_back({entry.name, std::move(model)});
   }
 }
 

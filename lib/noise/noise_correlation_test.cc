@@ -5,7 +5,6 @@
 #include <numbers>
 #include <random>
 
-#include "sextant/base/error.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/testing.h"
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "sextant/base/embedded_file.h"
 #include "sextant/base/files.h"
 #include "sextant/base/options.h"
 

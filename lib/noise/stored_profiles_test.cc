@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/noise/noise.h"

@@ -16,11 +16,6 @@
 namespace sextant {
 namespace {
 
-double finite(double value) {
-  if (!std::isfinite(value)) fail("bootstrap: the statistic of a resample is {}", value);
-  return value;
-}
-
 /// Which clusters each resample has. Those of up to max_clusters are drawn once and kept by the thread, as 2 bytes each: a
 /// report asks hundreds of times for the same ones.
 class Draws {
@@ -73,7 +68,10 @@ class Resamples {
 
   void add(std::span<const size_t> clusters) {
     statistics_(clusters, row_);
-    for (size_t s = 0; s < row_.size(); ++s) columns_[s].push_back(finite(row_[s]));
+    for (size_t s = 0; s < row_.size(); ++s) {
+      if (!std::isfinite(row_[s])) fail("bootstrap: the statistic of a resample is {}", row_[s]);
+      columns_[s].push_back(row_[s]);
+    }
   }
   std::vector<double>& column(size_t statistic) { return columns_[statistic]; }
 
@@ -125,12 +123,6 @@ double bias(const std::vector<double>& sorted, double estimate) {
   return normal_quantile(std::clamp(below, 0.5, n - 0.5) / n);
 }
 
-/// alpha' of the header.
-double expanded_tail(double tail, size_t n_clusters) {
-  const auto n = static_cast<double>(n_clusters);
-  return normal_cdf(std::sqrt(n / (n - 1)) * student_t_quantile(tail, static_cast<int>(n_clusters - 1)));
-}
-
 }  // namespace
 
 void BootstrapOptions::check() const {
@@ -151,7 +143,10 @@ std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t
     draws.resample(r, chosen);
     drawn.add(chosen);
   }
-  const double tail = expanded_tail((1 - options.confidence) / 2, n_clusters);
+  const auto n = static_cast<double>(n_clusters);
+  const double tail =
+      normal_cdf(std::sqrt(n / (n - 1)) *  // alpha' of the header
+                 student_t_quantile((1 - options.confidence) / 2, static_cast<int>(n_clusters - 1)));
   const bool bca = options.method == BootstrapMethod::bca;
   Resamples estimate(n_statistics, statistics);
   if (bca) estimate.add(all_of(n_clusters));

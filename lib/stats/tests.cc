@@ -114,19 +114,6 @@ double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs
   return hits;
 }
 
-void check_probabilities(std::span<const double> p) {
-  for (const double value : p) {
-    if (!(value >= 0 && value <= 1)) fail("correction for multiple tests: p = {}: must be in 0..1", value);
-  }
-}
-
-std::vector<size_t> ascending(std::span<const double> p) {
-  std::vector<size_t> order(p.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return p[a] < p[b]; });
-  return order;
-}
-
 }  // namespace
 
 SignFlipTest sign_flip_test(std::span<const double> differences, int samples, uint64_t seed) {
@@ -221,8 +208,12 @@ std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::
 }
 
 std::vector<double> holm(std::span<const double> p) {
-  check_probabilities(p);
-  const std::vector<size_t> order = ascending(p);
+  for (const double value : p) {
+    if (!(value >= 0 && value <= 1)) fail("correction for multiple tests: p = {}: must be in 0..1", value);
+  }
+  std::vector<size_t> order(p.size());  // ascending
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, {}, [&](size_t i) { return p[i]; });
   std::vector<double> adjusted(p.size());
   double largest = 0;
   for (size_t i = 0; i < order.size(); ++i) {

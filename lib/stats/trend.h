@@ -3,7 +3,6 @@
 // How errors change with the noise level, and how much can be seen at all.
 // Empty or non-finite samples throw Error.
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>

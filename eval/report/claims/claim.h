@@ -1,7 +1,7 @@
 #pragma once
 
 // Statements of the paper, checked on records. How to add one:
-//   1. write eval/report/claims/<name>.{h,cc}: a function from evidence to results;
+//   1. write eval/report/claims/<name>.cc: a function from evidence to results, declared in paper_claims.h;
 //   2. add one line to the table in registry.cc.
 //
 // A result is one number with its 95 % interval beside what the paper states. Verdicts:

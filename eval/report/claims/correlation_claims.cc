@@ -1,4 +1,4 @@
-#include "sextant/eval/report/claims/correlation_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,18 +56,12 @@ std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve
   });
 }
 
-double distance_m(std::span<const NoiseLevelRef> curve) {
-  Moments distance;
-  for (const NoiseLevelRef& level : curve) distance.add(level->distance_gt_m());
-  return distance.mean();
-}
-
 using Group = std::tuple<Interned, Interned, Interned>;  // dataset, sequence, estimator
 
 /// Camera, then the nearest objects.
 std::vector<std::span<const NoiseLevelRef>> chosen(std::vector<std::span<const NoiseLevelRef>> curves) {
   const auto key = [](std::span<const NoiseLevelRef> curve) {
-    return curve.front()->key().body == "ego" ? -1.0 : distance_m(curve);
+    return curve.front()->key().body == "ego" ? -1.0 : mean_distance_m(curve);
   };
   std::ranges::stable_sort(curves, {}, key);
   if (curves.size() > n_nearest_objects + 1) curves.resize(n_nearest_objects + 1);

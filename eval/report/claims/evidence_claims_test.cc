@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "sextant/eval/report/claims/real_claims.h"
-#include "sextant/eval/report/claims/sets_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 #include "sextant/eval/report/tables/testing.h"
 
 namespace sextant {

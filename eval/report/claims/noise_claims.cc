@@ -1,4 +1,4 @@
-#include "sextant/eval/report/claims/noise_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 
 #include <algorithm>
 #include <array>
@@ -37,17 +37,6 @@ struct Panel {
   std::vector<Body> bodies;  ///< camera, then objects by distance
 };
 
-bool is_in_figure(std::span<const NoiseLevelRef> curve) {
-  return std::ranges::any_of(curve,
-                             [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); });
-}
-
-double mean_distance_m(std::span<const NoiseLevelRef> curve) {
-  Moments distance_m;
-  for (const NoiseLevelRef& level : curve) distance_m.add(level->distance_gt_m());
-  return distance_m.mean();
-}
-
 /// The camera and the nearest objects, as the paper counts them.
 std::vector<Body> figure_bodies(const std::vector<std::span<const NoiseLevelRef>>& curves) {
   std::vector<Body> bodies;
@@ -77,7 +66,9 @@ std::vector<Panel> panels_of(const NoiseSweep& sweep, const std::string& paramet
       by_panel;
   for (const auto& curve : curves_of(sweep.levels)) {
     const NoiseLevelKey& key = curve.front()->key();
-    if (is_in_figure(curve)) by_panel[{key.dataset, key.sequence, key.estimator}].push_back(curve);
+    const auto in_figure = [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); };
+    if (std::ranges::any_of(curve, in_figure))
+      by_panel[{key.dataset, key.sequence, key.estimator}].push_back(curve);
   }
   for (const auto& [key, curves] : by_panel)
     panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), figure_bodies(curves)});

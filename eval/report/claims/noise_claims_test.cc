@@ -2,7 +2,7 @@
 
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/claims/noise_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 
 namespace sextant {
 namespace {

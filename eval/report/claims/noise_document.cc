@@ -1,11 +1,11 @@
 #include "sextant/eval/report/claims/noise_document.h"
 
 #include "sextant/base/progress.h"
-#include "sextant/eval/records/version.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/estimator_comparisons.h"
-#include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/trends.h"
 

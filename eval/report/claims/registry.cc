@@ -1,8 +1,5 @@
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/claims/correlation_claims.h"
-#include "sextant/eval/report/claims/noise_claims.h"
-#include "sextant/eval/report/claims/real_claims.h"
-#include "sextant/eval/report/claims/sets_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 #include "sextant/eval/report/fetch_lines.h"
 
 namespace sextant {

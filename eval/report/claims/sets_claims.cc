@@ -1,4 +1,4 @@
-#include "sextant/eval/report/claims/sets_claims.h"
+#include "sextant/eval/report/claims/paper_claims.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/classification_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/efficiency_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/error_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/noise_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"

@@ -2,11 +2,8 @@
 
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/figures/efficiency_figures.h"
-#include "sextant/eval/report/figures/error_figures.h"
 #include "sextant/eval/report/figures/panels.h"
-#include "sextant/eval/report/figures/speed_figures.h"
-#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/hostile_testing.h"
 
 namespace sextant {

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/speed_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
 #include <set>
@@ -34,18 +34,14 @@ std::vector<int> chosen_objects(const RecordRefs& records) {
   return ids;
 }
 
-/// The truth at a frame; the centroid at which it is taken differs a little between estimators: the first's.
-std::map<int, double> truth_of(const RecordRefs& records) {
-  std::map<int, double> truth;
-  for (const Record* record : records) {
-    if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
-  }
-  return truth;
-}
-
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
               Table& data) {
-  for (const auto& [frame, v] : truth_of(of_body)) {
+  // The centroid at which the truth is taken differs a little between estimators: the first's.
+  std::map<int, double> truth;
+  for (const Record* record : of_body) {
+    if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
+  }
+  for (const auto& [frame, v] : truth) {
     data.add_row({body, "truth", frame, v, floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt,
                   floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt});
   }

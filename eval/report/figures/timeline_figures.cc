@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/timeline_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
 #include <map>
@@ -15,21 +15,6 @@ constexpr double rounding = 1e-9;           // smaller errors are those of exact
 constexpr const char* no_estimate = "NaN";  // breaks gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
-
-std::vector<const MetricDefinition*> shown_errors() {
-  std::vector<const MetricDefinition*> errors;
-  for (const MetricDefinition* m : metrics_for(in_summary)) {
-    if (m->map == NumberMap::errors && m->better == Better::lower) errors.push_back(m);
-  }
-  return errors;
-}
-
-std::optional<double> error_of(const Record& record, const MetricDefinition& error,
-                               const MetricPreset& preset) {
-  if (record.status != Status::ok) return std::nullopt;
-  const auto value = find_number(record.errors, record.is_ego() ? error.name : preset.object_key(error.name));
-  return value && *value > rounding ? value : std::nullopt;
-}
 
 /// The camera, and the objects with the most estimates.
 std::vector<int> chosen(const Bodies& bodies) {
@@ -56,7 +41,9 @@ bool add_rows(const MetricDefinition& error, const RecordRefs& records, const Me
               Table& data) {
   bool any = false;
   for (const Record* record : records) {
-    const auto value = error_of(*record, error, preset);
+    const std::string key = record->is_ego() ? error.name : preset.object_key(error.name);
+    auto value = record->status == Status::ok ? find_number(record->errors, key) : std::nullopt;
+    if (value && *value <= rounding) value.reset();
     any |= value.has_value();
     data.add_row({error.name, record->body.str(), record->frame, value ? Cell(*value) : Cell(no_estimate)});
   }
@@ -81,7 +68,8 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
     legend.push_back({body_title(bodies.at(orders[i]).front()->body), body_style(i)});
   std::vector<Panel> panels;
   bool has_floor = false;
-  for (const MetricDefinition* error : shown_errors()) {
+  for (const MetricDefinition* error : metrics_for(in_summary)) {
+    if (error->map != NumberMap::errors || error->better != Better::lower) continue;
     Panel panel{
         "",
         "set xlabel \"frame\" offset 0,0.4\nset logscale y\nset format y \"%g\"\nset offsets graph 0.02,graph 0.02,0,0\n",

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/figures/top_view_figures.h"
+#include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
 #include <limits>

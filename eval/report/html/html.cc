@@ -14,17 +14,15 @@ namespace {
 constexpr size_t wide_columns = 12;     // printed in landscape from here
 constexpr size_t crowded_columns = 14;  // in smaller letters from here
 
-const char* tone_class(Tone tone) {
-  if (tone == Tone::agrees) return "agrees";
-  return tone == Tone::differs ? "differs" : "open";
-}
-
 /// Coloured, and worded: the sign is for those who do not see the colour.
 std::string verdict_badge(const std::string& verdict) {
   const Tone tone = tone_of(verdict);
   const char* sign = tone == Tone::agrees ? "✓" : tone == Tone::differs ? "✗" : "–";
   return fmt::format("<span class=\"verdict {}\"><span aria-hidden=\"true\">{} </span>{}</span>",
-                     tone_class(tone), sign, html_escaped(verdict));
+                     tone == Tone::agrees    ? "agrees"
+                     : tone == Tone::differs ? "differs"
+                                             : "open",
+                     sign, html_escaped(verdict));
 }
 
 /// Escaped; paths of records, which lie beside the report's folder, as links.
@@ -61,9 +59,6 @@ std::string contents(const ReportDocument& document) {
   return html + "</ul>\n</nav>\n";
 }
 
-/// Addresses of records stand in a report's tables relative to the folder above it.
-std::string address_of(const std::string& text) { return text.starts_with("parts/") ? "../" + text : text; }
-
 /// One cell; numbers carry their exact value, by which the page sorts. `address` may be null.
 std::string table_cell(const Cell& cell, const Column& column, const std::string* address) {
   const std::string text = shown(cell, column);
@@ -72,16 +67,12 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
     attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
   if (address != nullptr && !address->empty() && text != "-") {
-    return fmt::format("<td{}><a href=\"{}\">{}</a></td>", attributes, html_escaped(address_of(*address)),
+    // Addresses of records stand in a report's tables relative to the folder above it.
+    const std::string to = (address->starts_with("parts/") ? "../" : "") + *address;
+    return fmt::format("<td{}><a href=\"{}\">{}</a></td>", attributes, html_escaped(to),
                        is_verdict ? verdict_badge(text) : html_escaped(text));
   }
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
-}
-
-/// Where a cell of the i-th row leads; null: nowhere.
-const std::string* address_in(const Table& whole, size_t i, const Column& column) {
-  if (column.leads_to.empty()) return nullptr;
-  return std::get_if<std::string>(&whole.rows[i][whole.place(column.leads_to)]);
 }
 
 /// Rows that agree in what the line above them says.
@@ -98,8 +89,12 @@ std::string part_html(const Table& part, const std::string& label) {
   html += "</tr></thead>\n<tbody>\n";
   for (size_t i = 0; i < table.rows.size(); ++i) {
     html += "<tr>";
-    for (size_t j = 0; j < table.columns.size(); ++j)
-      html += table_cell(table.rows[i][j], table.columns[j], address_in(part, i, table.columns[j]));
+    for (size_t j = 0; j < table.columns.size(); ++j) {
+      const std::string& key = table.columns[j].leads_to;
+      const Cell* address = key.empty() ? nullptr : &part.rows[i][part.place(key)];
+      html += table_cell(table.rows[i][j], table.columns[j],
+                         address ? std::get_if<std::string>(address) : nullptr);
+    }
     html += "</tr>\n";
   }
   return html + "</tbody>\n</table>\n</div>\n";
@@ -130,10 +125,6 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
   return html + "</section>\n";
 }
 
-const char* type_of(const std::string& bytes) {
-  return bytes.starts_with("\xff\xd8") ? "image/jpeg" : bytes.starts_with("<") ? "image/svg+xml" : "image/png";
-}
-
 struct PageImage {
   std::string id, bytes, alt, caption;
   std::string link{};
@@ -144,7 +135,9 @@ constexpr double broad_cm = 16;  // figures from here stay legible on a narrow s
 
 std::string image(const PageImage& image) {
   const std::string width = image.width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", image.width_cm) : "";
-  const std::string type = type_of(image.bytes);
+  const std::string type = image.bytes.starts_with("\xff\xd8") ? "image/jpeg"
+                           : image.bytes.starts_with("<")      ? "image/svg+xml"
+                                                               : "image/png";
   std::string shown = fmt::format("<img alt=\"{}\"{} src=\"data:{};base64,{}\">", html_escaped(image.alt),
                                   type == "image/svg+xml" ? " class=\"drawn\"" : "", type, base64(image.bytes));
   if (!image.link.empty()) shown = fmt::format("<a href=\"{}\">{}</a>", html_escaped(image.link), shown);
@@ -250,13 +243,6 @@ std::string provenance(const ReportDocument& document) {
   return html + "</dl>\n</section>\n";
 }
 
-std::string how_to_cite(const ReportDocument& document) {
-  if (document.citation.empty()) return "";
-  return fmt::format(
-      "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
-      html_escaped(document.citation));
-}
-
 }  // namespace
 
 std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
@@ -271,32 +257,22 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
   for (const ReportSection& section : document.sections) {
     if (!section.in_summary) html += section_html(section, drawn);
   }
-  html += provenance(document) + how_to_cite(document);
+  html += provenance(document);
+  if (!document.citation.empty())
+    html += fmt::format(
+        "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
+        html_escaped(document.citation));
   return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", sort_script);
 }
 
 std::string html_escaped(const std::string& text) {
+  using Entity = std::pair<char, const char*>;
+  static constexpr Entity entities[] = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}};
   std::string out;
   for (const char c : page_text(text)) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out.push_back(c);
-    }
+    const auto entity = std::ranges::find(entities, c, &Entity::first);
+    entity == std::end(entities) ? out.push_back(c) : void(out += entity->second);
   }
   return out;
 }

@@ -19,4 +19,17 @@ std::string html_escaped(const std::string& text);
 /// RFC 4648, with padding.
 std::string base64(const std::string& bytes);
 
+// ---- all files of a report folder; the layout stands in document.h
+
+struct ReportFolderOptions {
+  bool draw_figures = true;  ///< off: tables alone, no report.md and no report.html
+  int jobs = 1;              ///< threads that draw; the bytes do not depend on it
+  bool quiet = true;         ///< no progress of the drawing
+};
+
+OutputFiles report_folder(const ReportDocument& document, const ReportFolderOptions& options);
+
+/// report.html alone, for a folder that has other files.
+std::string report_page(const ReportDocument& document, int jobs);
+
 }  // namespace sextant

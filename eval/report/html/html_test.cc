@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/report/html/report_folder.h"
 
 namespace sextant {
 namespace {

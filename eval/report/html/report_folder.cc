@@ -1,8 +1,7 @@
-#include "sextant/eval/report/html/report_folder.h"
+#include "sextant/eval/report/html/html.h"
 
 #include <set>
 
-#include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex.h"
 
 namespace sextant {

@@ -44,18 +44,14 @@ struct SequenceRuns {
   std::map<uint64_t, std::vector<Record>> by_seed;
 };
 
-/// The plans' levels are delta_d.
-std::string noise_title(const Record& record) {
-  return record.level > 0 ? fmt::format("flow, delta_d {} px", record.level) : "flow";
-}
-
 /// By data, noise and estimator, in order of appearance.
 std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
   std::vector<SequenceRuns> runs;
   for (const EvidencePart* part : evidence.with(PartRole::classification)) {
     for (const Record& record : part->records) {
       const std::string data = data_title(record.dataset, record.sequence);
-      const std::string noise = noise_title(record);
+      // The plans' levels are delta_d.
+      const std::string noise = record.level > 0 ? fmt::format("flow, delta_d {} px", record.level) : "flow";
       auto it = std::find_if(runs.begin(), runs.end(), [&](const SequenceRuns& r) {
         return r.data == data && r.noise == noise && r.estimator == record.estimator;
       });

@@ -96,11 +96,6 @@ std::optional<double> rms_floor(const RecordRefs& records, const Floors& floors,
   return numbers.empty() ? std::nullopt : std::optional(rmse(numbers));
 }
 
-std::optional<double> rms_rotation_error(const RecordRefs& records) {
-  const std::vector<double> errors = numbers_of(records, NumberMap::errors, "ER_deg");
-  return errors.empty() ? std::nullopt : std::optional(rmse(errors));
-}
-
 class Builder {
  public:
   Builder(Table& table, Floors floors) : table_(table), floors_(std::move(floors)) {}
@@ -122,7 +117,8 @@ class Builder {
       cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
       const bool is_ER = q.error == std::string("ER_deg");
       cells.push_back(cell(is_Et ? rms_floor(records, floors_, "lateral_floor_m") : std::nullopt));
-      cells.push_back(cell(is_ER ? rms_rotation_error(records) : std::nullopt));
+      const std::vector<double> rotations = numbers_of(records, NumberMap::errors, "ER_deg");
+      cells.push_back(is_ER && !rotations.empty() ? Cell(rmse(rotations)) : Cell());
       for (const char* key : {"rotation_timing_floor_deg", "rotation_floor_deg"})
         cells.push_back(cell(is_ER ? rms_floor(records, floors_, key) : std::nullopt));
       table_.add_row(std::move(cells));

@@ -30,9 +30,6 @@ void scale(double factor, Measured& m) {
   }
 }
 
-/// "Static" is the background, which the camera's record stands for.
-std::string body_key(const std::string& column) { return column == "Static" ? "Ego" : column; }
-
 /// The level at which the noise has the deviations of Table II.
 constexpr double level_of_table_2 = 1;
 
@@ -48,7 +45,8 @@ void add_rows(const Json& published, const RecordRefs& records, const RecordFilt
   const auto bodies = paper_bodies(records);
   const Json& columns = published.at("columns");
   for (size_t i = 0; i < columns.size(); ++i) {
-    const auto body = bodies.find(body_key(columns[i]));
+    // "Static" is the background, which the camera's record stands for.
+    const auto body = bodies.find(columns[i] == "Static" ? "Ego" : columns[i].get<std::string>());
     for (const Quantity& q : quantities) {
       const Json& value = published.at(q.published_key).at(i);
       if (value.is_null()) continue;

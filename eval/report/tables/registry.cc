@@ -1,4 +1,4 @@
-#include "sextant/base/embedded_file.h"
+#include "sextant/base/files.h"
 #include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/tables/paper_table.h"
 

@@ -20,11 +20,6 @@ std::optional<std::string> published_column(const std::string& estimator) {
   return std::nullopt;
 }
 
-/// "Obj" of the sets that have one object.
-std::string body_key(const std::string& published_body) {
-  return published_body == "Obj" ? "Obj1" : published_body;
-}
-
 struct SetRows {
   const Json& published;  ///< row of the paper
   const SetData& data;
@@ -38,7 +33,8 @@ bool add_measured(const SetRows& rows, Table& table) {
   const std::string body = rows.published.at("body");
   for (const std::string& estimator : distinct(records, &Record::estimator)) {
     const auto bodies = paper_bodies(groups.at(estimator));
-    const RecordRefs* of_body = find_in(bodies, body_key(body));
+    const RecordRefs* of_body =
+        find_in(bodies, body == "Obj" ? "Obj1" : body);  // "Obj" of the sets that have one object
     const std::optional<std::string> column = published_column(estimator);
     for (const char* error : quantities) {
       PaperRow row{{rows.data.set, body, estimator}, title_of(error)};
@@ -74,12 +70,6 @@ std::vector<std::pair<std::string, std::vector<Json>>> published_sets(const Json
   return sets;
 }
 
-bool add_set(const std::vector<Json>& lines, const SetData& data, const EvidencePart& part, Table& table) {
-  bool measured = false;
-  for (const Json& line : lines) measured |= add_measured({line, data, part}, table);
-  return measured;
-}
-
 }  // namespace
 
 Table sets_table(const Evidence& evidence) {
@@ -95,7 +85,8 @@ Table sets_table(const Evidence& evidence) {
     for (const PartRole role : {PartRole::sets, PartRole::sets_paper}) {
       for (const EvidencePart* part : evidence.with(role)) {
         for (const SetData& data : set_data()) {
-          if (data.set == set) measured |= add_set(lines, data, *part, table);
+          if (data.set != set) continue;
+          for (const Json& line : lines) measured |= add_measured({line, data, *part}, table);
         }
       }
     }

@@ -15,14 +15,11 @@ struct Group {
   const char* objects;
   std::set<int> ids;
 };
-const std::vector<Group>& named_groups() {
-  static const std::vector<Group> groups = {
-      {"00", "van", {1}}, {"00", "cyclist", {3}}, {"03", "wagon", {1}}, {"03", "suv", {2}}};
-  return groups;
-}
+const std::vector<Group> named_groups = {
+    {"00", "van", {1}}, {"00", "cyclist", {3}}, {"03", "wagon", {1}}, {"03", "suv", {2}}};
 
 std::set<int> ids_of(const std::string& sequence, const std::string& objects) {
-  for (const Group& group : named_groups()) {
+  for (const Group& group : named_groups) {
     if (group.sequence == sequence && group.objects == objects) return group.ids;
   }
   return {};
