@@ -94,7 +94,7 @@ struct MeasuredDepths {
   WeightedEquations equations;
 
   MeasuredDepths(FlowDepthData points, NoiseLevels levels, const RobustKernel& kernel, const SE3& X,
-                 size_t stride, const Matrix6d& to, const ErrorParts& parts) {
+                 size_t stride, const Matrix6d& to, const ErrorParts& weights, double of_each) {
     levels.delta_d_curr_px = 0;
     evaluate_points(points, X, levels);
     information.errors = depth_information(points, X, levels, {}).errors;
@@ -102,9 +102,10 @@ struct MeasuredDepths {
     evaluate_points(points, X, levels);
     scores = scores_of(points, levels, kernel, X, stride);
     change_coordinates(to, scores);
-    equations = weigh(scores, parts);
+    equations = weigh(scores, weights, of_each);
     const Matrix6d from = to.inverse();
-    information.errors *= equations.independent;
+    information.errors *= of_each * equations.independent * static_cast<double>(scores.size()) /
+                          static_cast<double>(points.size());
     information.total = from * equations.curvature.topLeftCorner<6, 6>() * from.transpose();
     step = -to.transpose() *
            equations.curvature.topLeftCorner<6, 6>().ldlt().solve(equations.gradient.head<6>());
@@ -139,7 +140,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   constexpr size_t enough = 500;  // undeclared, and told by themselves how much they err
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   if (declared && declared->parts.empty()) return std::nullopt;
-  size_t stride = declared ? 1 : std::max<size_t>((points.size() + enough - 1) / enough, 1);
+  const size_t stride = declared ? 1 : std::max<size_t>((points.size() + enough - 1) / enough, 1);
   std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, stride);
   // In coordinates in which independent errors have the unit matrix, so that no direction is lost in rounding.
   const std::optional<Matrix6d> L = lower_factor(independent.total);
@@ -150,14 +151,13 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   // Errors are at least as large as independent ones are taken to be.
   parts.raise_to(declared ? inflation : 1);
   const bool reweighs = parts.correlate();
-  if (!reweighs && stride > 1) {  // the optimum is that of all points
-    stride = 1;
-    scores = scores_of(points, levels, kernel, X, stride);
-    change_coordinates(to, scores);
-  }
-  const WeightedEquations equations = weigh(scores, reweighs ? parts : ErrorParts{});
+  // What is independent counts for all points, also for those between.
+  const double share = static_cast<double>(scores.size()) / static_cast<double>(points.size());
+  const double of_each = reweighs ? 1 : 1 / share;
+  const ErrorParts weights = reweighs ? parts : ErrorParts{};
+  const WeightedEquations equations = weigh(scores, weights, of_each);
   DepthInformation information = {*L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
-                                  equations.independent * independent.errors};
+                                  of_each * share * equations.independent * independent.errors};
   const Vector6d gradient = *L * equations.gradient.head<6>();
   const Vector6d across = *L * equations.curvature.col(offset).head<6>();
   Vector6d by_offset = across;
@@ -165,8 +165,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   Vector6d to_mean = Vector6d::Zero();
   Matrix6d pull = Matrix6d::Zero();
   if (is_weak && has_weak_directions(information)) {
-    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, to,
-                                  reweighs ? parts : ErrorParts{});
+    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, to, weights,
+                                  of_each);
     to_mean = measured.step;
     prior =
         hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
@@ -185,8 +185,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   if (reweighs) step = curvature.solve(prior.precision * to_mean - gradient);
   const Matrix6d to_all = inverse_of_lower(*L_all);
   change_coordinates(to_all * *L, scores);
-  const ScoreMatrix covariance = independent_scores(scores).times(parts.independent) +
-                                 correlated_scores(scores, parts.shape).times(parts.correlated);
+  ScoreMatrix covariance = of_each * independent_scores(scores).times(parts.independent);
+  if (reweighs) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
   Matrix6d M = covariance.topLeftCorner<6, 6>();
   if (!declared && levels.delta_d_px > 0) {
     ScoreVector along;

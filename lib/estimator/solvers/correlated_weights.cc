@@ -184,7 +184,7 @@ std::vector<Smooth> smooth_part(const Cells& cells, const std::vector<CellSums>&
 
 }  // namespace
 
-WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& errors) {
+WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& errors, double of_each) {
   WeightedEquations out;
   if (points.empty()) return out;
   const Cells cells(points);
@@ -200,6 +200,8 @@ WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& error
   std::vector<CellSums> sums(cells.size());
   out.independent = add_to_cells(points, cells.of_point, independent, sums.data());
   turn_into_scores(cells.of_point, independent, smooth_part(cells, sums, errors).data(), points, out);
+  out.curvature *= of_each;
+  out.gradient *= of_each;
   return out;
 }
 
