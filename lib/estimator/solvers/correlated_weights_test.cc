@@ -21,12 +21,12 @@ std::vector<ErrorScore> points_of_a_grid(int per_side, double side_px, unsigned 
     p.u = side_px * static_cast<double>(i % static_cast<size_t>(per_side)) + 40;
     p.v = side_px * static_cast<double>(i / static_cast<size_t>(per_side)) + 7;
     p.measured = Lanes{1, 1, 1, i % 3 == 0 ? 0.0 : 1.0};
-    const auto draw = [&] {
-      return Lanes{normal(random), normal(random), normal(random), normal(random)} * p.measured;
+    const auto draw = [&](Lanes& out) {
+      for (size_t c = 0; c < n_lanes; ++c) out[c] = normal(random) * p.measured[c];
     };
-    for (Lanes& row : p.derivative) row = draw();
-    p.residual = draw();
-    p.by_depth = draw();
+    for (Lanes& row : p.derivative) draw(row);
+    draw(p.residual);
+    draw(p.by_depth);
     const Lanes squares = p.by_depth * p.by_depth;
     p.by_depth /= std::sqrt(sum_of_lanes(&squares));
     p.eliminate_depth();
