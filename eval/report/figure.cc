@@ -7,9 +7,9 @@
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/quantile.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
