@@ -22,7 +22,8 @@ ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
   return {variance * correlation.independent_share() * one, variance * one, correlation.parts};
 }
 
-/// Of every `stride`-th point; nothing is measured of those behind the camera. Residuals are those that pull: times the kernel's weight over the mean of its slope.
+/// Of every `stride`-th point; nothing is measured of those behind the camera. Residuals are those that pull: times the
+/// kernel's weight over the mean of its slope.
 std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
                                   const RobustKernel& kernel, const SE3& X, size_t stride) {
   const StereoCamera& camera = points.camera();
@@ -86,6 +87,11 @@ Matrix6d inverse_of_lower(const Matrix6d& L) {
   return L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
 }
 
+/// Share of the points that the scores, each of which stands for `of_each` points, count for.
+double counted_share(const FlowDepthData& points, const std::vector<ErrorScore>& scores, double of_each) {
+  return of_each * static_cast<double>(scores.size()) / static_cast<double>(points.size());
+}
+
 /// The estimate that takes depths as measured, to first order from X: what it is, and how its points count.
 struct MeasuredDepths {
   Vector6d step;  ///< from X, left twist
@@ -94,21 +100,19 @@ struct MeasuredDepths {
   WeightedEquations equations;
 
   MeasuredDepths(FlowDepthData points, NoiseLevels levels, const RobustKernel& kernel, const SE3& X,
-                 size_t stride, const Matrix6d& to, const ErrorParts& weights, double of_each) {
+                 size_t stride, const Matrix6d& L, const ErrorParts& weights, double of_each) {
     levels.delta_d_curr_px = 0;
     evaluate_points(points, X, levels);
-    information.errors = depth_information(points, X, levels, {}).errors;
+    const Matrix6d errors = depth_information(points, X, levels, {}).errors;
     levels.as_measured = true;
     evaluate_points(points, X, levels);
     scores = scores_of(points, levels, kernel, X, stride);
-    change_coordinates(to, scores);
+    change_coordinates(inverse_of_lower(L), scores);
     equations = weigh(scores, weights, of_each);
-    const Matrix6d from = to.inverse();
-    information.errors *= of_each * equations.independent * static_cast<double>(scores.size()) /
-                          static_cast<double>(points.size());
-    information.total = from * equations.curvature.topLeftCorner<6, 6>() * from.transpose();
-    step = -to.transpose() *
-           equations.curvature.topLeftCorner<6, 6>().ldlt().solve(equations.gradient.head<6>());
+    information = {L * equations.curvature.topLeftCorner<6, 6>() * L.transpose(),
+                   counted_share(points, scores, of_each) * equations.independent * errors};
+    step = -L.transpose().triangularView<Eigen::Upper>().solve(
+        equations.curvature.topLeftCorner<6, 6>().ldlt().solve(equations.gradient.head<6>()));
   }
 };
 
@@ -152,12 +156,13 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   parts.raise_to(declared ? inflation : 1);
   const bool reweighs = parts.correlate();
   // What is independent counts for all points, also for those between.
-  const double share = static_cast<double>(scores.size()) / static_cast<double>(points.size());
-  const double of_each = reweighs ? 1 : 1 / share;
+  const double of_each =
+      reweighs ? 1 : static_cast<double>(points.size()) / static_cast<double>(scores.size());
   const ErrorParts weights = reweighs ? parts : ErrorParts{};
   const WeightedEquations equations = weigh(scores, weights, of_each);
-  DepthInformation information = {*L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
-                                  of_each * share * equations.independent * independent.errors};
+  DepthInformation information = {
+      *L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
+      counted_share(points, scores, of_each) * equations.independent * independent.errors};
   const Vector6d gradient = *L * equations.gradient.head<6>();
   const Vector6d across = *L * equations.curvature.col(offset).head<6>();
   Vector6d by_offset = across;
@@ -165,7 +170,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   Vector6d to_mean = Vector6d::Zero();
   Matrix6d pull = Matrix6d::Zero();
   if (is_weak && has_weak_directions(information)) {
-    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, to, weights,
+    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, *L, weights,
                                   of_each);
     to_mean = measured.step;
     prior =
@@ -200,7 +205,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   }
   CorrelatedEstimate out;
   out.covariance = motion_covariance(information, prior, *L_all * M * L_all->transpose());
-  out.T_curr_prev = SE3::exp(step) * X;
+  out.moved = reweighs;
+  out.T_curr_prev = reweighs ? SE3::exp(step) * X : X;
   if (!out.T_curr_prev.is_finite() || !out.covariance.allFinite()) return std::nullopt;
   return out;
 }

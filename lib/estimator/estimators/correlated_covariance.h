@@ -26,6 +26,7 @@ void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate
 
 struct CorrelatedEstimate {
   SE3 T_curr_prev;
+  bool moved = false;                      ///< from X
   Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist
 };
 /// Of joint_flow_depth, whose optimum for independent errors is X. `points`: those that count, evaluated at X.

@@ -216,7 +216,7 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
     if (correlated) {
       estimate.T_curr_prev = correlated->T_curr_prev;
       replace_covariance(correlated->covariance, estimate);
-      evaluate_points(points, estimate.T_curr_prev, decided.levels);
+      if (correlated->moved) evaluate_points(points, estimate.T_curr_prev, decided.levels);
     }
   }
   size_t k = 0;

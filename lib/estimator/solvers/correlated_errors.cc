@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/solvers/pixel_extent.h"
+
 namespace sextant {
 namespace {
 
@@ -204,24 +206,19 @@ ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
                                 const std::vector<SpatialCorrelation::Part>& parts) {
   ChannelScores sum;
   if (points.empty() || parts.empty()) return sum;
-  double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
-  for (const ErrorScore& p : points) {
-    min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
-    min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
-  }
-  constexpr double widest_image = 1e6;  // beyond, nothing is near anything
-  if (!(std::max(max_u - min_u, max_v - min_v) < widest_image)) {
+  const PixelExtent extent(points);
+  if (!extent.is_of_an_image()) {
     const ChannelScores alone = independent_scores(points);
     for (const SpatialCorrelation::Part& part : parts) sum.add(part.share, alone);
     return sum;
   }
   Sites sites;
   sites.values = rows_of(points);
-  sites.width = static_cast<float>(max_u - min_u);
-  sites.height = static_cast<float>(max_v - min_v);
+  sites.width = static_cast<float>(extent.width());
+  sites.height = static_cast<float>(extent.height());
   for (const ErrorScore& p : points) {
-    sites.x.push_back(static_cast<float>(p.u - min_u));
-    sites.y.push_back(static_cast<float>(p.v - min_v));
+    sites.x.push_back(static_cast<float>(p.u - extent.min_u));
+    sites.y.push_back(static_cast<float>(p.v - extent.min_v));
   }
   for (const SpatialCorrelation::Part& part : parts)
     sum.add(part.share, scores_of_length(sites, static_cast<float>(part.length_px)));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/solvers/pixel_extent.h"
+
 namespace sextant {
 namespace {
 
@@ -35,20 +37,22 @@ struct Cells {
   std::vector<size_t> of_point;
 
   explicit Cells(const std::vector<ErrorScore>& points) {
-    double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
-    for (const ErrorScore& p : points) {
-      min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
-      min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
+    const PixelExtent extent(points);
+    if (!extent.is_of_an_image()) {
+      side = INFINITY;  // one cell, in which all errors are independent
+      u = v = {0};
+      of_point.assign(points.size(), 0);
+      return;
     }
     // (width / side + 1) (height / side + 1) = most_cells
-    const double width = max_u - min_u, height = max_v - min_v, sum = width + height;
+    const double width = extent.width(), height = extent.height(), sum = width + height;
     side = (sum + std::sqrt(sum * sum + 4 * width * height * (most_cells - 1))) / (2 * (most_cells - 1));
     side = std::max(side, 1e-3);
     const auto n_columns = static_cast<size_t>(width / side) + 1;
     std::vector<size_t> number(n_columns * (static_cast<size_t>(height / side) + 1), 0);  // from 1
     for (const ErrorScore& p : points) {
-      const auto column = static_cast<size_t>((p.u - min_u) / side),
-                 row = static_cast<size_t>((p.v - min_v) / side);
+      const auto column = static_cast<size_t>((p.u - extent.min_u) / side),
+                 row = static_cast<size_t>((p.v - extent.min_v) / side);
       size_t& cell = number[row * n_columns + column];
       if (cell == 0) {
         u.push_back((static_cast<double>(column) + 0.5) * side);

@@ -122,7 +122,7 @@ TEST(CorrelatedWeights, PointsOfAnyPlace) {
   const ErrorParts errors = {{1, 1, 1, 1}, {3, 3, 3, 3}, {{25, 0.5}, {100, 0.5}}};
   std::vector<ErrorScore> none;
   EXPECT_EQ(weigh(none, errors).curvature.norm(), 0);
-  for (const double side : {0.0, 1e-9, 1e-3, 1e5}) {
+  for (const double side : {0.0, 1e-9, 1e-3, 1e5, 1e200, 1e308}) {
     std::vector<ErrorScore> points = points_of_a_grid(5, side, 1);
     const WeightedEquations out = weigh(points, errors);
     EXPECT_TRUE(out.curvature.allFinite() && out.gradient.allFinite()) << side;

@@ -238,11 +238,10 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   if (!correlated) {
     for (int a = 0; a < n_parts; a += 2) among[a + 1] = false;
     x = non_negative(equations, among);
-  }
-  if (correlated) {
+  } else {
     for (int a = 0; a < n_parts; a += 2) {
-      const double total = x[a] + x[a + 1], more = std::min(deviations[a + 1], 1.0) * total;
       if (!among[a]) continue;
+      const double more = std::min(deviations[a + 1], 1.0) * (x[a] + x[a + 1]);
       x[a] = std::max(x[a] - more, 0.0);
       x[a + 1] += more;
     }

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <span>
 
+#include "sextant/estimator/solvers/pixel_extent.h"
 #include "sextant/geometry/lanes.h"
 
 namespace sextant {
@@ -47,21 +48,16 @@ SEXTANT_SIMD void sum_moments(const Rows& rows, const Point& about, double* mome
 class CellGrid {
  public:
   CellGrid(const std::vector<Point>& points, double side) {
-    double min_u = INFINITY, min_v = INFINITY, max_u = -INFINITY, max_v = -INFINITY;
-    for (const Point& p : points) {
-      min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
-      min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
-    }
+    const PixelExtent extent(points);
     // Few points far apart need no grid as fine as that.
-    const double per_side =
-        1 / std::max({side, (max_u - min_u) / max_columns, (max_v - min_v) / max_columns});
-    columns_ = static_cast<size_t>((max_u - min_u) * per_side) + 1;
-    rows_ = static_cast<size_t>((max_v - min_v) * per_side) + 1;
+    const double per_side = 1 / std::max({side, extent.width() / max_columns, extent.height() / max_columns});
+    columns_ = static_cast<size_t>(extent.width() * per_side) + 1;
+    rows_ = static_cast<size_t>(extent.height() * per_side) + 1;
     begin_.assign(columns_ * rows_ + 2, 0);
     std::vector<uint32_t> cells(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
-      const auto row = static_cast<size_t>((points[i].v - min_v) * per_side);
-      const auto column = static_cast<size_t>((points[i].u - min_u) * per_side);
+      const auto row = static_cast<size_t>((points[i].v - extent.min_v) * per_side);
+      const auto column = static_cast<size_t>((points[i].u - extent.min_u) * per_side);
       cells[i] = static_cast<uint32_t>(row * columns_ + column);
       ++begin_[cells[i] + 2];
     }
