@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/solvers/error_model.h"
+
 namespace sextant {
 namespace {
 
@@ -11,10 +13,8 @@ constexpr double cell_px = 80;
 
 MotionEstimate estimate_some(const Problem& problem, const MotionEstimate& whole,
                              const std::vector<unsigned char>& keep, const Estimator& estimator) {
-  StartingPoint start{whole.T_curr_prev, {}};
-  for (size_t i = 0; i < keep.size(); ++i) {
-    if (keep[i] != 0) start.inliers.push_back(whole.inliers[i]);
-  }
+  const auto n = static_cast<size_t>(std::count(keep.begin(), keep.end(), 1));
+  const StartingPoint start{whole.T_curr_prev, std::vector<unsigned char>(n, 1), whole.errors};
   return estimator.estimate({problem.camera, problem.points.subset(keep), problem.noise}, start);
 }
 
@@ -23,8 +23,7 @@ std::optional<double> nees_of(const Problem& problem, const MotionEstimate& whol
                               InFirst&& in_first) {
   std::vector<unsigned char> first(problem.points.size()), second(problem.points.size());
   for (size_t i = 0; i < first.size(); ++i) {
-    first[i] = in_first(i) ? 1 : 0;
-    second[i] = 1 - first[i];
+    if (whole.inliers[i] != 0) (in_first(i) ? first : second)[i] = 1;
   }
   const MotionEstimate a = estimate_some(problem, whole, first, estimator);
   const MotionEstimate b = estimate_some(problem, whole, second, estimator);
@@ -32,7 +31,13 @@ std::optional<double> nees_of(const Problem& problem, const MotionEstimate& whol
   const Eigen::LLT<Matrix6d> factor(a.covariance + b.covariance);
   if (factor.info() != Eigen::Success) return std::nullopt;
   const Vector6d e = (a.T_curr_prev * b.T_curr_prev.inverse()).log();
-  const double nees = factor.matrixL().solve(e).squaredNorm();
+  // In coordinates in which C_1 + C_2 is the unit matrix.
+  const Matrix6d to = factor.matrixL().solve(Matrix6d::Identity());
+  Matrix6d covariance = Matrix6d::Identity();
+  if (a.errors && b.errors) covariance -= common_errors(*a.errors, *b.errors, to);
+  const Eigen::LLT<Matrix6d> of_difference(covariance);
+  if (of_difference.info() != Eigen::Success) return std::nullopt;
+  const double nees = of_difference.matrixL().solve(to * e).squaredNorm();
   return std::isfinite(nees) ? std::optional(nees) : std::nullopt;
 }
 

@@ -110,8 +110,8 @@ const std::vector<MetricDefinition>& table() {
       {"split_nees", values, "both", "split NEES", "1", 2, neither, "mean of the two below"},
       {"split_nees_sides", values, "both", "split NEES, sides", "1", 2, neither,
        "with `--consistency`: normalised square of the difference of two estimates from the left and the right half "
-       "of the inliers, parted at their median pixel: `e^T (C1 + C2)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`. Needs no truth; 6 on "
-       "average where covariances are right"},
+       "of the inliers, parted at their median pixel: `e^T (C1 + C2 - C12 - C21)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`; C12: what "
+       "both have in common where errors correlate. Needs no truth; 6 on average where covariances are right"},
       {"split_nees_cells", values, "both", "split NEES, cells", "1", 2, neither,
        "the same from odd and even squares of 80 px"},
       {"nees", values, "both", "NEES", "1", 2, neither,

@@ -13,8 +13,7 @@ namespace {
 constexpr int offset = 6;  // unknown of ErrorScore
 
 std::optional<SpatialCorrelation> declared_correlation(const Problem& problem) {
-  if (!problem.noise || !(problem.noise->flow_x_px > 0)) return std::nullopt;
-  return problem.noise->correlation;
+  return declares_errors(problem) ? std::optional(problem.noise->correlation) : std::nullopt;
 }
 
 ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
@@ -22,60 +21,95 @@ ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
   return {variance * correlation.independent_share() * one, variance * one, correlation.parts};
 }
 
-/// Of every `stride`-th point; nothing is measured of those behind the camera. Residuals are those that pull: times the
-/// kernel's weight over the mean of its slope.
-std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
-                                  const RobustKernel& kernel, const SE3& X, size_t stride) {
-  const StereoCamera& camera = points.camera();
-  const double per_u = 1 / levels.sigma_flow_u_px, per_v = 1 / levels.sigma_flow_v_px;
-  std::vector<ErrorScore> scores;
-  scores.reserve(points.size() / stride + 1);
+/// Derivatives by the motion times this lower triangular matrix, row by row.
+SEXTANT_INLINED void transform(const double* to, ErrorScore& score) {
+  for (int a = 5; a >= 0; --a) {
+    Lanes sum = to[6 * a + a] * score.derivative[a];
+    for (int b = 0; b < a; ++b) sum += to[6 * a + b] * score.derivative[b];
+    score.derivative[a] = sum;
+  }
+}
+SEXTANT_SIMD void transform_all(const double* to, std::vector<ErrorScore>& scores) {
+  for (ErrorScore& score : scores) transform(to, score);
+}
+void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
+  const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = to;
+  transform_all(rows.data(), scores);
+}
+
+/// Numbers that all points share.
+struct ScoreUnits {
+  double fx, fy, cx, cy, bf;
+  double per_u, per_v;               ///< 1 / sigma
+  double per_depth, per_depth_curr;  ///< bf / sigma
+  double t_z;
+};
+
+/// Derivatives times `to`; returns the mean slope of the kernel, 0 if no point is before the camera.
+SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k, const RobustKernel& kernel,
+                                const double* to, ErrorScore* out) {
   double slope = 0, n_seen = 0;
-  for (size_t i = 0; i < points.size(); i += stride) {
-    ErrorScore& score = scores.emplace_back();
-    score.u = points.column(FlowDepthData::x)[i] * camera.left.fx + camera.left.cx;
-    score.v = points.column(FlowDepthData::y)[i] * camera.left.fy + camera.left.cy;
-    if (!std::isfinite(points.q(i))) continue;
-    const PointDepths depths = points.depths(i, levels);
-    const double fu = camera.left.fx * per_u, fv = camera.left.fy * per_v;
+  const double fu = k.fx * k.per_u, fv = k.fy * k.per_v, by_offset = -k.per_depth / k.bf;
+  for (size_t i = 0; i < points.size(); ++i) {
+    ErrorScore& score = out[i];
+    score.u = points.column(FlowDepthData::x)[i] * k.fx + k.cx;
+    score.v = points.column(FlowDepthData::y)[i] * k.fy + k.cy;
+    const double q = points.q(i);
+    if (!(q < INFINITY)) continue;
+    const double now = std::sqrt(points.column(FlowDepthData::has_curr)[i]) * k.per_depth_curr;
     const double x = points.x_curr(i), y = points.y_curr(i), c = points.inverse_depth_curr(i);
-    const double s = points.inverse_depth(i), w = s / c, now = depths.weight_curr;
-    score.measured = Lanes{1, 1, depths.weight > 0 ? 1.0 : 0.0, now > 0 ? 1.0 : 0.0};
+    const double s = points.inverse_depth(i);
+    score.measured = Lanes{1, 1, k.per_depth > 0 ? 1.0 : 0.0, now > 0 ? 1.0 : 0.0};
     score.derivative[0] = Lanes{fu * c, 0, 0, 0};
     score.derivative[1] = Lanes{0, fv * c, 0, 0};
     score.derivative[2] = Lanes{-fu * x * c, -fv * y * c, 0, -now * c * c};
     score.derivative[3] = Lanes{-fu * x * y, -fv * (1 + y * y), 0, -now * c * y};
     score.derivative[4] = Lanes{fu * (1 + x * x), fv * x * y, 0, now * c * x};
     score.derivative[5] = Lanes{-fu * y, fv * x, 0, 0};
-    score.derivative[offset] = Lanes{0, 0, -depths.weight / camera.bf, -now / camera.bf};
-    const double weight = kernel.weight(points.q(i));
+    score.derivative[offset] = Lanes{0, 0, by_offset, -now / k.bf};
+    const double weight = kernel.weight(q);
     n_seen += 1;
-    slope += weight + kernel.bend(points.q(i)) / (now > 0 ? 3 : 2);
-    score.residual =
-        weight * Lanes{points.error_u(i) * per_u, points.error_v(i) * per_v,
-                       depths.weight * (s - depths.inverse_depth), now * (c - depths.inverse_depth_curr)};
-    if (!(depths.weight > 0)) continue;
-    const Lanes by_depth = Lanes{points.slope_u(i) * per_u, points.slope_v(i) * per_v, depths.weight,
-                                 now * (w - s * X.translation().z()) / (w * w)};
-    const Lanes squares = by_depth * by_depth;
-    score.by_depth = by_depth / std::sqrt(sum_of_lanes(&squares));
+    slope += weight + kernel.bend(q) / (now > 0 ? 3 : 2);
+    score.residual = weight * Lanes{points.error_u(i) * k.per_u, points.error_v(i) * k.per_v,
+                                    k.per_depth * (s - points.column(FlowDepthData::measured)[i]),
+                                    now * (c - points.column(FlowDepthData::measured_curr)[i])};
+    if (k.per_depth > 0) {
+      const double w = s / c;
+      Lanes by_depth = Lanes{points.slope_u(i) * k.per_u, points.slope_v(i) * k.per_v, k.per_depth,
+                             now * (w - s * k.t_z) / (w * w)};
+      const Lanes squares = by_depth * by_depth;
+      by_depth /= std::sqrt(sum_of_lanes(&squares));
+      score.by_depth = by_depth;
+      score.eliminate_depth();
+    }
+    transform(to, score);
   }
-  for (ErrorScore& score : scores) {
-    if (slope > 0) score.residual *= n_seen / slope;
-    score.eliminate_depth();
-  }
-  return scores;
+  return n_seen > 0 ? slope / n_seen : 0;
 }
 
-/// Derivatives by the motion times this lower triangular matrix.
-void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
+/// Nothing is measured of points behind the camera. Residuals are those that pull: times the kernel's weight over the
+/// mean of its slope. Derivatives by the motion: times `to`, lower triangular.
+std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
+                                  const RobustKernel& kernel, const SE3& X, const Matrix6d& to) {
+  const StereoCamera& camera = points.camera();
+  const auto per = [&](double delta_d_px) { return delta_d_px > 0 ? camera.bf / delta_d_px : 0.0; };
+  const ScoreUnits units = {camera.left.fx,
+                            camera.left.fy,
+                            camera.left.cx,
+                            camera.left.cy,
+                            camera.bf,
+                            1 / levels.sigma_flow_u_px,
+                            1 / levels.sigma_flow_v_px,
+                            per(levels.delta_d_px),
+                            per(levels.delta_d_curr_px),
+                            X.translation().z()};
+  const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = to;
+  std::vector<ErrorScore> scores(points.size());
+  const double slope = fill_scores(points, units, kernel, rows.data(), scores.data());
   for (ErrorScore& score : scores) {
-    for (int a = 5; a >= 0; --a) {
-      Lanes sum = to(a, a) * score.derivative[a];
-      for (int b = 0; b < a; ++b) sum += to(a, b) * score.derivative[b];
-      score.derivative[a] = sum;
-    }
+    if (slope > 0) score.residual /= slope;
   }
+  return scores;
 }
 
 /// L of S = L L^T; none if S is not positive definite.
@@ -87,11 +121,6 @@ Matrix6d inverse_of_lower(const Matrix6d& L) {
   return L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
 }
 
-/// Share of the points that the scores, each of which stands for `of_each` points, count for.
-double counted_share(const FlowDepthData& points, const std::vector<ErrorScore>& scores, double of_each) {
-  return of_each * static_cast<double>(scores.size()) / static_cast<double>(points.size());
-}
-
 /// The estimate that takes depths as measured, to first order from X: what it is, and how its points count.
 struct MeasuredDepths {
   Vector6d step;  ///< from X, left twist
@@ -100,17 +129,16 @@ struct MeasuredDepths {
   WeightedEquations equations;
 
   MeasuredDepths(FlowDepthData points, NoiseLevels levels, const RobustKernel& kernel, const SE3& X,
-                 size_t stride, const Matrix6d& L, const ErrorParts& weights, double of_each) {
+                 const Matrix6d& L, const ErrorParts& weights, double of_each) {
     levels.delta_d_curr_px = 0;
     evaluate_points(points, X, levels);
     const Matrix6d errors = depth_information(points, X, levels, {}).errors;
     levels.as_measured = true;
     evaluate_points(points, X, levels);
-    scores = scores_of(points, levels, kernel, X, stride);
-    change_coordinates(inverse_of_lower(L), scores);
+    scores = scores_of(points, levels, kernel, X, inverse_of_lower(L));
     equations = weigh(scores, weights, of_each);
     information = {L * equations.curvature.topLeftCorner<6, 6>() * L.transpose(),
-                   counted_share(points, scores, of_each) * equations.independent * errors};
+                   of_each * equations.independent * errors};
     step = -L.transpose().triangularView<Eigen::Upper>().solve(
         equations.curvature.topLeftCorner<6, 6>().ldlt().solve(equations.gradient.head<6>()));
   }
@@ -137,32 +165,33 @@ double squared_offset(double gradient, double information, double variance) {
 
 }  // namespace
 
+bool declares_errors(const Problem& problem) { return problem.noise && problem.noise->flow_x_px > 0; }
+
 std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
-                                            const NoiseLevels& levels, const RobustKernel& kernel,
-                                            const DepthInformation& independent, double inflation,
-                                            bool is_weak, const SE3& X) {
-  constexpr size_t enough = 500;  // undeclared, and told by themselves how much they err
+                                            size_t n_points, const NoiseLevels& levels,
+                                            const RobustKernel& kernel, const DepthInformation& independent,
+                                            double inflation, bool is_weak, const ErrorModel* known,
+                                            const SE3& X) {
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   if (declared && declared->parts.empty()) return std::nullopt;
-  const size_t stride = declared ? 1 : std::max<size_t>((points.size() + enough - 1) / enough, 1);
-  std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, stride);
   // In coordinates in which independent errors have the unit matrix, so that no direction is lost in rounding.
   const std::optional<Matrix6d> L = lower_factor(independent.total);
-  if (scores.empty() || !L) return std::nullopt;
+  if (points.size() == 0 || !L) return std::nullopt;
   const Matrix6d to = inverse_of_lower(*L);
-  change_coordinates(to, scores);
-  ErrorParts parts = declared ? parts_of(*declared, 1) : estimate_error_parts(scores);
+  std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, to);
+  ErrorParts parts = known != nullptr ? known->parts
+                     : declared       ? parts_of(*declared, 1)
+                                      : estimate_error_parts(scores);
   // Errors are at least as large as independent ones are taken to be.
-  parts.raise_to(declared ? inflation : 1);
+  if (known == nullptr) parts.raise_to(declared ? inflation : 1);
   const bool reweighs = parts.correlate();
   // What is independent counts for all points, also for those between.
-  const double of_each =
-      reweighs ? 1 : static_cast<double>(points.size()) / static_cast<double>(scores.size());
+  const double all = static_cast<double>(n_points) / static_cast<double>(scores.size());
+  const double of_each = reweighs ? 1 : all;
   const ErrorParts weights = reweighs ? parts : ErrorParts{};
   const WeightedEquations equations = weigh(scores, weights, of_each);
-  DepthInformation information = {
-      *L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
-      counted_share(points, scores, of_each) * equations.independent * independent.errors};
+  DepthInformation information = {*L * equations.curvature.topLeftCorner<6, 6>() * L->transpose(),
+                                  of_each / all * equations.independent * independent.errors};
   const Vector6d gradient = *L * equations.gradient.head<6>();
   const Vector6d across = *L * equations.curvature.col(offset).head<6>();
   Vector6d by_offset = across;
@@ -170,8 +199,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   Vector6d to_mean = Vector6d::Zero();
   Matrix6d pull = Matrix6d::Zero();
   if (is_weak && has_weak_directions(information)) {
-    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, stride, *L, weights,
-                                  of_each);
+    const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, *L, weights, of_each);
     to_mean = measured.step;
     prior =
         hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
@@ -192,22 +220,27 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   change_coordinates(to_all * *L, scores);
   ScoreMatrix covariance = of_each * independent_scores(scores).times(parts.independent);
   if (reweighs) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
-  Matrix6d M = covariance.topLeftCorner<6, 6>();
-  if (!declared && levels.delta_d_px > 0) {
+  ErrorModel errors{.levels = levels, .parts = parts, .by_offset = to_all * by_offset};
+  if (known != nullptr) {
+    errors.squared_offset_px2 = known->squared_offset_px2;
+  } else if (!declared && levels.delta_d_px > 0) {
     ScoreVector along;
     along << -L_all->transpose() * curvature.solve(across), 1;
     const double information_of_it =
         equations.curvature(offset, offset) - across.dot(curvature.solve(by_offset));
-    const double squared = squared_offset(equations.gradient[offset] + across.dot(step), information_of_it,
-                                          along.dot(covariance * along));
-    const Vector6d effect = to_all * by_offset;
-    M += squared * effect * effect.transpose();
+    errors.squared_offset_px2 = squared_offset(equations.gradient[offset] + across.dot(step),
+                                               information_of_it, along.dot(covariance * along));
   }
+  const Matrix6d M = covariance.topLeftCorner<6, 6>() +
+                     errors.squared_offset_px2 * errors.by_offset * errors.by_offset.transpose();
   CorrelatedEstimate out;
   out.covariance = motion_covariance(information, prior, *L_all * M * L_all->transpose());
   out.moved = reweighs;
   out.T_curr_prev = reweighs ? SE3::exp(step) * X : X;
   if (!out.T_curr_prev.is_finite() || !out.covariance.allFinite()) return std::nullopt;
+  errors.to_twist = curvature.solve(*L_all);
+  errors.scores = std::move(scores);
+  out.errors = std::make_shared<ErrorModel>(std::move(errors));
   return out;
 }
 

@@ -5,9 +5,11 @@
 // declares no level of the flow. Points and status are the same, and so is the motion of motion_only and joint_flow.
 // joint_flow_depth takes a step of generalised least squares from there (correlated_weights.h).
 
+#include <memory>
 #include <optional>
 
 #include "sextant/base/names.h"
+#include "sextant/estimator/solvers/error_model.h"
 #include "sextant/estimator/solvers/errors_in_variables.h"
 #include "sextant/estimator/solvers/huber.h"
 #include "sextant/estimator/solvers/motion_estimate.h"
@@ -28,14 +30,20 @@ struct CorrelatedEstimate {
   SE3 T_curr_prev;
   bool moved = false;                      ///< from X
   Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist
+  std::shared_ptr<const ErrorModel> errors;
 };
-/// Of joint_flow_depth, whose optimum for independent errors is X. `points`: those that count, evaluated at X.
-/// `independent`: what they tell there. `inflation`: of independent errors, by the kernel. `is_weak`: depths do
-/// not determine all directions. None where errors are
-/// declared independent, or where points that count as they should do not determine the motion.
+/// Whether the problem says how its flow errs.
+bool declares_errors(const Problem& problem);
+
+/// Of joint_flow_depth, whose optimum for independent errors is X. `points`: of n_points that count those that tell it,
+/// evaluated at X: where errors are declared, all. `independent`: what all tell there. `inflation`: of independent
+/// errors, by the kernel. `is_weak`: depths do not determine all directions. `known`: what these points need not be
+/// asked; may be null. None where errors are declared independent, or where points that count as they should do not
+/// determine the motion.
 std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
-                                            const NoiseLevels& levels, const RobustKernel& kernel,
-                                            const DepthInformation& independent, double inflation,
-                                            bool is_weak, const SE3& X);
+                                            size_t n_points, const NoiseLevels& levels,
+                                            const RobustKernel& kernel, const DepthInformation& independent,
+                                            double inflation, bool is_weak, const ErrorModel* known,
+                                            const SE3& X);
 
 }  // namespace sextant

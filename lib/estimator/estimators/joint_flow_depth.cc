@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/estimators/correlated_covariance.h"
 #include "sextant/estimator/solvers/chi_square.h"
 #include "sextant/estimator/solvers/degeneracy.h"
 #include "sextant/estimator/solvers/errors_in_variables.h"
@@ -20,6 +21,8 @@ constexpr size_t min_points = 3;
 constexpr size_t settled_share = 200;
 // So many points, to twice as many, are enough to find out which count.
 constexpr size_t choice_sample = 1000;
+// And so many to find out how their errors correlate.
+constexpr size_t errors_sample = 300;
 
 /// The scale of least estimated variance (Jaeckel 1971):
 /// large for Gaussian data, small where tails are heavy.
@@ -153,7 +156,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                         const JointFlowDepthOptions& options, FlowDepthData& data) {
   FlowDepthProblem out;
   out.start = start.T_curr_prev;
-  const NoiseLevels declared = declared_levels(problem, options);
+  const NoiseLevels declared = start.errors ? start.errors->levels : declared_levels(problem, options);
   NoiseLevels& levels = out.levels = declared;
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   RoughFlowDepthData rough(data);
@@ -170,7 +173,8 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                           : descend(rough, out.start, levels, {Kind::huber, options.huber}, 30).T_curr_prev;
     if (out.start.is_finite()) levels = estimate_noise_levels(sample, LevelsOf::all, out.start, declared);
     if (options.use_depth_curr) {
-      levels.delta_d_curr_px = estimate_delta_d_curr(sample, out.start, levels);
+      levels.delta_d_curr_px = start.errors ? start.errors->levels.delta_d_curr_px
+                                            : estimate_delta_d_curr(sample, out.start, levels);
       if (options.plane_radius_px > 0) {
         const std::vector<DepthCurrReading> readings =
             depth_curr_readings(problem, options.plane_radius_px, levels, out.start, rough);
@@ -204,26 +208,35 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   const SolverResult solution = minimize_flow_depth(points, decided.start, decided.levels, decided.kernel,
                                                     options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
-  evaluate_points(points, solution.T_curr_prev, decided.levels);
+  // All are evaluated again where the errors of a sample move the optimum.
+  const size_t n_points = points.size();
+  const bool samples = options_.covariance == CovarianceOf::correlated && !declares_errors(problem);
+  FlowDepthData at_optimum = samples ? points.sample(errors_sample) : std::move(points);
+  evaluate_points(at_optimum, solution.T_curr_prev, decided.levels);
   const double inflation =
-      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(points, decided.kernel), 1.0);
-  const DepthInformation information = depth_information(points, solution.T_curr_prev, decided.levels, {});
+      decided.kernel.kind == Kind::none ? 1 : std::max(variance_factor(at_optimum, decided.kernel), 1.0);
+  const DepthInformation information =
+      depth_information(at_optimum, solution.T_curr_prev, decided.levels, {})
+          .times(static_cast<double>(n_points) / static_cast<double>(at_optimum.size()));
   conclude(problem, inflation * motion_covariance(information, decided.prior), estimate);
+  std::optional<CorrelatedEstimate> correlated;
   if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok) {
-    const std::optional<CorrelatedEstimate> correlated =
-        correlate(problem, points, decided.levels, decided.kernel, information, inflation,
-                  decided.prior.holds(), solution.T_curr_prev);
-    if (correlated) {
-      estimate.T_curr_prev = correlated->T_curr_prev;
-      replace_covariance(correlated->covariance, estimate);
-      if (correlated->moved) evaluate_points(points, estimate.T_curr_prev, decided.levels);
-    }
+    correlated = correlate(problem, at_optimum, n_points, decided.levels, decided.kernel, information,
+                           inflation, decided.prior.holds(), start.errors.get(), solution.T_curr_prev);
   }
+  if (correlated) {
+    estimate.T_curr_prev = correlated->T_curr_prev;
+    replace_covariance(correlated->covariance, estimate);
+    estimate.errors = correlated->errors;
+  }
+  FlowDepthData& all = samples ? points : at_optimum;
+  if (samples || (correlated && correlated->moved))
+    evaluate_points(all, estimate.T_curr_prev, decided.levels);
   size_t k = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
-    estimate.refined_flow_u[i] += (1 - options_.projection_share) * points.error_u(k);
-    estimate.refined_flow_v[i] += (1 - options_.projection_share) * points.error_v(k);
+    estimate.refined_flow_u[i] += (1 - options_.projection_share) * all.error_u(k);
+    estimate.refined_flow_v[i] += (1 - options_.projection_share) * all.error_v(k);
     ++k;
   }
   return estimate;

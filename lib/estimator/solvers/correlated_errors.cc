@@ -10,8 +10,6 @@ namespace {
 
 constexpr int n_unknowns = ErrorScore::n_unknowns;
 
-double total(const Lanes& lanes) { return sum_of_lanes(&lanes); }
-
 /// Numbers of one score, in whole lanes of float: good to 1e-6 of a sum of thousands.
 constexpr size_t row_size = 32;
 constexpr size_t float_lanes = LaneTypes<float>::n;
@@ -19,43 +17,45 @@ constexpr size_t row_lanes = row_size / float_lanes;
 static_assert(n_unknowns * n_lanes <= row_size);
 using ScoreRows = std::vector<float>;
 
-/// sums += upper triangle of left^T right, by channel, over n rows.
-SEXTANT_SIMD void add_products(const float* left, const float* right, size_t n, double* sums) {
+SEXTANT_INLINED void read_row(const float* from, Lanes* row) {
+  for (size_t a = 0; a < n_unknowns; ++a) {
+    for (size_t c = 0; c < n_lanes; ++c) row[a][c] = static_cast<double>(from[a * n_lanes + c]);
+  }
+}
+
+/// sums = upper triangle of left^T right, by channel, over n rows.
+SEXTANT_SIMD void sum_products(const float* left, const float* right, size_t n, double* sums) {
   Lanes total[ChannelScores::size] = {};
-  for (size_t i = 0; i < n; ++i, left += row_size, right += row_size) {
-    Lanes row[n_unknowns], column[n_unknowns];
-    for (size_t a = 0; a < n_unknowns; ++a) {
-      for (size_t c = 0; c < n_lanes; ++c) {
-        row[a][c] = static_cast<double>(left[a * n_lanes + c]);
-        column[a][c] = static_cast<double>(right[a * n_lanes + c]);
-      }
-    }
+  for (size_t i = 0; i < n; ++i) {
+    Lanes row[n_unknowns], other[n_unknowns];
+    read_row(left + i * row_size, row);
+    if (right != left) read_row(right + i * row_size, other);
+    const Lanes* const column = right != left ? other : row;
     int k = 0;
     for (int a = 0; a < n_unknowns; ++a) {
       for (int b = a; b < n_unknowns; ++b) total[k++] += row[a] * column[b];
     }
   }
-  for (int k = 0; k < ChannelScores::size; ++k, sums += n_lanes)
-    SEXTANT_STORE(sums, SEXTANT_LOAD(sums) + total[k]);
+  for (int k = 0; k < ChannelScores::size; ++k) SEXTANT_STORE(sums + n_lanes * k, total[k]);
 }
 
 ChannelScores sum_of_products(const ScoreRows& left, const ScoreRows& right) {
   ChannelScores out;
-  add_products(left.data(), right.data(), left.size() / row_size, out.values);
+  sum_products(left.data(), right.data(), left.size() / row_size, out.values);
   return out;
 }
 
-/// Quadratic B-spline at the three nodes around x (in spacings), of unit norm. Returns the first node.
+/// Quadratic B-spline at the three nodes around x >= 0 (in spacings), of unit norm. Returns the first node.
 int spline(float x, float* weights) {
-  const float nearest = std::round(x);
-  const float t = x - nearest;
+  const int nearest = static_cast<int>(x + 0.5F);
+  const float t = x - static_cast<float>(nearest);
   weights[0] = 0.5F * (0.5F - t) * (0.5F - t);
   weights[1] = 0.75F - t * t;
   weights[2] = 0.5F * (0.5F + t) * (0.5F + t);
   const float norm =
       1 / std::sqrt(weights[0] * weights[0] + weights[1] * weights[1] + weights[2] * weights[2]);
   for (int k = 0; k < 3; ++k) weights[k] *= norm;
-  return static_cast<int>(nearest) - 1;
+  return nearest - 1;
 }
 
 /// ScoreRows of numbers, and where they are in px.
@@ -113,12 +113,13 @@ SEXTANT_SIMD void convolve_line(const float* in, size_t n, size_t step, const fl
 /// sum_cc' K(x_c - x_c') K(y_c - y_c') S_c^T S_c' over all pairs of the cells that the points fall in. Points of a
 /// cell count as at its centre.
 ChannelScores sum_over_cells(const Sites& points, float side, float length_px) {
-  const auto columns = static_cast<size_t>(points.width / side) + 1;
-  const auto rows = static_cast<size_t>(points.height / side) + 1;
+  const float per_px = 1 / side;
+  const auto columns = static_cast<size_t>(points.width * per_px) + 1;
+  const auto rows = static_cast<size_t>(points.height * per_px) + 1;
   std::vector<Targets<1>> targets(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    const auto column = static_cast<uint32_t>(points.x[i] / side);
-    const auto row = static_cast<uint32_t>(points.y[i] / side);
+    const auto column = static_cast<uint32_t>(points.x[i] * per_px);
+    const auto row = static_cast<uint32_t>(points.y[i] * per_px);
     targets[i] = {{row * static_cast<uint32_t>(columns) + column}, {1}};
   }
   ScoreRows cells(columns * rows * row_size, 0), along(cells.size()), all(cells.size());
@@ -137,14 +138,15 @@ ChannelScores sum_over_cells(const Sites& points, float side, float length_px) {
 
 /// sum_q V_q^T V_q over nodes so many px apart.
 ChannelScores sum_over_nodes(const Sites& points, float spacing) {
-  const auto columns = static_cast<size_t>(points.width / spacing) + 4;
-  std::vector<uint32_t> number(columns * (static_cast<size_t>(points.height / spacing) + 4), 0);
+  const float per_px = 1 / spacing;
+  const auto columns = static_cast<size_t>(points.width * per_px) + 4;
+  std::vector<uint32_t> number(columns * (static_cast<size_t>(points.height * per_px) + 4), 0);
   uint32_t n_nodes = 0;  // that something is added to; numbered from 1
   std::vector<Targets<9>> targets(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     float across[3], down[3];
-    const auto column = static_cast<size_t>(spline(points.x[i] / spacing, across) + 1);
-    const auto row = static_cast<size_t>(spline(points.y[i] / spacing, down) + 1);
+    const auto column = static_cast<size_t>(spline(points.x[i] * per_px, across) + 1);
+    const auto row = static_cast<size_t>(spline(points.y[i] * per_px, down) + 1);
     for (size_t k = 0; k < 9; ++k) {
       uint32_t& node = number[(row + k / 3) * columns + column + k % 3];
       if (node == 0) node = ++n_nodes;
@@ -167,24 +169,21 @@ ChannelScores scores_of_length(const Sites& points, float length_px) {
   return sum_over_nodes(points, std::max(node_spacing * length_px, extent / most_nodes));
 }
 
+SEXTANT_SIMD void copy_rows(const ErrorScore* points, size_t n, float* to) {
+  for (size_t i = 0; i < n; ++i, to += row_size) {
+    for (size_t a = 0; a < n_unknowns; ++a) {
+      for (size_t c = 0; c < n_lanes; ++c)
+        to[a * n_lanes + c] = static_cast<float>(points[i].derivative[a][c]);
+    }
+  }
+}
 ScoreRows rows_of(const std::vector<ErrorScore>& points) {
   ScoreRows rows(points.size() * row_size, 0);
-  float* to = rows.data();
-  for (const ErrorScore& point : points) {
-    for (size_t a = 0; a < n_unknowns; ++a) {
-      for (size_t c = 0; c < n_lanes; ++c) to[a * n_lanes + c] = static_cast<float>(point.derivative[a][c]);
-    }
-    to += row_size;
-  }
+  copy_rows(points.data(), points.size(), rows.data());
   return rows;
 }
 
 }  // namespace
-
-void ErrorScore::eliminate_depth() {
-  for (Lanes& row : derivative) row -= by_depth * total(by_depth * row);
-  residual -= by_depth * total(by_depth * residual);
-}
 
 void ChannelScores::add(double share, const ChannelScores& other) {
   for (size_t k = 0; k < std::size(values); ++k) values[k] += share * other.values[k];
@@ -216,6 +215,8 @@ ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
   sites.values = rows_of(points);
   sites.width = static_cast<float>(extent.width());
   sites.height = static_cast<float>(extent.height());
+  sites.x.reserve(points.size());
+  sites.y.reserve(points.size());
   for (const ErrorScore& p : points) {
     sites.x.push_back(static_cast<float>(p.u - extent.min_u));
     sites.y.push_back(static_cast<float>(p.v - extent.min_v));

@@ -39,7 +39,16 @@ struct alignas(lane_bytes) ErrorScore {
   Lanes residual = {};
 
   /// Takes the depth out of derivatives and residual.
-  void eliminate_depth();
+  SEXTANT_INLINED void eliminate_depth() {
+    for (Lanes& row : derivative) eliminate_depth(row);
+    eliminate_depth(residual);
+  }
+
+ private:
+  SEXTANT_INLINED void eliminate_depth(Lanes& row) const {
+    const Lanes products = by_depth * row;
+    row -= by_depth * sum_of_lanes(&products);
+  }
 };
 
 using ScoreMatrix = Eigen::Matrix<double, ErrorScore::n_unknowns, ErrorScore::n_unknowns>;

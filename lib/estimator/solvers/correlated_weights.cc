@@ -48,11 +48,13 @@ struct Cells {
     const double width = extent.width(), height = extent.height(), sum = width + height;
     side = (sum + std::sqrt(sum * sum + 4 * width * height * (most_cells - 1))) / (2 * (most_cells - 1));
     side = std::max(side, 1e-3);
-    const auto n_columns = static_cast<size_t>(width / side) + 1;
-    std::vector<size_t> number(n_columns * (static_cast<size_t>(height / side) + 1), 0);  // from 1
+    const double per_px = 1 / side;
+    const auto n_columns = static_cast<size_t>(width * per_px) + 1;
+    std::vector<size_t> number(n_columns * (static_cast<size_t>(height * per_px) + 1), 0);  // from 1
+    of_point.reserve(points.size());
     for (const ErrorScore& p : points) {
-      const auto column = static_cast<size_t>((p.u - extent.min_u) / side),
-                 row = static_cast<size_t>((p.v - extent.min_v) / side);
+      const auto column = static_cast<size_t>((p.u - extent.min_u) * per_px),
+                 row = static_cast<size_t>((p.v - extent.min_v) * per_px);
       size_t& cell = number[row * n_columns + column];
       if (cell == 0) {
         u.push_back((static_cast<double>(column) + 0.5) * side);
@@ -67,8 +69,8 @@ struct Cells {
   double height_of(double length_px) const {
     return length_px * length_px / (length_px * length_px + side * side / 6);
   }
-  /// L of K = L L^T.
-  Matrix correlation_factor(const std::vector<SpatialCorrelation::Part>& parts) const {
+  /// K^-1; a billionth of each variance is independent from cell to cell.
+  Matrix inverse_correlation(const std::vector<SpatialCorrelation::Part>& parts) const {
     const auto n = static_cast<Eigen::Index>(size());
     Matrix K(n, n);
     for (size_t a = 0; a < size(); ++a) {
@@ -82,7 +84,7 @@ struct Cells {
         K(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = sum;
       }
     }
-    return K.llt().matrixL();
+    return K.llt().solve(Matrix::Identity(n, n));
   }
 };
 
@@ -125,22 +127,59 @@ struct alignas(lane_bytes) Smooth {
 SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Lanes& independent,
                                    const Smooth* smooth, std::vector<ErrorScore>& points,
                                    WeightedEquations& out) {
-  Lanes curvature[n_unknowns][n_unknowns] = {}, gradient[n_unknowns] = {};
+  Lanes curvature[n_unknowns][n_unknowns] = {};  // symmetric in the sum
+  Lanes gradient[n_unknowns] = {};
   for (size_t i = 0; i < points.size(); ++i) {
     const PointWeight W(points[i], independent);
     const Smooth& F = smooth[cell_of[i]];
     Lanes G[n_unknowns];
     for (int a = 0; a < n_unknowns; ++a) {
       W.times(points[i].derivative[a] - F.by[a], G[a]);
-      for (int b = 0; b < n_unknowns; ++b) curvature[a][b] += G[a] * points[i].derivative[b];
+      for (int b = 0; b <= a; ++b) curvature[a][b] += G[a] * points[i].derivative[b];
       gradient[a] += G[a] * points[i].residual;
     }
     std::copy_n(G, n_unknowns, points[i].derivative);
   }
   for (int a = 0; a < n_unknowns; ++a) {
     out.gradient[a] = sum_of_lanes(&gradient[a]);
-    for (int b = 0; b < n_unknowns; ++b) out.curvature(a, b) = sum_of_lanes(&curvature[a][b]);
+    for (int b = 0; b <= a; ++b) out.curvature(a, b) = out.curvature(b, a) = sum_of_lanes(&curvature[a][b]);
   }
+}
+
+/// Takes F of these channels, in every cell: (K^-1 + sum(W)) F = sum(W D).
+void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums, const Lanes& variances,
+                      const std::vector<size_t>& channels, std::vector<Smooth>& out) {
+  const auto m = static_cast<Eigen::Index>(sums.size()), n = m * static_cast<Eigen::Index>(channels.size());
+  Matrix left = Matrix::Zero(n, n), F(n, n_unknowns);
+  for (size_t a = 0; a < channels.size(); ++a) {
+    const size_t c = channels[a];
+    const Eigen::Index row = static_cast<Eigen::Index>(a) * m;
+    left.block(row, row, m, m) = K_inverse / variances[c];
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const CellSums& sum = sums[static_cast<size_t>(k)];
+      for (size_t b = 0; b <= a; ++b)
+        left(row + k, static_cast<Eigen::Index>(b) * m + k) += sum.weight[c][channels[b]];
+      for (int b = 0; b < n_unknowns; ++b) F(row + k, b) = sum.weighted[b][c];
+    }
+  }
+  const Eigen::LLT<Eigen::Ref<Matrix>> factor(left);
+  factor.solveInPlace(F);
+  for (Eigen::Index row = 0; row < n; ++row) {
+    const size_t c = channels[static_cast<size_t>(row / m)];
+    for (int b = 0; b < n_unknowns; ++b) out[static_cast<size_t>(row % m)].by[b][c] = F(row, b);
+  }
+}
+
+/// Whether depths couple the channels.
+bool are_coupled(const std::vector<CellSums>& sums) {
+  return std::any_of(sums.begin(), sums.end(), [](const CellSums& sum) {
+    for (size_t a = 0; a < n_lanes; ++a) {
+      for (size_t b = 0; b < a; ++b) {
+        if (sum.weight[a][b] != 0) return true;
+      }
+    }
+    return false;
+  });
 }
 
 /// F of every cell.
@@ -151,37 +190,13 @@ std::vector<Smooth> smooth_part(const Cells& cells, const std::vector<CellSums>&
   for (size_t c = 0; c < n_lanes; ++c) {
     if (errors.correlated[c] > 0) channels.push_back(c);
   }
-  const auto m = static_cast<Eigen::Index>(cells.size()), n = m * static_cast<Eigen::Index>(channels.size());
-  if (n == 0) return out;
-  const Matrix L = cells.correlation_factor(errors.shape);
-  // F = sigma L x in each channel: (1 + L^T sum(W) L) x = L^T sum(W D), in units of the sigmas.
-  Matrix left = Matrix::Identity(n, n), right(n, n_unknowns);
-  Matrix weighted(m, n_unknowns);
-  Eigen::VectorXd weight(m);
-  for (size_t a = 0; a < channels.size(); ++a) {
-    const size_t c = channels[a];
-    const double sigma = std::sqrt(errors.correlated[c]);
-    const Eigen::Index row = static_cast<Eigen::Index>(a) * m;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      for (int b = 0; b < n_unknowns; ++b)
-        weighted(k, b) = sigma * sums[static_cast<size_t>(k)].weighted[b][c];
-    }
-    right.middleRows(row, m).noalias() = L.transpose() * weighted;
-    for (size_t b = 0; b <= a; ++b) {
-      const double both = sigma * std::sqrt(errors.correlated[channels[b]]);
-      for (Eigen::Index k = 0; k < m; ++k)
-        weight[k] = both * sums[static_cast<size_t>(k)].weight[c][channels[b]];
-      left.block(row, static_cast<Eigen::Index>(b) * m, m, m).noalias() +=
-          L.transpose() * (weight.asDiagonal() * L);
-    }
-  }
-  const Matrix x = left.llt().solve(right);
-  for (size_t a = 0; a < channels.size(); ++a) {
-    const size_t c = channels[a];
-    const Matrix F = std::sqrt(errors.correlated[c]) * L * x.middleRows(static_cast<Eigen::Index>(a) * m, m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      for (int b = 0; b < n_unknowns; ++b) out[static_cast<size_t>(k)].by[b][c] = F(k, b);
-    }
+  if (channels.empty()) return out;
+  const Matrix K_inverse = cells.inverse_correlation(errors.shape);
+  if (are_coupled(sums)) {
+    take_smooth_part(K_inverse, sums, errors.correlated, channels, out);
+  } else {
+    for (const size_t channel : channels)
+      take_smooth_part(K_inverse, sums, errors.correlated, {channel}, out);
   }
   return out;
 }

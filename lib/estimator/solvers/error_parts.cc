@@ -9,7 +9,7 @@ namespace {
 
 constexpr int n_motion = 6;
 constexpr size_t parts_sample = 100;
-const std::vector<SpatialCorrelation::Part> error_shape = {{25, 0.5}, {100, 0.5}};
+const std::vector<SpatialCorrelation::Part> error_shape = {{20, 0.6}, {100, 0.4}};
 
 /// Kinds of measurements with variances of their own; by channel.
 constexpr int n_kinds = 3;
@@ -215,7 +215,7 @@ void ErrorParts::raise_to(double variance) {
 }
 
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  constexpr double significant = 2, untold = 1, fewest_freedoms = 4;
+  constexpr double significant = 2, raised = 2.5, untold = 1, fewest_freedoms = 4;
   ErrorParts out;
   Sample sample;
   if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
@@ -241,7 +241,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   } else {
     for (int a = 0; a < n_parts; a += 2) {
       if (!among[a]) continue;
-      const double more = std::min(deviations[a + 1], 1.0) * (x[a] + x[a + 1]);
+      const double more = std::min(raised * deviations[a + 1], 1.0) * (x[a] + x[a + 1]);
       x[a] = std::max(x[a] - more, 0.0);
       x[a + 1] += more;
     }

@@ -4,16 +4,17 @@
 //
 // The errors of flow and disparity have no single length: those of networks and matchers correlate over 8 to 128 px
 // (results/profiles). One body has too few patches to tell such lengths apart. So the shape of the correlation is
-// given, equal shares of 25 and 100 px. Estimated are two variances of each kind of measurement, flow u, flow v and
+// given, 0.6 of 20 px and 0.4 of 100 px. Estimated are two variances of each kind of measurement, flow u, flow v and
 // disparity: of what is independent from point to point and of what correlates.
 //
 // That is minimum norm quadratic unbiased estimation (Rao 1971): with residuals y, R the projection that leaves the
 // residuals of a fit, and K_a the correlation of part a within its kind, T_a = y^T K_a y has the expectation
 // sum_b tr(K_a R K_b R) variance_b. So it counts what the fit has taken out. Variances are >= 0.
 //
-//   no correlated one above two standard deviations      errors are independent; else all are raised by one, at the
-//                                                        cost of the independent ones: weights follow what is small,
-//                                                        and would trust what only happens to be
+//   no correlated one above two standard deviations      errors are independent; else all are raised by 2.5 (by
+//                                                        themselves at most), at the cost of the independent ones:
+//                                                        weights follow what is small, and would trust what only
+//                                                        happens to be; and real errors have not just this shape
 //   a kind whose variance scatters by more than itself   has the mean variances of the others
 //   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
 //   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are

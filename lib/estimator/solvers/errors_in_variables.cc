@@ -137,7 +137,7 @@ DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3&
   std::array<double, 2 * n_matrix> sums{};
   information_lanes(points, info_u * camera.fx * camera.fx, info_v * camera.fy * camera.fy, sums.data());
   const double scale = static_cast<double>(used) / static_cast<double>(sampled);
-  return {scale * symmetric(sums.data()), scale * symmetric(sums.data() + n_matrix)};
+  return DepthInformation{symmetric(sums.data()), symmetric(sums.data() + n_matrix)}.times(scale);
 }
 
 template DepthInformation depth_information(const FlowDepthData&, const SE3&, const NoiseLevels&,

@@ -31,6 +31,9 @@ namespace sextant {
 struct DepthInformation {
   Matrix6d total = Matrix6d::Zero();   ///< H
   Matrix6d errors = Matrix6d::Zero();  ///< B
+
+  /// Of so many times the points.
+  DepthInformation times(double more) const { return {more * total, more * errors}; }
 };
 /// Where `data` was evaluated last, T_curr_prev with these levels (evaluate_points).
 template <typename Real>

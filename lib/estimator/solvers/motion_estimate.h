@@ -3,6 +3,7 @@
 // What an estimator starts from and what it says, about one body between two frames.
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "sextant/base/status.h"
@@ -10,10 +11,14 @@
 
 namespace sextant {
 
+struct ErrorModel;
+
 /// Where a refinement begins: a motion and the points that agree with it.
 struct StartingPoint {
   SE3 T_curr_prev;
   std::vector<unsigned char> inliers;  ///< per point; only these are used
+  /// What is known of the errors from more points, by joint_flow_depth; none: what these points show.
+  std::shared_ptr<const ErrorModel> errors = nullptr;
 };
 
 struct MotionEstimate {
@@ -28,6 +33,8 @@ struct MotionEstimate {
   std::vector<double> refined_flow_v;
   int iterations = 0;
   double cost = 0;  ///< at the optimum, in units of variance
+  /// What the covariance was made from; none where errors count as independent.
+  std::shared_ptr<const ErrorModel> errors = nullptr;
 };
 
 }  // namespace sextant
