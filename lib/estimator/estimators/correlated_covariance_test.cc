@@ -103,9 +103,9 @@ TEST(CorrelatedErrors, SumsOverNodesAreSumsOverPairs) {
       const ScoreMatrix sum = correlated_scores(points, {{length_px, 0.9}}).times(ones) + rest;
       const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> ratio(sum.topLeftCorner<6, 6>(),
                                                                      expected.topLeftCorner<6, 6>());
-      EXPECT_GT(ratio.eigenvalues()[0], 0.85) << width_px << " " << length_px;
-      EXPECT_LT(ratio.eigenvalues()[5], 1.15) << width_px << " " << length_px;
-      EXPECT_NEAR(sum.trace() / expected.trace(), 1, 0.06) << width_px << " " << length_px;
+      EXPECT_GT(ratio.eigenvalues()[0], 0.97) << width_px << " " << length_px;
+      EXPECT_LT(ratio.eigenvalues()[5], 1.03) << width_px << " " << length_px;
+      EXPECT_NEAR(sum.trace() / expected.trace(), 1, 0.01) << width_px << " " << length_px;
     }
   }
 }
