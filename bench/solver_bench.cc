@@ -1,12 +1,15 @@
 // The solver and the robust start on random problems; ours and Ceres on identical instances in one run.
 
 #include <benchmark/benchmark.h>
+#include <Eigen/Dense>
 
 #include <ctime>
 
 #include "sextant/base/quantile.h"
 #include "sextant/estimator/estimators/joint_flow_depth.h"
 #include "sextant/estimator/registry.h"
+#include "sextant/estimator/solvers/cholesky.h"
+#include "sextant/estimator/solvers/correlated_errors.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
 #include "sextant/estimator/solvers/testing.h"
 #include "sextant/estimator/start/robust_start.h"
@@ -98,6 +101,35 @@ void ransac(benchmark::State& state) {
   state.counters["samples"] = iterations;
 }
 
+/// The normal equations of smooth errors (correlated_weights.h), by ours and by Eigen in turns.
+void cholesky(benchmark::State& state) {
+  const auto n = static_cast<size_t>(state.range(0));
+  const auto size = static_cast<Eigen::Index>(n);
+  constexpr size_t n_right = ErrorScore::n_unknowns;
+  const Eigen::MatrixXd root = Eigen::MatrixXd::Random(size, size);
+  const Eigen::MatrixXd A = root * root.transpose() + Eigen::MatrixXd::Identity(size, size);
+  const Eigen::MatrixXd B = Eigen::MatrixXd::Random(size, n_right);
+  std::vector<double> ours_ms, eigen_ms;
+  double difference = 0;
+  for (auto _ : state) {
+    PositiveDefiniteSystem system(n);
+    for (size_t column = 0; column < n; ++column) {
+      for (size_t row = column; row < n; ++row) system.left(row, column) = A.data()[column * n + row];
+      for (size_t side = 0; side < n_right; ++side) system.right(column, side) = B.data()[side * n + column];
+    }
+    double start = thread_ms();
+    benchmark::DoNotOptimize(system.solve());
+    ours_ms.push_back(thread_ms() - start);
+    start = thread_ms();
+    const Eigen::MatrixXd X = A.llt().solve(B);
+    eigen_ms.push_back(thread_ms() - start);
+    for (size_t row = 0; row < n; ++row)
+      difference = std::max(difference, std::abs(system.right(row, 0) - X.data()[row]));
+  }
+  state.counters["ratio"] = middle_of(eigen_ms) / middle_of(ours_ms);
+  state.counters["difference"] = difference;
+}
+
 BENCHMARK_CAPTURE(estimate, motion_only, "motion_only")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(estimate, joint_flow, "joint_flow")->Arg(100)->Arg(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(estimate, joint_flow_depth, "joint_flow_depth")
@@ -116,6 +148,7 @@ BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_previous_depth, "joint_flow_de
                   Json{{"use_depth_curr", false}})
     ->Arg(3000)
     ->Iterations(9);
+BENCHMARK(cholesky)->Arg(24)->Arg(96)->Iterations(2000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(accumulate_points)->Arg(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(ransac)->Args({3000, 10})->Args({3000, 30})->Args({3000, 50})->Unit(benchmark::kMicrosecond);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/estimator/solvers/cholesky.h"
 #include "sextant/estimator/solvers/pixel_extent.h"
 
 namespace sextant {
@@ -15,14 +16,14 @@ constexpr double most_cells = 24;
 using Matrix = Eigen::MatrixXd;
 
 /// W of a point.
-struct PointWeight {
+struct alignas(lane_bytes) PointWeight {
   Lanes information, along;  ///< W = diag(information) - along along^T
 
-  SEXTANT_INLINED PointWeight(const ErrorScore& point, const Lanes& independent)
-      : information(point.measured / independent), along(information * point.by_depth) {
+  SEXTANT_INLINED PointWeight(const ErrorScore& point, const Lanes& per_independent)
+      : information(point.measured * per_independent), along(information * point.by_depth) {
     const Lanes squares = along * point.by_depth;
     const double length = sum_of_lanes(&squares);
-    if (length > 0) along /= std::sqrt(length);
+    if (length > 0) along *= 1 / std::sqrt(length);
   }
   SEXTANT_INLINED void times(const Lanes& column, Lanes& product) const {
     const Lanes products = along * column;
@@ -94,12 +95,13 @@ struct alignas(lane_bytes) CellSums {
   Lanes weighted[n_unknowns] = {};
 };
 
-/// Returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
+/// Adds W of each point; returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
 SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const std::vector<size_t>& cell_of,
-                                 const Lanes& independent, CellSums* cells) {
+                                 const Lanes& per_independent, CellSums* cells,
+                                 std::vector<PointWeight>& weights) {
   Lanes plain = {}, weighted = {};
   for (size_t i = 0; i < points.size(); ++i) {
-    const PointWeight W(points[i], independent);
+    const PointWeight& W = weights.emplace_back(points[i], per_independent);
     CellSums& sum = cells[cell_of[i]];
     for (size_t c = 0; c < n_lanes; ++c) {
       sum.weight[c] -= W.along[c] * W.along;
@@ -124,13 +126,13 @@ struct alignas(lane_bytes) Smooth {
   Lanes by[n_unknowns] = {};
 };
 
-SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Lanes& independent,
+SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const PointWeight* weights,
                                    const Smooth* smooth, std::vector<ErrorScore>& points,
                                    WeightedEquations& out) {
   Lanes curvature[n_unknowns][n_unknowns] = {};  // symmetric in the sum
   Lanes gradient[n_unknowns] = {};
   for (size_t i = 0; i < points.size(); ++i) {
-    const PointWeight W(points[i], independent);
+    const PointWeight& W = weights[i];
     const Smooth& F = smooth[cell_of[i]];
     Lanes G[n_unknowns];
     for (int a = 0; a < n_unknowns; ++a) {
@@ -149,24 +151,24 @@ SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Lan
 /// Takes F of these channels, in every cell: (K^-1 + sum(W)) F = sum(W D).
 void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums, const Lanes& variances,
                       const std::vector<size_t>& channels, std::vector<Smooth>& out) {
-  const auto m = static_cast<Eigen::Index>(sums.size()), n = m * static_cast<Eigen::Index>(channels.size());
-  Matrix left = Matrix::Zero(n, n), F(n, n_unknowns);
+  const size_t m = sums.size();
+  PositiveDefiniteSystem system(m * channels.size());
   for (size_t a = 0; a < channels.size(); ++a) {
-    const size_t c = channels[a];
-    const Eigen::Index row = static_cast<Eigen::Index>(a) * m;
-    left.block(row, row, m, m) = K_inverse / variances[c];
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const CellSums& sum = sums[static_cast<size_t>(k)];
-      for (size_t b = 0; b <= a; ++b)
-        left(row + k, static_cast<Eigen::Index>(b) * m + k) += sum.weight[c][channels[b]];
-      for (int b = 0; b < n_unknowns; ++b) F(row + k, b) = sum.weighted[b][c];
+    const size_t c = channels[a], row = a * m;
+    const double per_variance = 1 / variances[c];
+    for (size_t k = 0; k < m; ++k) {
+      const double* const column = K_inverse.col(static_cast<Eigen::Index>(k)).data();
+      for (size_t l = k; l < m; ++l) system.left(row + l, row + k) = per_variance * column[l];
+      const CellSums& sum = sums[k];
+      for (size_t b = 0; b <= a; ++b) system.left(row + k, b * m + k) += sum.weight[c][channels[b]];
+      for (size_t b = 0; b < n_unknowns; ++b) system.right(row + k, b) = sum.weighted[b][c];
     }
   }
-  const Eigen::LLT<Eigen::Ref<Matrix>> factor(left);
-  factor.solveInPlace(F);
-  for (Eigen::Index row = 0; row < n; ++row) {
-    const size_t c = channels[static_cast<size_t>(row / m)];
-    for (int b = 0; b < n_unknowns; ++b) out[static_cast<size_t>(row % m)].by[b][c] = F(row, b);
+  if (!system.solve()) return;  // nothing is taken: weights that are not the best
+  for (size_t a = 0; a < channels.size(); ++a) {
+    for (size_t k = 0; k < m; ++k) {
+      for (size_t b = 0; b < n_unknowns; ++b) out[k].by[b][channels[a]] = system.right(a * m + k, b);
+    }
   }
 }
 
@@ -214,11 +216,14 @@ WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& error
     within += part.share * (1 - f + (of_a_cell - 1) * std::min(f, 1 - f));
   }
   constexpr double least = 1e-3;  // an error of nothing would leave nothing to the others
-  alignas(lane_bytes) Lanes independent = errors.independent + within * errors.correlated;
+  Lanes independent = errors.independent + within * errors.correlated;
   for (size_t c = 0; c < n_lanes; ++c) independent[c] = std::max(independent[c], least);
   std::vector<CellSums> sums(cells.size());
-  out.independent = add_to_cells(points, cells.of_point, independent, sums.data());
-  turn_into_scores(cells.of_point, independent, smooth_part(cells, sums, errors).data(), points, out);
+  std::vector<PointWeight> weights;
+  weights.reserve(points.size());
+  alignas(lane_bytes) const Lanes per_independent = 1.0 / independent;
+  out.independent = add_to_cells(points, cells.of_point, per_independent, sums.data(), weights);
+  turn_into_scores(cells.of_point, weights.data(), smooth_part(cells, sums, errors).data(), points, out);
   out.curvature *= of_each;
   out.gradient *= of_each;
   return out;
