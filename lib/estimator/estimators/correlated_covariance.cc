@@ -174,9 +174,10 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
                                             const SE3& X) {
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   if (declared && declared->parts.empty()) return std::nullopt;
+  CorrelatedEstimate out{X, false, Matrix6d::Constant(INFINITY), nullptr};
   // In coordinates in which independent errors have the unit matrix, so that no direction is lost in rounding.
   const std::optional<Matrix6d> L = lower_factor(independent.total);
-  if (points.size() == 0 || !L) return std::nullopt;
+  if (points.size() == 0 || !L) return out;
   const Matrix6d to = inverse_of_lower(*L);
   std::vector<ErrorScore> scores = scores_of(points, levels, kernel, X, to);
   ErrorParts parts = known != nullptr ? known->parts
@@ -201,9 +202,9 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   if (is_weak && has_weak_directions(information)) {
     const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, *L, weights, of_each);
     to_mean = measured.step;
-    prior =
-        hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
-                             gradient + (information.total - information.errors) * to_mean, scores.size());
+    prior = hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
+                                 gradient + (information.total - information.errors) * to_mean, scores.size(),
+                                 reweighs ? Scores::correlated : Scores::independent);
     if (prior.holds()) {
       // The mean errs as well, by the errors of the same points.
       pull = prior.precision * prior.covariance;
@@ -213,7 +214,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   }
   const std::optional<Matrix6d> L_all = lower_factor(information.total + pull * prior.precision.transpose());
   const Eigen::LLT<Matrix6d> curvature(information.total - information.errors + prior.precision);
-  if (!L_all || curvature.info() != Eigen::Success) return std::nullopt;
+  if (!L_all || curvature.info() != Eigen::Success) return out;
   Vector6d step = Vector6d::Zero();
   if (reweighs) step = curvature.solve(prior.precision * to_mean - gradient);
   const Matrix6d to_all = inverse_of_lower(*L_all);
@@ -233,11 +234,11 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   }
   const Matrix6d M = covariance.topLeftCorner<6, 6>() +
                      errors.squared_offset_px2 * errors.by_offset * errors.by_offset.transpose();
-  CorrelatedEstimate out;
-  out.covariance = motion_covariance(information, prior, *L_all * M * L_all->transpose());
+  const SE3 moved = reweighs ? SE3::exp(step) * X : X;
+  if (!moved.is_finite()) return out;
+  out.T_curr_prev = moved;
   out.moved = reweighs;
-  out.T_curr_prev = reweighs ? SE3::exp(step) * X : X;
-  if (!out.T_curr_prev.is_finite() || !out.covariance.allFinite()) return std::nullopt;
+  out.covariance = motion_covariance(information, prior, *L_all * M * L_all->transpose());
   errors.to_twist = curvature.solve(*L_all);
   errors.scores = std::move(scores);
   out.errors = std::make_shared<ErrorModel>(std::move(errors));

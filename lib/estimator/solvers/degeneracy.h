@@ -36,7 +36,8 @@ void conclude(const Problem& problem, const Matrix6d& hessian, double variance_f
               MotionEstimate& estimate);
 /// The same from the covariance itself.
 void conclude(const Problem& problem, const Matrix6d& covariance, MotionEstimate& estimate);
-/// Another covariance of the same motion, and its condition; the status stays. Nothing where it is open.
+/// Another covariance of the same motion, and its condition. Where it leaves the motion open, only the status changes,
+/// from ok to no_parallax.
 void replace_covariance(const Matrix6d& covariance, MotionEstimate& estimate);
 
 }  // namespace sextant

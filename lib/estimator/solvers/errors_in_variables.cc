@@ -166,9 +166,10 @@ bool has_weak_directions(const DepthInformation& information) {
 }
 
 MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
-                                 const DepthInformation& measured, const Vector6d& gradient,
-                                 size_t n_points) {
+                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
+                                 Scores scores) {
   constexpr double three_sigma2 = 9;
+  const double known = scores == Scores::independent ? 1 : 0.1;
   constexpr double held = 1e6;  // precision in units of H that leaves nothing to the structured estimate
   MotionPrior prior;
   const Directions at = directions_of(information);
@@ -184,15 +185,17 @@ MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& inform
   Vector6d precision = Vector6d::Zero();
   Vector6d bias = Vector6d::Zero();
   for (int i = 0; i < 6; ++i) {
+    const bool has_relief = at.lambda[i] >= least;
     const double lambda = std::max(at.lambda[i], least);
-    if (lambda * lambda * variance[i] >= 1) continue;  // the structured estimate is no worse
     const double difference2 = std::pow(along[i] / lambda, 2);
-    const double variance_of_difference = 1 / (lambda * lambda) - 2 * common[i] / lambda + variance[i];
-    if (!(variance_of_difference > 0)) continue;
-    const double z2 = difference2 / variance_of_difference;
-    const double share = at.lambda[i] < least ? 0 : std::max(0.0, 1 - three_sigma2 / z2);
+    const double of_difference = std::max(0.0, 1 / (lambda * lambda) - 2 * common[i] / lambda + variance[i]);
+    const bool is_no_better = lambda * lambda * variance[i] >= 1 || !(of_difference > 0);
+    if (is_no_better && at.lambda[i] > 0) continue;  // the structured estimate will do
+    const double share = has_relief ? std::max(0.0, 1 - three_sigma2 * of_difference / difference2) : 0;
+    const double bias2 =
+        has_relief ? std::max(0.0, difference2 - known * of_difference) : difference2 + of_difference;
     precision[i] = share * held > lambda * (1 - share) ? lambda * (1 - share) / share : held;
-    bias[i] = std::pow(1 - share, 2) * std::max(0.0, difference2 - variance_of_difference);
+    bias[i] = std::pow(1 - share, 2) * bias2;
   }
   prior.mean = mean;
   prior.precision = to_coordinates.transpose() * precision.asDiagonal() * to_coordinates;
@@ -215,7 +218,7 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   evaluate_points(data, *mean, previous);
   const DepthInformation measured = depth_information(data, *mean, previous, kernel);
   return hold_weak_directions(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
-                              data.n_used());
+                              data.n_used(), Scores::independent);
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {

@@ -20,6 +20,11 @@
 //   K = H_p - B_p + B: covariance of the two scores.
 // In the cost this is a MotionPrior about x_measured of precision lambda (1 - share) / share in units of H;
 // lambda: eigenvalues of H^-1 (H - B).
+//
+// What is held keeps (1 - share) of the mean's bias. The square of that is the difference's less the variance of the
+// difference. Where errors correlate, H is not the covariance of scores and that variance is known by its size
+// only: a tenth of it is taken off. Where the relief is not significant (lambda), the structured estimate tells nothing of
+// the bias: then it is the difference, give or take its standard deviation.
 
 #include <optional>
 
@@ -47,10 +52,13 @@ std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& sta
 /// Whether some direction is so little determined by the true depths that it may have to be held.
 bool has_weak_directions(const DepthInformation& information);
 
+enum class Scores { independent, correlated };
+
 /// What holds them: `mean`, of precision 0 where a direction is determined. `information`: of the structured estimate;
 /// `measured`: of the mean, which takes n_points depths as measured; `gradient`: of the structured cost at it.
 MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
-                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points);
+                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
+                                 Scores scores);
 
 /// The same from points whose errors are independent.
 MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
