@@ -114,7 +114,7 @@ TEST(CorrelatedErrors, AreSumsOfSquaresWhateverThePoints) {
   for (const int n : {1, 2, 7, 300}) {
     for (const double width_px : {0.0, 2.0, 1e5}) {
       const ScoreMatrix sum =
-          correlated_scores(random_scores(n, width_px, 5), {{1, 0.3}, {20, 0.5}, {900, 0.2}}).times(ones);
+          correlated_scores(random_scores(n, width_px, 5), {{1e-4, 0.1}, {1, 0.2}, {20, 0.5}, {900, 0.2}}).times(ones);
       ASSERT_TRUE(sum.allFinite());
       const Eigen::SelfAdjointEigenSolver<ScoreMatrix> eigen(sum);
       EXPECT_GE(eigen.eigenvalues()[0], -1e-6 * eigen.eigenvalues()[6]) << n << " " << width_px;
