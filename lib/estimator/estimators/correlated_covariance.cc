@@ -199,7 +199,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   MotionPrior prior;
   Vector6d to_mean = Vector6d::Zero();
   Matrix6d pull = Matrix6d::Zero();
-  if (is_weak && has_weak_directions(information)) {
+  if ((is_weak || !lower_factor(information.total - information.errors)) &&
+      has_weak_directions(information)) {
     const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, *L, weights, of_each);
     to_mean = measured.step;
     prior = hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,

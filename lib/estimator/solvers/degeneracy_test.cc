@@ -303,5 +303,20 @@ TEST(Degeneracy, RandomFramePairsThroughThePipeline) {
   }
 }
 
+TEST(Degeneracy, ACovarianceThatLeavesTheMotionOpenIsNoEstimate) {
+  MotionEstimate estimate;
+  estimate.status = Status::ok;
+  estimate.covariance = Matrix6d::Identity();
+  replace_covariance(4 * Matrix6d::Identity(), estimate);
+  EXPECT_EQ(estimate.status, Status::ok);
+  EXPECT_EQ(estimate.covariance(0, 0), 4);
+  replace_covariance(Matrix6d::Constant(INFINITY), estimate);
+  EXPECT_EQ(estimate.status, Status::no_parallax);
+  EXPECT_EQ(estimate.covariance(0, 0), 4);
+  estimate.status = Status::collinear;
+  replace_covariance(Matrix6d::Zero(), estimate);
+  EXPECT_EQ(estimate.status, Status::collinear);
+}
+
 }  // namespace
 }  // namespace sextant
