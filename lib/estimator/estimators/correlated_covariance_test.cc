@@ -96,7 +96,7 @@ ScoreMatrix sum_over_pairs(const std::vector<ErrorScore>& points, double length_
 TEST(CorrelatedErrors, SumsOverNodesAreSumsOverPairs) {
   for (const double width_px : {100.0, 1200.0}) {
     const std::vector<ErrorScore> points = random_scores(600, width_px, 3);
-    for (const double length_px : {3.0, 10.0, 40.0, 160.0}) {
+    for (const double length_px : {3.0, 10.0, 40.0, 100.0, 160.0}) {
       // With a tenth that is independent: nothing depends on what lies far below that.
       const ScoreMatrix rest = independent_scores(points).times(0.1 * ones);
       const ScoreMatrix expected = 0.9 * sum_over_pairs(points, length_px) + rest;

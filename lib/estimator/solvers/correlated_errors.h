@@ -11,7 +11,7 @@
 //
 // (Conley 1999, with modelled instead of observed products of scores: those of a body that the errors have bent the
 // motion to are too small.) Errors of a channel have one variance, M is kept by channel and scaled at the end. Where
-// the points fill few cells of L_k / 2, the sum is over all pairs of their corners, whose kernel is a product: first along
+// the points fill few cells of 0.65 L_k, the sum is over all pairs of their corners, whose kernel is a product: first along
 // rows, then along columns. Else sums over pairs are sums over the nodes of a lattice, as in noise_correlation.h:
 // M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, w: quadratic B-splines of spacing 1.375 L_k, of unit norm
 // everywhere, which has the Gaussian's integral. So it costs a few operations a point, in float, and M is
