@@ -185,8 +185,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
                                       : estimate_error_parts(scores);
   // Errors are at least as large as independent ones are taken to be.
   if (known == nullptr) parts.raise_to(declared ? inflation : 1);
-  const bool reweighs = parts.correlate();
-  // What is independent counts for all points, also for those between.
+  const bool reweighs = parts.correlate() && parts.significant;
+  // A score stands for those of the points between.
   const double all = static_cast<double>(n_points) / static_cast<double>(scores.size());
   const double of_each = reweighs ? 1 : all;
   const ErrorParts weights = reweighs ? parts : ErrorParts{};
@@ -205,7 +205,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
     to_mean = measured.step;
     prior = hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
                                  gradient + (information.total - information.errors) * to_mean, scores.size(),
-                                 reweighs ? Scores::correlated : Scores::independent);
+                                 parts.correlate() ? Scores::correlated : Scores::independent);
     if (prior.holds()) {
       // The mean errs as well, by the errors of the same points.
       pull = prior.precision * prior.covariance;
@@ -219,9 +219,9 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   Vector6d step = Vector6d::Zero();
   if (reweighs) step = curvature.solve(prior.precision * to_mean - gradient);
   const Matrix6d to_all = inverse_of_lower(*L_all);
-  change_coordinates(to_all * *L, scores);
-  ScoreMatrix covariance = of_each * independent_scores(scores).times(parts.independent);
-  if (reweighs) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
+  change_coordinates(of_each * to_all * *L, scores);
+  ScoreMatrix covariance = independent_scores(scores).times(parts.independent / of_each);
+  if (parts.correlate()) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
   ErrorModel errors{.levels = levels, .parts = parts, .by_offset = to_all * by_offset};
   if (known != nullptr) {
     errors.squared_offset_px2 = known->squared_offset_px2;

@@ -155,9 +155,9 @@ TEST(JointFlowDepth, CovarianceIsHonest) {
   const RandomProblemOptions problem{.n_points = 120, .delta_d_px = 0.2};
   JointFlowDepthOptions options = with(Robust::none, 0.3, 0.3, 0.2);
   EXPECT_NEAR(mean_nees(problem, options, 2000), 1, 0.026);
-  // Where nobody declares independence, looking for its opposite costs a little.
+  // Where nobody declares independence, errors count as correlated in part: standard deviations are 1.4 times too large.
   options.covariance = CovarianceOf::correlated;
-  EXPECT_NEAR(mean_nees(problem, options, 500), 0.88, 0.06);
+  EXPECT_NEAR(mean_nees(problem, options, 500), 0.48, 0.05);
 }
 
 TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {

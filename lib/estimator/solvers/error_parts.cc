@@ -232,19 +232,13 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
     among[a] = among[a + 1] = false;
   }
   PartsVector x = non_negative(equations, among);
-  bool correlated = false;
-  for (int a = 0; a < n_parts; a += 2)
-    correlated = correlated || x[a + 1] > significant * deviations[a + 1] * (x[a] + x[a + 1]);
-  if (!correlated) {
-    for (int a = 0; a < n_parts; a += 2) among[a + 1] = false;
-    x = non_negative(equations, among);
-  } else {
-    for (int a = 0; a < n_parts; a += 2) {
-      if (!among[a]) continue;
-      const double more = std::min(raised * deviations[a + 1], 1.0) * (x[a] + x[a + 1]);
-      x[a] = std::max(x[a] - more, 0.0);
-      x[a + 1] += more;
-    }
+  out.significant = false;
+  for (int a = 0; a < n_parts; a += 2) {
+    if (!among[a]) continue;
+    out.significant |= x[a + 1] > significant * deviations[a + 1] * (x[a] + x[a + 1]);
+    const double more = std::min(raised * deviations[a + 1], 1.0) * (x[a] + x[a + 1]);
+    x[a] = std::max(x[a] - more, 0.0);
+    x[a + 1] += more;
   }
   // tr(K_a R), since R = R R.
   PartsVector traces = PartsVector::Zero();

@@ -11,10 +11,14 @@
 // residuals of a fit, and K_a the correlation of part a within its kind, T_a = y^T K_a y has the expectation
 // sum_b tr(K_a R K_b R) variance_b. So it counts what the fit has taken out. Variances are >= 0.
 //
-//   no correlated one above two standard deviations      errors are independent; else all are raised by 2.5 (by
-//                                                        themselves at most), at the cost of the independent ones:
-//                                                        weights follow what is small, and would trust what only
-//                                                        happens to be; and real errors have not just this shape
+//   correlated ones are raised by 2.5 deviations         of independent errors (by all of the kind's at most), at the
+//                                                        cost of the independent ones: weights follow what is small,
+//                                                        and would trust what only happens to be; and real errors
+//                                                        have not just this shape
+//   significant: one was above two deviations before     only then points are weighed by them, so that nothing is
+//                                                        lost where errors are independent. The covariance counts them
+//                                                        always: real errors correlate, also where a body's residuals
+//                                                        do not tell
 //   a kind whose variance scatters by more than itself   has the mean variances of the others
 //   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
 //   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are
@@ -31,6 +35,7 @@ struct ErrorParts {
   Lanes independent = {1, 1, 1, 1};
   Lanes correlated = {0, 0, 0, 0};
   std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the latter
+  bool significant = true;                      ///< more than chance makes of independent errors
 
   bool correlate() const;
 
