@@ -178,12 +178,13 @@ std::string summary_text(const Table& summary, bool all) {
   std::vector<Table> parts = split_rows(shown, {"dataset", "sequence", "estimator"});
   if (parts.empty()) parts.push_back(shown);
   for (size_t i = 0; i < parts.size(); ++i) {
-    Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated", "coverage_percent", "Et_m",
-                                         "ER_deg", "Ev_kmh"});
+    Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated",
+                                         "coverage_percent", "Et_m", "ER_deg", "Ev_kmh"});
     part.title = i == 0 ? part.title : "";
     if (i + 1 < parts.size()) part.notes.clear();
     if (i + 1 == parts.size())
-      part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
+      part.notes.emplace_back(
+          "More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
     for (std::string& note : part.notes) note = wrapped(note, width);
     const std::string whole = to_text(part);
     const size_t rows = whole.find("\n\n");  // what stands above them may be longer than the line
@@ -218,6 +219,7 @@ struct Mean {
 }  // namespace
 
 std::string consistency_text(const std::vector<Record>& records) {
+  constexpr double far_too_large = 12;  // twice what is right
   constexpr std::array<const char*, 4> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees"};
   std::map<std::string, std::array<Mean, 4>> of_body;
   for (const Record& record : records) {
@@ -233,9 +235,16 @@ std::string consistency_text(const std::vector<Record>& records) {
   std::string text =
       "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells),\n"
       "of the truth\n";
+  bool too_sure = false;
   for (const auto& [body, means] : of_body) {
+    too_sure = too_sure || means[0].sum > far_too_large * means[0].n;
     text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
                         means[2].text(), means[3].text(), std::max(means[0].n, means[3].n));
+  }
+  if (too_sure) {
+    text +=
+        "Far above 6: covariances are too small. Where errors correlate over the image, joint_flow_depth\n"
+        "counts that; with other estimators --set estimator.covariance=correlated.\n";
   }
   return text;
 }

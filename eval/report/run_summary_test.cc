@@ -11,6 +11,9 @@
 namespace sextant {
 namespace {
 
+using ::testing::HasSubstr;
+using ::testing::Not;
+
 Record record_of(int frame, const std::string& body, Status status = Status::ok) {
   Record r = RecordOf{.dataset = "vdo", .body = body, .frame = frame};
   r.values.clear();
@@ -170,6 +173,21 @@ TEST(RunSummary, TerminalHasAHundredColumns) {
   EXPECT_THAT(text, testing::HasSubstr("E_v [km/h]"));
   EXPECT_EQ(text.find("EPE before"), std::string::npos);
   EXPECT_EQ(summary_text(summary, true), to_text(summary));
+}
+
+TEST(ConsistencyText, IsMeansOfBodiesAndSaysWhatToDoAboutCovariancesThatAreTooSmall) {
+  std::vector<Record> records = {record_of(1, "ego"), record_of(2, "ego"), record_of(2, "object:2")};
+  EXPECT_EQ(consistency_text(records), "");
+  for (Record& r : records)
+    r.values = {{"split_nees", 6}, {"split_nees_sides", 5}, {"split_nees_cells", 7}, {"nees", 4}};
+  records[1].values["split_nees"] = 8;
+  const std::string good = consistency_text(records);
+  EXPECT_THAT(good, HasSubstr("ego"));
+  EXPECT_THAT(good, HasSubstr("7.00 (5.00; 7.00)     4.00  2 pairs"));
+  EXPECT_THAT(good, HasSubstr("6.00 (5.00; 7.00)     4.00  1 pairs"));
+  EXPECT_THAT(good, Not(HasSubstr("too small")));
+  records[2].values["split_nees"] = 13;
+  EXPECT_THAT(consistency_text(records), HasSubstr("covariances are too small"));
 }
 
 }  // namespace
