@@ -1,5 +1,6 @@
 // A function for each command, in the specifications of zsh's _arguments.
 
+#include <algorithm>
 #include <map>
 
 #include "sextant/base/error.h"
