@@ -158,6 +158,8 @@ TEST(JointFlowDepth, CovarianceIsHonest) {
   // Where nobody declares independence, errors count as correlated in part: standard deviations are 1.4 times too large.
   options.covariance = CovarianceOf::correlated;
   EXPECT_NEAR(mean_nees(problem, options, 500), 0.48, 0.05);
+  // More points know more of independent errors, but not of such; a sample of them stands for all.
+  EXPECT_NEAR(mean_nees({.n_points = 1500, .delta_d_px = 0.2}, options, 100), 0.23, 0.06);
 }
 
 TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {

@@ -15,10 +15,11 @@
 //                                                        cost of the independent ones: weights follow what is small,
 //                                                        and would trust what only happens to be; and real errors
 //                                                        have not just this shape
-//   significant: one was above two deviations before     only then points are weighed by them, so that nothing is
-//                                                        lost where errors are independent. The covariance counts them
+//   significant: one was above two deviations before     only then points are weighed by them, so that little is lost
+//                                                        where errors are independent. The covariance counts them
 //                                                        always: real errors correlate, also where a body's residuals
 //                                                        do not tell
+//   a hundred points show nothing                        up to 450 are asked: of more points deviations are smaller
 //   a kind whose variance scatters by more than itself   has the mean variances of the others
 //   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
 //   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are
