@@ -9,7 +9,6 @@ namespace {
 
 constexpr int n_motion = 6;
 constexpr size_t parts_sample = 100;
-constexpr size_t large_sample = 450;  // where the other shows no correlation
 const std::vector<SpatialCorrelation::Part> error_shape = {{20, 0.6}, {100, 0.4}};
 
 /// Kinds of measurements with variances of their own; by channel.
@@ -37,10 +36,9 @@ const std::vector<float>& shape_table() {
 struct Sample {
   static constexpr size_t Q = 0, y = n_motion * n_lanes, Pi = 32;
   static constexpr size_t width = Pi + n_lanes * n_lanes;
-  size_t n;
-  std::vector<float> u, v, values;
-
-  explicit Sample(size_t size) : n(size), u(size), v(size), values(size * width) {}
+  size_t n = 0;
+  float u[parts_sample], v[parts_sample];
+  float values[parts_sample * width] = {};
 };
 
 /// Sums over points i and j of the sample: 0 those with themselves, 1 all of them times K_ij.
@@ -60,7 +58,7 @@ SEXTANT_SIMD void sum_over_pairs(const Sample& sample, const float* shape, float
   constexpr size_t lanes = LaneTypes<float>::n, pi = Sample::Pi / lanes, n_sums = Sample::width / lanes;
   for (size_t i = 0; i < sample.n; ++i) {
     const float u = sample.u[i], v = sample.v[i];
-    float K[large_sample];
+    float K[parts_sample];
     for (size_t j = 0; j < sample.n; ++j) {
       const float du = sample.u[j] - u, dv = sample.v[j] - v;
       const float r = std::sqrt(du * du + dv * dv) + 0.5F;
@@ -68,12 +66,12 @@ SEXTANT_SIMD void sum_over_pairs(const Sample& sample, const float* shape, float
     }
     for (size_t j = 0; j < sample.n; ++j) K[j] = shape[static_cast<int>(K[j])];
     LanesOf<float> sum[n_sums] = {};
-    const float* at = sample.values.data();
+    const float* at = sample.values;
     for (size_t j = 0; j < sample.n; ++j, at += Sample::width) {
       const float once = K[j], twice = once * once;
       for (size_t k = 0; k < n_sums; ++k) sum[k] += (k < pi ? once : twice) * SEXTANT_LOAD(at + k * lanes);
     }
-    const float* const own = sample.values.data() + i * Sample::width;
+    const float* const own = sample.values + i * Sample::width;
     float all[Sample::width];
     for (size_t k = 0; k < n_sums; ++k) SEXTANT_STORE(all + k * lanes, sum[k]);
     Lanes y, Ky, KQ[2][n_motion];
@@ -136,7 +134,7 @@ VarianceEquations equations_between(const PairSums& sums) {
 
 /// None if the points do not determine a motion.
 bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
-  const size_t n = sample.n;
+  const size_t n = std::min(points.size(), parts_sample);
   const auto point = [&](size_t i) -> const ErrorScore& { return points[i * points.size() / n]; };
   Matrix6d H = Matrix6d::Zero();
   for (size_t i = 0; i < n; ++i) {
@@ -154,9 +152,10 @@ bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
   const auto put = [&](const Lanes& from, float* to) {
     for (size_t c = 0; c < n_lanes; ++c) to[c] = static_cast<float>(from[c]);
   };
+  sample.n = n;
   for (size_t i = 0; i < n; ++i) {
     const ErrorScore& p = point(i);
-    float* const at = sample.values.data() + i * Sample::width;
+    float* const at = sample.values + i * Sample::width;
     sample.u[i] = static_cast<float>(p.u);
     sample.v[i] = static_cast<float>(p.v);
     put(p.residual, at + Sample::y);
@@ -204,10 +203,21 @@ PartsVector deviations_of(const VarianceEquations& equations, const std::array<b
   return (2 * S.inverse().diagonal()).cwiseMax(0).cwiseSqrt();
 }
 
-ErrorParts estimate_on(const std::vector<ErrorScore>& points, size_t size) {
+}  // namespace
+
+bool ErrorParts::correlate() const { return sum_of_lanes(&correlated) > 0; }
+
+void ErrorParts::raise_to(double variance) {
+  double shares = 0;
+  for (const SpatialCorrelation::Part& part : shape) shares += part.share;
+  for (size_t c = 0; c < n_lanes; ++c)
+    independent[c] += std::max(variance - independent[c] - shares * correlated[c], 0.0);
+}
+
+ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   constexpr double significant = 2, raised = 2.5, untold = 1, fewest_freedoms = 4;
   ErrorParts out;
-  Sample sample(std::min(points.size(), size));
+  Sample sample;
   if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
   const std::vector<float>& table = shape_table();
   PairSums sums;
@@ -255,23 +265,6 @@ ErrorParts estimate_on(const std::vector<ErrorScore>& points, size_t size) {
     out.correlated[c] = own[1];
   }
   out.shape = error_shape;
-  return out;
-}
-
-}  // namespace
-
-bool ErrorParts::correlate() const { return sum_of_lanes(&correlated) > 0; }
-
-void ErrorParts::raise_to(double variance) {
-  double shares = 0;
-  for (const SpatialCorrelation::Part& part : shape) shares += part.share;
-  for (size_t c = 0; c < n_lanes; ++c)
-    independent[c] += std::max(variance - independent[c] - shares * correlated[c], 0.0);
-}
-
-ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  ErrorParts out = estimate_on(points, parts_sample);
-  if (!out.significant && points.size() > parts_sample) out = estimate_on(points, large_sample);
   return out;
 }
 

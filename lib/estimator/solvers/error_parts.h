@@ -19,7 +19,6 @@
 //                                                        where errors are independent. The covariance counts them
 //                                                        always: real errors correlate, also where a body's residuals
 //                                                        do not tell
-//   a hundred points show nothing                        up to 450 are asked: of more points deviations are smaller
 //   a kind whose variance scatters by more than itself   has the mean variances of the others
 //   nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946): a normalised square of an
 //   error is larger by nu / (nu - 2) on average where its variance has nu degrees of freedom. Variances are
