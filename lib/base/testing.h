@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <sys/wait.h>
-#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -83,9 +82,10 @@ inline std::filesystem::path real_data(const std::string& name) {
 class TempFolder {
  public:
   TempFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / fmt::format("sextant_test_{}_{}", getpid(), count++);
-    std::filesystem::create_directories(path_);
+    // Not named by the process: one that was killed may have left a folder under the same number.
+    std::string pattern = (std::filesystem::temp_directory_path() / "sextant_test_XXXXXX").string();
+    if (::mkdtemp(pattern.data()) == nullptr) fail("{}: cannot create a temporary folder", pattern);
+    path_ = pattern;
   }
   ~TempFolder() {
     std::error_code ignored;
