@@ -25,24 +25,6 @@ bool is_name(std::string_view name) {
 }  // namespace
 
 FuzzFolder::FuzzFolder(std::string_view text) {
-  std::string name = (fs::temp_directory_path() / "sextant_fuzz_XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make a folder", name);
-  path_ = name;
-  try {
-    write_files(text);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-    throw;
-  }
-}
-
-FuzzFolder::~FuzzFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
-void FuzzFolder::write_files(std::string_view text) {
   for (size_t n = 0; !text.empty(); ++n) {
     const size_t line_end = text.find('\n');
     if (!text.starts_with(file_mark) || line_end == std::string_view::npos) fail("expected '@@ NAME'");
@@ -51,8 +33,8 @@ void FuzzFolder::write_files(std::string_view text) {
     text.remove_prefix(line_end + 1);
     const size_t end = std::min(text.find("\n@@ "), text.size());
     std::error_code error;
-    fs::create_directories((path_ / name).parent_path(), error);
-    std::ofstream(path_ / name, std::ios::binary) << text.substr(0, end);
+    fs::create_directories((path() / name).parent_path(), error);
+    std::ofstream(path() / name, std::ios::binary) << text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
 }

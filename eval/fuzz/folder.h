@@ -14,6 +14,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "sextant/base/scratch_folder.h"
+
 namespace sextant {
 
 /// Bytes laid out below the system's temporary folder while this lives.
@@ -21,16 +23,11 @@ class FuzzFolder {
  public:
   /// Throws Error on a text of another form, on names that leave the folder, and on more than 64 files.
   explicit FuzzFolder(std::string_view text);
-  ~FuzzFolder();
-  FuzzFolder(const FuzzFolder&) = delete;
-  FuzzFolder& operator=(const FuzzFolder&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return folder_.path(); }
 
  private:
-  void write_files(std::string_view text);
-
-  std::filesystem::path path_;
+  ScratchFolder folder_{"sextant_fuzz_"};
 };
 
 }  // namespace sextant

@@ -7,32 +7,13 @@
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/scratch_folder.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/gnuplot.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
-
-/// A folder that goes with this object.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (fs::temp_directory_path() / "sextant-figure-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) fail("{}: cannot create a temporary folder", pattern);
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 constexpr const char* style = R"(set encoding utf8
 set datafile separator comma
@@ -188,7 +169,7 @@ OutputFiles drawn(const Figure& figure, bool svg_alone) {
   // gnuplot takes "< cmd" as data and "| cmd" as output for commands.
   SEXTANT_CHECK(file_stem(figure.name) == figure.name && figure.name.front() != '.' &&
                 figure.name.front() != '-');
-  const ScratchFolder scratch;
+  const ScratchFolder scratch("sextant-figure-");
   const std::string script = figure.name + ".gp";
   OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure, svg_alone)}};
   for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);

@@ -3,11 +3,11 @@
 // For tests: what pdflatex makes of tables.
 
 #include <cstdlib>
-#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "sextant/base/files.h"
+#include "sextant/base/scratch_folder.h"
 
 namespace sextant {
 
@@ -22,8 +22,8 @@ struct Compiled {
 /// A two-column page with this body; none where pdflatex is not installed.
 inline std::optional<Compiled> compile_latex(const std::string& body) {
   if (std::system("command -v pdflatex > /dev/null 2>&1") != 0) return std::nullopt;
-  std::string folder = (std::filesystem::temp_directory_path() / "sextant-latex-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) return Compiled{false, "no temporary folder " + folder};
+  const ScratchFolder scratch("sextant-latex-");
+  const std::string folder = scratch.path().string();
   write_file(folder + "/page.tex",
              "\\documentclass[twocolumn]{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n"
              "\\usepackage{booktabs, amsmath, textcomp}\n\\extrafloats{100}\n\\begin{document}\n" +
@@ -31,9 +31,7 @@ inline std::optional<Compiled> compile_latex(const std::string& body) {
   const std::string command =
       "cd '" + folder + "' && pdflatex -interaction=nonstopmode -halt-on-error page.tex > out.txt 2>&1";
   const int status = std::system(command.c_str());
-  Compiled compiled{status == 0, read_file(folder + "/out.txt")};
-  std::filesystem::remove_all(folder);
-  return compiled;
+  return Compiled{status == 0, read_file(folder + "/out.txt")};
 }
 
 }  // namespace sextant

@@ -5,14 +5,12 @@
 
 #include <cmath>
 
+#include "sextant/base/testing.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 Record record_of(int frame, const std::string& body, Status status = Status::ok) {
   Record r = RecordOf{.dataset = "vdo", .body = body, .frame = frame};

@@ -15,6 +15,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/scratch_folder.h"
 
 namespace sextant {
 
@@ -78,33 +79,20 @@ inline std::filesystem::path real_data(const std::string& name) {
     if (::sextant::real_data(name).empty()) GTEST_SKIP() << "needs " << (name) << " below SEXTANT_DATA"; \
   } while (false)
 
-/// A folder of its own below the system's temporary one; removed with everything in it at the end.
+/// A folder of the test's own.
 class TempFolder {
  public:
-  TempFolder() {
-    // Not named by the process: one that was killed may have left a folder under the same number.
-    std::string pattern = (std::filesystem::temp_directory_path() / "sextant_test_XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) fail("{}: cannot create a temporary folder", pattern);
-    path_ = pattern;
-  }
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  const std::filesystem::path& path() const { return folder_.path(); }
+  std::string operator/(const std::string& name) const { return (path() / name).string(); }
   /// Writes a file, in a folder that is made for it; gives its path.
   std::string write(const std::string& name, std::string_view bytes) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    write_file(path_ / name, bytes);
+    std::filesystem::create_directories((path() / name).parent_path());
+    write_file(path() / name, bytes);
     return *this / name;
   }
 
  private:
-  std::filesystem::path path_;
+  ScratchFolder folder_{"sextant_test_"};
 };
 
 }  // namespace sextant
