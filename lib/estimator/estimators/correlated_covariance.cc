@@ -37,12 +37,6 @@ void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
   transform_all(rows.data(), scores);
 }
 
-void scale(double factor, std::vector<ErrorScore>& scores) {
-  for (ErrorScore& score : scores) {
-    for (Lanes& row : score.derivative) row *= factor;
-  }
-}
-
 /// Numbers that all points share.
 struct ScoreUnits {
   double fx, fy, cx, cy, bf;
@@ -226,7 +220,6 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   if (reweighs) step = curvature.solve(prior.precision * to_mean - gradient);
   const Matrix6d to_all = inverse_of_lower(*L_all);
   change_coordinates(to_all * *L, scores);
-  if (of_each != 1) scale(of_each, scores);
   ScoreMatrix covariance = independent_scores(scores).times(parts.independent / of_each);
   if (parts.correlate()) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
   ErrorModel errors{.levels = levels, .parts = parts, .by_offset = to_all * by_offset};

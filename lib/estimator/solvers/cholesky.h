@@ -1,7 +1,7 @@
 #pragma once
 
 // A X = B for a symmetric positive definite A of some dozen unknowns and a few right sides, by A = L L^T (Cholesky).
-// Twice as fast as Eigen's, which has no clone for AVX (bench/solver_bench, `cholesky`), and equal to it
+// Two to three times as fast as Eigen's, which has no clone for AVX (bench/solver_bench, `cholesky`), and equal to it
 // within rounding.
 
 #include <cstddef>

@@ -127,7 +127,7 @@ struct alignas(lane_bytes) Smooth {
 };
 
 SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const PointWeight* weights,
-                                   const Smooth* smooth, std::vector<ErrorScore>& points,
+                                   const Smooth* smooth, double of_each, std::vector<ErrorScore>& points,
                                    WeightedEquations& out) {
   Lanes curvature[n_unknowns][n_unknowns] = {};  // symmetric in the sum
   Lanes gradient[n_unknowns] = {};
@@ -137,6 +137,7 @@ SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Poi
     Lanes G[n_unknowns];
     for (int a = 0; a < n_unknowns; ++a) {
       W.times(points[i].derivative[a] - F.by[a], G[a]);
+      G[a] *= of_each;
       for (int b = 0; b <= a; ++b) curvature[a][b] += G[a] * points[i].derivative[b];
       gradient[a] += G[a] * points[i].residual;
     }
@@ -223,9 +224,8 @@ WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& error
   weights.reserve(points.size());
   alignas(lane_bytes) const Lanes per_independent = 1.0 / independent;
   out.independent = add_to_cells(points, cells.of_point, per_independent, sums.data(), weights);
-  turn_into_scores(cells.of_point, weights.data(), smooth_part(cells, sums, errors).data(), points, out);
-  out.curvature *= of_each;
-  out.gradient *= of_each;
+  turn_into_scores(cells.of_point, weights.data(), smooth_part(cells, sums, errors).data(), of_each, points,
+                   out);
   return out;
 }
 

@@ -27,7 +27,7 @@ struct WeightedEquations {
   double independent = 0;  ///< sum_i D_i^T W_i D_i over sum_i D_i^T D_i, on average over the motion
 };
 
-/// Turns the derivatives into G. Equations are times `of_each`: the points that each stands for.
+/// Turns the derivatives into G, times `of_each`: the points that each stands for.
 WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& errors, double of_each = 1);
 
 }  // namespace sextant
