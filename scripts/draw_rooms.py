@@ -21,7 +21,7 @@ FILE = pathlib.Path(__file__).resolve().parent.parent / "docs" / "rooms.svg"
 PLACES = [
     ["datasets/codec", "datasets/channels", None, "datasets/synthetic", None],
     [None, None, "datasets", None, None],
-    [None, "measurement", None, "truth", None],
+    [None, "measurement", None, "truth", "eval/diagnosis"],
     ["estimator/points", "estimator/solvers", "noise", "metrics", "eval/check"],
     ["estimator/start", "estimator/estimators", None, None, "eval/profile"],
     ["estimator", "estimator/reference", None, None, "eval/logs"],

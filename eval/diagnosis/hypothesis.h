@@ -1,0 +1,94 @@
+#pragma once
+
+// Diagnosis of data that can be read but look wrong: inverse poses, centimetres, quaternions in another order.
+//
+// A hypothesis is another reading of the same data: a name, how to read the data that way, and the flag or edit
+// that corrects them. The residual r of a reading measures how badly the data, read that way, agree with a
+// reference or with themselves (the unit is the caller's, e.g. m^2). With r_0 the residual of the declared
+// reading and r_h that of a hypothesis, the hypothesis is reported when
+//
+//   explains_times * r_h <= r_0        and        explains_times * r_h <= r_null, where there is a null reading
+//
+// The null reading claims nothing, as "the body does not move". It keeps a hypothesis that merely shrinks the data, as
+// "these are centimetres", from explaining noise about zero. Residuals are squared errors where errors are of
+// independent samples: a hypothesis leaves at most a fifth of the error's energy, 45 % of the RMS.
+//
+//   const auto readings = read_as(hypotheses, data, residual);
+//   if (const auto found = explain(residual(data), readings)) warn(message(*found, "estimate"));
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sextant {
+
+/// How many times better than the declared reading a hypothesis must explain the data to be reported.
+inline constexpr double explains_times = 5;
+
+/// A reading of `Data` that the declaration does not claim.
+template <typename Data>
+struct Hypothesis {
+  std::string code;    ///< for programs: "inverse"
+  std::string cause;   ///< "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
+  std::string remedy;  ///< the flag or edit that corrects the data: "invert each motion"; may be empty
+  /// Reads the data this way. False: the hypothesis does not apply to them. A fitted number goes to `fitted`.
+  std::function<bool(Data& data, double& fitted)> undo;
+  double price = 0;          ///< of two that explain the data alike, the one with the lower price is reported
+  bool fits_number = false;  ///< undo() searches for a number, which can explain much
+};
+
+/// What a hypothesis leaves of the data.
+struct Reading {
+  std::string code, cause, remedy;
+  double residual = 0;
+  double price = 0;
+};
+
+/// A reported hypothesis, and those that explain the data as well.
+struct Explanation {
+  Reading best;
+  std::vector<Reading> alike;  ///< residual at most twice the best one's, lowest price first
+  double declared = 0;         ///< residual of the declared reading
+
+  /// How many times smaller the residual is; infinity where nothing is left.
+  double times() const { return declared / best.residual; }
+};
+
+/// The readings under which `residual` is known. `residual`: Data -> std::optional<double>.
+template <typename Data, typename Residual>
+std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, const Data& data,
+                             const Residual& residual) {
+  std::vector<Reading> readings;
+  for (const Hypothesis<Data>& hypothesis : hypotheses) {
+    Data changed = data;
+    double fitted = 0;
+    if (!hypothesis.undo(changed, fitted)) continue;
+    const std::optional<double> left = residual(changed);
+    if (!left) continue;
+    readings.push_back({hypothesis.code, fmt::format(fmt::runtime(hypothesis.cause), fitted),
+                        hypothesis.remedy, *left, hypothesis.price});
+  }
+  return readings;
+}
+
+/// What a reading must beat besides the declared one.
+struct ExplanationRule {
+  double negligible = 0;                     ///< a declared residual up to here needs no explanation
+  std::optional<double> null = std::nullopt;  ///< residual of the null reading
+  double times = explains_times;
+};
+
+/// The reading with the lowest residual, if it explains the data by the rule above. Of those within a factor of
+/// two of the lowest residual, the one with the lowest price, then the first.
+std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
+                                   const ExplanationRule& rule = {});
+
+/// "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE" for squared residuals in
+/// the square of `unit`.
+std::string message(const Explanation& explanation, const std::string& subject, const std::string& unit);
+
+}  // namespace sextant
