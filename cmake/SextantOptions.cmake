@@ -1,6 +1,8 @@
 # Language level, warnings and sanitizers for every target.
 option(SEXTANT_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(SEXTANT_BENCHMARKS "Build the Google Benchmark programs" ${PROJECT_IS_TOP_LEVEL})
+# No test waits for a clock; this only ends one that hangs, also under sanitizers on a busy machine.
+set(SEXTANT_TEST_TIMEOUT_S 6000)
 option(SEXTANT_WERROR "Treat warnings as errors" OFF)
 set(SEXTANT_SANITIZE "" CACHE STRING "Sanitizers, e.g. 'address,undefined' or 'thread'")
 

@@ -12,8 +12,9 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
+8. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
 
-Tests (*_test.cc, *testing.h) are exempt. Exit codes: 0 clean, 1 violations, 2 usage.
+Tests (*_test.cc, *testing.h) are exempt from all but the last. Exit codes: 0 clean, 1 violations, 2 usage.
 """
 
 import argparse
@@ -97,6 +98,13 @@ DOORS = {
                        ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
 }
 
+# What no test does: it would depend on other tests, on the user or on the speed of the machine.
+NOT_IN_TESTS = {
+    "is a folder that others use: TempFolder (base/testing.h) is the test's own":
+        re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
+    "depends on the speed of the machine": re.compile(r"\b(?:steady|system|high_resolution)_clock\b"),
+}
+
 # Readers that need no call of their own in TARGETS -> what leads to them, or why they are none.
 TARGETS = "eval/fuzz/targets.cc"
 READERS_WITHIN = {
@@ -147,6 +155,15 @@ def read_tree(root):
     return files
 
 
+def test_problems(root):
+    for top in ("lib", "datasets", "eval"):
+        for path in sorted([*(root / top).rglob("*_test.cc"), *(root / top).rglob("*testing.h")]):
+            text = path.read_text(encoding="utf-8")
+            for what, pattern in NOT_IN_TESTS.items():
+                for match in pattern.finditer(text):
+                    yield f"{path.relative_to(root)}:{text.count(chr(10), 0, match.start()) + 1}: {match[0]} {what}"
+
+
 def path_to_truth(files, start):
     """The chain of headers from `start` to the first one under truth/, or None."""
     seen = {start}
@@ -165,7 +182,7 @@ def path_to_truth(files, start):
 
 def check(root):
     files = read_tree(root)
-    problems = []
+    problems = list(test_problems(root))
     first = {}
     for name, (path, includes, doors) in files.items():
         file = name.rpartition("/")[2]
@@ -229,6 +246,10 @@ def self_test():
         ("a reader that nothing fuzzes", "lib/geometry/se3.h", 'base/x"\nint decode_x(std::string_view bytes);//',
          "decode_x() reads files of strangers and has no target"),
         ("a name twice", "eval/gate/table.h", "sextant/base/error.h", "there is eval/gate/table.h too"),
+        ("a test in a folder of others", "lib/noise/depth_test.cc", 'base/x"\nauto folder = testing::TempDir();//',
+         "TempFolder (base/testing.h) is the test's own"),
+        ("a test with a clock", "lib/noise/depth_test.cc", 'base/x"\nauto now = std::chrono::steady_clock::now();//',
+         "depends on the speed"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

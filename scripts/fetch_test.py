@@ -15,7 +15,7 @@ import subprocess
 import time
 import unittest
 
-from fetch_testing import (DEMO, SCRIPTS, FetchCase, demo_archive, kitti_archives, noise, tar, vkitti1_archives,
+from fetch_testing import (DEMO, HANGS_S, SCRIPTS, FetchCase, demo_archive, kitti_archives, noise, tar, vkitti1_archives,
                            vkitti2_archives, zip_of)
 
 
@@ -166,11 +166,11 @@ class FetchTest(FetchCase):
         process = subprocess.Popen(self.command("fetch_vkitti1", "--rgb"), stdin=subprocess.DEVNULL, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=self.environment())
         part = self.out / ".fetch/vkitti_1.3.1_rgb.tar.part"
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + HANGS_S
         while not (part.exists() and part.stat().st_size > 0) and time.monotonic() < deadline:
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
-        output = "".join(process.communicate(timeout=20))
+        output = "".join(process.communicate(timeout=HANGS_S))
         self.assertEqual(process.returncode, 130, output)
         self.assertIn("interrupted", output)
         kept = part.stat().st_size
@@ -187,16 +187,16 @@ class FetchTest(FetchCase):
         tools = self.folder / "tools"  # a tar that unpacks and then hangs
         tools.mkdir()
         (tools / "tar").write_text(f'#!/bin/sh\n{shutil.which("tar")} "$@" || exit\n'
-                                   'case " $* " in *" -xf "*) exec sleep 30 ;; esac\n')
+                                   'case " $* " in *" -xf "*) exec sleep 6000 ;; esac\n')
         (tools / "tar").chmod(0o755)
         process = subprocess.Popen(self.command("fetch_vkitti1", "--rgb"), stdin=subprocess.DEVNULL, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    env=self.environment(PATH=f"{tools}:{os.environ['PATH']}"))
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + HANGS_S
         while len(list(self.out.glob(".fetch/unpack.*/files/**/*.png"))) < 8 and time.monotonic() < deadline:
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
-        output = "".join(process.communicate(timeout=20))
+        output = "".join(process.communicate(timeout=HANGS_S))
         self.assertEqual(process.returncode, 130, output)
         self.assertEqual(self.tree(), [])
         self.assertEqual(list(self.out.glob(".fetch/unpack.*")), [])
@@ -346,7 +346,7 @@ class FetchTest(FetchCase):
                                        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                        env=self.environment())
             os.write(terminal, f"{answer}\n".encode())
-            output = process.communicate(timeout=20)[0]
+            output = process.communicate(timeout=HANGS_S)[0]
             os.close(terminal)
             os.close(child_side)
             self.assertEqual(process.returncode, code, output)

@@ -15,6 +15,7 @@ import threading
 import unittest
 import zipfile
 
+HANGS_S = 1200  # ends a script that hangs; nothing waits for a clock
 SCRIPTS = pathlib.Path(__file__).resolve().parent
 DEMO_REF = re.search(r"^ref=(\w+)$", (SCRIPTS / "fetch_demo").read_text(), re.M).group(1)
 DEMO = f"multimot_track-{DEMO_REF}.tar.gz"
@@ -209,7 +210,7 @@ class FetchCase(unittest.TestCase):
         return command + list(arguments)
 
     def fetch(self, script, *arguments, code=0, accept=True, mirror=None, **environment):
-        done = subprocess.run(self.command(script, *arguments, accept=accept, mirror=mirror), text=True, timeout=60,
+        done = subprocess.run(self.command(script, *arguments, accept=accept, mirror=mirror), text=True, timeout=HANGS_S,
                               stdin=subprocess.DEVNULL, capture_output=True, env=self.environment(**environment))
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done.stdout + done.stderr

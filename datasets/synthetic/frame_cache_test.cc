@@ -13,9 +13,6 @@ namespace {
 
 class Cache : public testing::Test {
  protected:
-  void SetUp() override { fs::remove_all(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::unique_ptr<Sequence> open(const std::string& folder) const {
     SourceSpec spec = SourceSpec::parse("synthetic:s01-crossing");
     spec.options["cache"] = folder;
@@ -27,8 +24,8 @@ class Cache : public testing::Test {
     return found;
   }
 
-  fs::path folder_ = fs::path(testing::TempDir()) /
-                     fmt::format("cache_{}", testing::UnitTest::GetInstance()->current_test_info()->name());
+  TempFolder temp_;
+  fs::path folder_ = temp_.path() / "cache";
   static constexpr Channels all_channels = Channels::all();
 };
 

@@ -23,11 +23,8 @@ Outcome sextant(std::vector<const char*> arguments) {
 
 class EvaluateEgo : public testing::Test {
  protected:
-  std::string write(const std::string& name, const std::string& text) {
-    const std::string path = testing::TempDir() + "sextant_evaluate_" + name;
-    std::ofstream(path) << text;
-    return path;
-  }
+  std::string write(const std::string& name, const std::string& text) const { return folder.write(name, text); }
+  TempFolder folder;
   std::string gt = write("gt.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 1 0 0 0 0 1\n4 3 1 1 0 0 0 1\n");
   std::string est =
       write("est.tum", "1 0 0 0 0 0 0 1\n2 1 0 0.5 0 0 0 1\n3 2 1 0 0 0 0 1\n4 3 1 1 0 0 0 1\n");
@@ -116,8 +113,7 @@ TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
 }
 
 TEST_F(EvaluateEgo, WritesAReport) {
-  const std::filesystem::path out = testing::TempDir() + "sextant_evaluate_report";
-  std::filesystem::remove_all(out);
+  const std::filesystem::path out = folder.path() / "report";
   const std::string a = "one=" + est, b = "two=" + gt;
   const Outcome r = sextant({gt.c_str(), a.c_str(), b.c_str(), "--out", out.c_str(), "--quiet"});
   ASSERT_EQ(r.code, 0) << r.err;
@@ -131,7 +127,6 @@ TEST_F(EvaluateEgo, WritesAReport) {
   while (std::getline(in, line)) last = line;
   EXPECT_EQ(header, "share,quantile_1,quantile_2");
   EXPECT_EQ(last, "1,0.5,0");
-  std::filesystem::remove_all(out);
 }
 
 }  // namespace

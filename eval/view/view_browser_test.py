@@ -41,7 +41,7 @@ class Browser:
         request = urllib.request.Request(self.url + path, method=method, headers={"Content-Type": "application/json"},
                                          data=None if body is None else json.dumps(body).encode())
         try:
-            with urllib.request.urlopen(request, timeout=120) as answer:
+            with urllib.request.urlopen(request, timeout=1200) as answer:
                 return json.load(answer)["value"]
         except urllib.error.HTTPError as error:
             raise RuntimeError(f"{method} {path}: {error.read().decode(errors='replace')[:500]}") from None
@@ -59,7 +59,7 @@ class Browser:
     def run(self, script, *arguments):
         return self.at("/execute/sync", {"script": script, "args": list(arguments)})
 
-    def wait(self, script, seconds=60):
+    def wait(self, script, seconds=1200):
         end = time.monotonic() + seconds
         while not self.run(script):
             if time.monotonic() > end:
