@@ -15,6 +15,7 @@
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/registry.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/vdo_layout.h"
 #include "sextant/datasets/vkitti_layout.h"
@@ -28,19 +29,20 @@ constexpr const char* stage_prefix = ".sextant_incomplete_";
 /// In a stage whose files are all there: what was written, and the SOURCE that reads it.
 constexpr const char* complete_file = ".complete";
 
-/// A folder that this process has locked; the lock goes when the process does, however that ends.
-class FolderLock {
+/// A stage that this process has locked; the lock goes when the process does, however that ends. Several writers may fill
+/// one root (base/folder_lock.h would refuse the second).
+class StageLock {
  public:
-  explicit FolderLock(const fs::path& folder)
+  explicit StageLock(const fs::path& folder)
       : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
     held_ = file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) == 0;
     refused_ = file_ < 0 || (!held_ && errno == EWOULDBLOCK);
   }
-  ~FolderLock() {
+  ~StageLock() {
     if (file_ >= 0) ::close(file_);
   }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+  StageLock(const StageLock&) = delete;
+  StageLock& operator=(const StageLock&) = delete;
   bool held() const { return held_; }
   /// It is gone, or another's. Neither held nor refused: a file system without locks.
   bool refused() const { return refused_; }
@@ -60,9 +62,7 @@ void move_into_place(const fs::path& stage, const fs::path& out) {
   std::stable_partition(files.begin(), files.end(),
                         [](const fs::path& file) { return file.extension() != ".txt"; });
   for (const fs::path& file : files) {
-    const fs::path to = out / file.lexically_relative(stage);
-    fs::create_directories(to.parent_path());
-    fs::rename(file, to);
+    move_below(file, out, file.lexically_relative(stage));
   }
 }
 
@@ -78,7 +78,7 @@ std::optional<std::string> take_abandoned(const fs::path& out, const Json& what)
   std::error_code ignored;
   std::optional<std::string> source;
   for (const fs::path& stage : stages) {
-    const FolderLock lock(stage);
+    const StageLock lock(stage);
     if (!lock.held()) continue;
     if (fs::exists(stage / complete_file)) {
       const Json written = read_json(stage / complete_file);
@@ -133,7 +133,7 @@ class Stage {
   fs::path folder_;
   std::optional<std::string> finished_;
   bool is_complete_ = false;  ///< and not all of it in place
-  std::optional<FolderLock> lock_;
+  std::optional<StageLock> lock_;
   std::vector<fs::path> made_;  // innermost first
 };
 

@@ -8,7 +8,8 @@ usage: scripts/check_layers.py [--root DIR] [--self-test]
 3. Only TRUTH_READERS include sextant/truth/ directly.
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
-5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program.
+5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program, create files and
+   folders.
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
@@ -96,6 +97,17 @@ DOORS = {
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
                        ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
+    "makes a folder for temporary files: use base/scratch_folder.h": (
+        re.compile(r"\b(?:temp_directory_path|mkdtemp|mkstemp|tmpfile|tmpnam)\b"),
+        ["base/scratch_folder.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack_cache.cc"]),
+    "creates a file: use base/new_file.h or write_file()": (
+        re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
+        ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/gnuplot.cc",
+         "eval/external/process.cc", "eval/fuzz/folder.cc"]),
+    "makes folders, through links too: use base/safe_paths.h or base/folder_lock.h": (
+        re.compile(r"\bcreate_directories\("),
+        ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_layout.cc", "datasets/vkitti1_layout.cc",
+         "datasets/vkitti2_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
 # What no test does: it would depend on other tests, on the user or on the speed of the machine.
@@ -250,6 +262,7 @@ def self_test():
          "TempFolder (base/testing.h) is the test's own"),
         ("a test with a clock", "lib/noise/depth_test.cc", 'base/x"\nauto now = std::chrono::steady_clock::now();//',
          "depends on the speed"),
+        ("a file made in place", "eval/report/table.h", 'base/x"\nauto file = std::ofstream(name);//', "creates a file"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

@@ -151,7 +151,7 @@ class ShardFaults:
                     raise Broken(f"pack making after kill -9: {path.name} is partial")
                 if path.suffix == ".json":
                     json.loads(data)
-                if path.suffix not in (".pack", ".json", ".making") and ".tmp" not in path.name:
+                if path.suffix not in (".pack", ".json", ".making", ".TAG") and ".tmp" not in path.name:
                     raise Broken(f"pack making after kill -9: {path.name} is left over")
 
         def end():
@@ -187,7 +187,7 @@ class ShardFaults:
                 said = process.communicate()[1]
                 if process.returncode == 0:
                     orders[host].pop(0)
-                elif process.returncode == 2 and "is writing this sweep" in said:
+                elif process.returncode == 2 and "is writing" in said:
                     turned_away[host] += 1
                     orders[host].append(orders[host].pop(0))
                 else:

@@ -232,7 +232,10 @@ unpack() {
       -C "$files" "${globs[@]}" >"$list.log" 2>&1 || status=$?
   fi
   ((status == 0)) || fail 5 "cannot unpack ${archive##*/}: $(head -n 1 "$list.log" | cut -c1-200)"
-  chmod -R u+rwX "$files"
+  chmod -R u+rwX "$files"  # follows no link
+  # What the list of a zip says of a member depends on the system it names; what was unpacked is a file, a folder, or neither.
+  unsafe=$(find "$files" ! -type f ! -type d -printf '%P\n' -quit)
+  [[ -z $unsafe ]] || refuse "$archive" "$3" "${archive##*/} has an unsafe member: $unsafe"
   : >"$out/.fetch/placed"
   place_part "$name" "$files"
   rm -rf "$staging"

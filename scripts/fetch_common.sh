@@ -191,6 +191,16 @@ record() {
   mv -f "$done_file.new" "$done_file"
 }
 
+# no_link FILE: fails where a folder between $out and FILE is a link; what is fetched stays below $out.
+no_link() {
+  local part=$out rest=${1#"$out"/}
+  while [[ $rest == */* ]]; do
+    part+=/${rest%%/*}
+    rest=${rest#*/}
+    [[ ! -L $part ]] || fail 2 "$part is a link: nothing is placed through it; remove it, or choose another --out"
+  done
+}
+
 # place_tree SOURCE TARGET: moves a file or folder of the staging folder to its place by renaming, so it
 # appears at once and whole. A folder that is there already is kept, and its entries are moved one by one.
 place_tree() {
@@ -199,6 +209,7 @@ place_tree() {
     for entry in "$source"/*; do place_tree "$entry" "$target/${entry##*/}"; done
     return
   fi
+  no_link "$target"
   mkdir -p "$(dirname "$target")"
   mv -fT "$source" "$target"
   printf 'placed %s\n' "${target#"$out"/}" >>"$out/.fetch/placed"
@@ -285,6 +296,7 @@ fetch_main() {
   done
   if ((${#pending[@]} > 0)); then
     ask_licence
+    no_link "$out/.fetch/lock"
     mkdir -p "$out/.fetch" || fail 2 "cannot write to $out"
     exec 9>"$out/.fetch/lock"
     flock -n 9 || fail 2 "another scripts/fetch_* is writing to $out"

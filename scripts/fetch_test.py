@@ -16,7 +16,7 @@ import time
 import unittest
 
 from fetch_testing import (DEMO, HANGS_S, SCRIPTS, FetchCase, demo_archive, kitti_archives, noise, tar, vkitti1_archives,
-                           vkitti2_archives, zip_of)
+                           vkitti2_archives, zip_of, zip_with_link)
 
 
 class FetchTest(FetchCase):
@@ -276,6 +276,48 @@ class FetchTest(FetchCase):
         self.server.files["data_tracking_oxts.zip"] = zip_of({"training/oxts/0003.txt": "x", "../evil": "e"})
         self.assertIn("unsafe member: ../evil", self.fetch("fetch_kitti_tracking", "--oxts", code=5))
         self.assertEqual(list(self.folder.rglob("evil")), [])
+
+    def test_links_of_any_system_in_a_zip(self):
+        foreign = self.folder / "foreign"
+        foreign.mkdir()
+        (foreign / "mine.txt").write_text("mine")
+        archives = self.folder / "archives"
+        archives.mkdir()
+        refused = 0
+        for host in range(20):  # MS-DOS, OpenVMS, Unix, .. Darwin
+            for external, asi in ((True, False), (False, True), (True, True)) if host in (0, 2, 3) else ((True, True),):
+                with self.subTest(host=host, external=external, asi=asi):
+                    (archives / "data_tracking_oxts.zip").write_bytes(
+                        zip_with_link("training/oxts/0005.txt", str(foreign), host, external, asi))
+                    done = subprocess.run(self.command("fetch_kitti_tracking", "--oxts", "--archives", str(archives)), text=True,
+                                          timeout=HANGS_S, stdin=subprocess.DEVNULL, capture_output=True, env=self.environment())
+                    self.assertIn(done.returncode, (0, 5), done.stdout + done.stderr)
+                    refused += done.returncode == 5
+                    if done.returncode == 5:
+                        self.assertIn("unsafe member: training/oxts/0005.txt", done.stderr)
+                        self.assertEqual(self.tree(), [])
+                    self.assertEqual([p for p in self.out.rglob("*") if p.is_symlink()], [])
+                    self.assertEqual((foreign / "mine.txt").read_text(), "mine")
+                    shutil.rmtree(self.out)
+        self.assertGreater(refused, 0)
+
+    def test_nothing_is_placed_through_a_link(self):
+        foreign = self.folder / "foreign"
+        for script, part, archives, link in (("fetch_kitti_tracking", "--masks", kitti_archives(), "training"),
+                                             ("fetch_kitti_tracking", "--oxts", kitti_archives(), "training"),
+                                             ("fetch_vkitti1", "--rgb", vkitti1_archives(), "vkitti_1.3.1_rgb"),
+                                             ("fetch_kitti_tracking", "--oxts", kitti_archives(), ".fetch")):
+            with self.subTest(part=part, link=link):
+                self.server.files = archives
+                foreign.mkdir()
+                self.out.mkdir()
+                (self.out / link).symlink_to(foreign)
+                done = subprocess.run(self.command(script, part), text=True, timeout=HANGS_S, stdin=subprocess.DEVNULL,
+                                      capture_output=True, env=self.environment())
+                self.assertNotEqual(done.returncode, 0, done.stdout)
+                self.assertEqual(list(foreign.iterdir()), [])
+                shutil.rmtree(self.out)
+                foreign.rmdir()
 
     def test_other_layout(self):
         self.server.files["vkitti_1.3.1_rgb.tar"] = tar({"0001/clone/00000.png": b"x"})

@@ -8,12 +8,15 @@ import os
 import pathlib
 import re
 import shutil
+import stat
+import struct
 import subprocess
 import tarfile
 import tempfile
 import threading
 import unittest
 import zipfile
+import zlib
 
 HANGS_S = 1200  # ends a script that hangs; nothing waits for a clock
 SCRIPTS = pathlib.Path(__file__).resolve().parent
@@ -48,6 +51,23 @@ def zip_of(files):
     with zipfile.ZipFile(data, "w") as archive:
         for name, content in files.items():
             archive.writestr(name, content)
+    return data.getvalue()
+
+
+def zip_with_link(name, target, host, external, asi):
+    """A zip of a file and of a link that a header of the system `host` declares: in its attributes, in an ASi extra field,
+    or in both."""
+    data = io.BytesIO()
+    mode = stat.S_IFLNK | 0o777
+    with zipfile.ZipFile(data, "w") as archive:
+        archive.writestr("training/oxts/0003.txt", "3")
+        member = zipfile.ZipInfo(name)
+        member.create_system = host
+        member.external_attr = mode << 16 if external else 0
+        if asi:
+            body = struct.pack("<HIHH", mode, len(target), 0, 0) + target.encode()
+            member.extra = struct.pack("<HHI", 0x756E, len(body) + 4, zlib.crc32(body)) + body
+        archive.writestr(member, target)
     return data.getvalue()
 
 

@@ -21,7 +21,7 @@ rule merge:
 rule packs:
     input: plan
     output: touch(out + "/packs.made")
-    shell: "{sextant:q} sweep {input:q} --dry-run"
+    shell: "{sextant:q} sweep {input:q} --packs-only"
 
 
 # Snakemake removes the outputs of a rule that failed, so it is told of run.json alone, and a shard keeps its journal.

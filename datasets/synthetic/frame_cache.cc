@@ -5,6 +5,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/machine.h"
+#include "sextant/base/safe_paths.h"
 
 namespace sextant::synthetic {
 namespace {
@@ -88,6 +89,7 @@ fs::path cache_folder(const std::string& option) {
 FrameCache::FrameCache(const fs::path& folder, const std::string& key, uint64_t max_bytes)
     : folder_(folder.empty() ? fs::path() : folder / key), max_bytes_(max_bytes) {
   if (folder.empty()) return;
+  check_private_folder(folder);
   std::error_code error;
   for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     std::error_code gone;  // another program may be writing
@@ -130,8 +132,9 @@ void FrameCache::store_bytes(int frame, const char* channel, const std::string& 
   std::string bytes = header + sha256(pixels) + "\n";
   bytes += pixels;
   std::error_code error;
-  fs::create_directories(folder_, error);
   try {
+    make_private_folder(folder_.parent_path());
+    fs::create_directory(folder_, error);
     write_file(file(frame, channel), bytes);
     used_bytes_ += bytes.size();
   } catch (const Error&) {

@@ -105,6 +105,12 @@ TEST_F(Cache, StopsWhenFullAndWithoutAFolder) {
   EXPECT_FALSE(open("/proc/no/such/folder")->read(3, {.mask = true}).mask.empty());
 }
 
+TEST_F(Cache, OfOthersIsRefused) {
+  open(folder_.string())->read(3, {.mask = true});
+  fs::permissions(folder_, fs::perms::all);
+  expect_error([&] { open(folder_.string()); }, "others may write into this cache");
+}
+
 TEST_F(Cache, KeyFollowsTheContent) {
   const Scenario s = make_scenario("s01-crossing");
   const std::string key = content_key(s, "1");

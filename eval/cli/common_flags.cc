@@ -45,7 +45,7 @@ void add_source_argument(CLI::App& command, std::string& source) {
 
 void add_cache_flag(CLI::App& command, std::string& folder) {
   add_value(command, "--cache", folder, "DIR",
-            "Folder of packs (default: $SEXTANT_CACHE or ~/.cache/sextant)");
+            "Folder of packs, yours alone (default: $SEXTANT_CACHE or ~/.cache/sextant)");
 }
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {
@@ -65,7 +65,7 @@ void add_option_flags(CLI::App& command, CommonFlags& flags) {
 void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
   flags.jobs = available_cores();
   add_value(command, "--jobs", flags.jobs, "N", "Threads; results do not depend on it")
-      ->capture_default_str()
+      ->default_str("number of cores")
       ->check(CLI::Range(1, 1024));
 }
 

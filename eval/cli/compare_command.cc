@@ -56,6 +56,7 @@ void run_compare(const CompareFlags& flags) {
   const Policy policy = policy_of(flags);
   if (flags.show_policy) return print_policy(policy, flags.json);
   if (flags.base.empty() || flags.fresh.empty()) fail("expected two results: sextant compare BASE NEW");
+  const auto lock = lock_folder(flags.out);
   const Comparison comparison = compare_paths(flags.base, flags.fresh, policy, flags.jobs);
   if (!flags.out.empty()) {
     OutputFiles files = comparison_files(comparison, policy, utc_timestamp());

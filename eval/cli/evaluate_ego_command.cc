@@ -78,6 +78,7 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
 }
 
 void evaluate(EgoFlags& flags) {
+  const auto lock = lock_folder(flags.out), lock_tum = lock_folder(flags.tum);
   const EgoOptions options = options_of(flags);
   if (!flags.zip.empty() && flags.files.estimates.size() > 1)
     fail("--save-zip holds one result: give one estimate");

@@ -16,6 +16,7 @@ struct ObjectFlags : CommonFlags {
 };
 
 void evaluate(ObjectFlags& flags) {
+  const auto lock = lock_folder(flags.out), lock_tum = lock_folder(flags.files.tum);
   std::span<const MetricPreset> presets = metric_presets();
   if (!flags.preset.empty()) presets = {&find_preset(flags.preset), 1};
   flags.files.data_root = flags.data_root;

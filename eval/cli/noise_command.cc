@@ -5,6 +5,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/profile/noise_profile.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {
@@ -17,6 +18,7 @@ struct FitFlags {
 };
 
 void fit(const FitFlags& flags) {
+  const auto lock = lock_folder(flags.figure);
   const std::unique_ptr<Sequence> sequence = open_source(source_of(flags.source, flags.common));
   ProfileOptions options;
   options.name = flags.name.empty() ? std::filesystem::path(flags.out).stem().string() : flags.name;
@@ -29,9 +31,8 @@ void fit(const FitFlags& flags) {
   const NoiseProfile profile = fit_noise_profile(*sequence, flags.source, options);
   write_file(flags.out, json_text(profile.json()));
   if (!flags.figure.empty()) {
-    std::filesystem::create_directories(flags.figure);
-    for (const auto& [file, bytes] : draw(profile_figure(profile)))
-      write_file(std::filesystem::path(flags.figure) / file, bytes);
+    const OutputFiles files = draw(profile_figure(profile));
+    write_output_folder(flags.figure, files);
   }
   if (flags.common.json) {
     fmt::print("{}", json_text(profile.json()));

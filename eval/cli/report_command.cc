@@ -39,6 +39,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
 }
 
 void run_report(const ReportFlags& flags) {
+  const auto lock = lock_folder(flags.out);
   const ReportDocument document = noise_document({flags.folders.begin(), flags.folders.end()}, flags.jobs,
                                                 flags.quiet || flags.json, flags.out);
   if (document.sections.empty())

@@ -2,6 +2,7 @@
 
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/reproduce/reproduce.h"
@@ -33,6 +34,7 @@ void print_outcome(const ReproduceFlags& flags, const ReportDocument& document,
 }
 
 void reproduce(const ReproduceFlags& flags) {
+  const FolderLock lock(flags.out);
   ReproduceConfig config;
   config.data_root = flags.data_root;
   config.out = flags.out;
@@ -42,7 +44,7 @@ void reproduce(const ReproduceFlags& flags) {
   config.quiet = flags.quiet;
   if (!flags.report_only) run_parts(config);
   const ReportDocument document = reproduction_document(config);
-  const std::filesystem::path report = config.out / "report";
+  const std::filesystem::path report = make_folder_below(config.out, "report");
   write_output_folder(report, report_folder(document, {true, flags.jobs, flags.quiet}));
   print_outcome(flags, document, report);
 }

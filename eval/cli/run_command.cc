@@ -84,6 +84,7 @@ void RunOutput::take(const CommonFlags& flags) {
 
 RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
   const MetricPreset& preset = find_preset(output.preset);
+  const FolderLock lock(output.out);
   const Json configuration = resolved_configuration(config);
   check_output_folder(output.out, configuration, output.force);
 

@@ -16,6 +16,7 @@ struct SweepFlags : CommonFlags {
   std::string cache;
   std::string shard = "0/1";
   bool dry_run = false;
+  bool packs_only = false;
   bool no_packs = false;
   bool allow_mixed = false;
 };
@@ -45,15 +46,17 @@ void run_sweep(const SweepFlags& flags) {
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
   if (flags.dry_run) {
-    const SweepEstimate estimate = estimate_sweep(config);
+    const SweepSize size = size_of_sweep(config);
     if (flags.json) {
-      fmt::print("{}", json_text(Json{{"cases", estimate.n_cases},
-                                      {"pairs", estimate.n_pairs},
-                                      {"estimated_s", estimate.seconds}}));
+      fmt::print("{}", json_text(Json{{"cases", size.n_cases}, {"pairs", size.n_pairs}, {"estimated_s", nullptr}}));
     } else {
-      fmt::print("{} cases, {} frame pairs, about {} with {} jobs\n", estimate.n_cases, estimate.n_pairs,
-                 duration_text(estimate.seconds), config.jobs);
+      fmt::print("{} cases, {} frame pairs; nothing was run, so the time is unknown\n", size.n_cases, size.n_pairs);
     }
+    return;
+  }
+  if (flags.packs_only) {
+    make_packs(config);
+    if (!flags.quiet) fmt::print("Packs: {}\n", config.cache.folder().string());
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
@@ -134,7 +137,8 @@ void add_sweep_command(CLI::App& app) {
             "Folder for the results; an unfinished sweep in it is resumed");
   add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
       ->capture_default_str();
-  command->add_flag("--dry-run", flags->dry_run, "Say how many cases there are and how long they will take");
+  command->add_flag("--dry-run", flags->dry_run, "Say how many cases and frame pairs there are; runs and writes nothing");
+  command->add_flag("--packs-only", flags->packs_only, "Decode the sources into the cache and run no case");
   add_cache_flag(*command, flags->cache);
   command->add_flag("--allow-mixed", flags->allow_mixed,
                     "Go on with what another version of Sextant began; run.json names both");

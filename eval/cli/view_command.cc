@@ -21,6 +21,7 @@ void view(ViewFlags& flags, bool with_level, bool with_seed) {
   if (with_seed) flags.choice.seed = flags.seed;
   flags.page.jobs = flags.jobs;
   flags.page.quiet = flags.quiet;
+  const auto lock = lock_folder(flags.out.ends_with(".html") ? "" : flags.out);
   std::vector<ViewedRun> runs;
   for (const std::string& folder : {flags.first, flags.second}) {
     if (folder.empty()) continue;

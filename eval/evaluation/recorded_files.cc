@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "sextant/base/files.h"
+#include "sextant/base/folder_lock.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/logs/object_logs.h"
 
@@ -65,8 +67,8 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
   return encode_tum(series);
 }
 
-/// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...
-void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files) {
+/// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...; `taken` holds the names of earlier logs.
+void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files, std::vector<std::string>& taken) {
   if (log.poses.empty()) log.poses = chained_poses(log);
   if (log.poses.empty()) {
     log.warnings.push_back(fmt::format(
@@ -74,8 +76,10 @@ void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files) 
         log.estimator));
   }
   const std::string end_of_name = run_of_system > 1 ? fmt::format("_{}", run_of_system) : "";
-  const fs::path folder = fs::path(files.tum) / (log.estimator + end_of_name);
-  fs::create_directories(folder);
+  taken.push_back(safe_file_name(log.estimator + end_of_name));
+  taken = distinct_names(std::move(taken));
+  const FolderLock lock(files.tum);
+  const fs::path folder = make_folder_below(files.tum, taken.back());
   for (const auto& [poses, end] : {std::pair(&log.poses, ""), std::pair(&log.true_poses, "_gt")}) {
     for (auto it = poses->begin(); it != poses->end();
          it = poses->upper_bound({it->first.first, std::numeric_limits<int>::max()})) {
@@ -120,7 +124,7 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
 }
 
 void write_tum(const EgoScores& scores, const std::string& folder) {
-  fs::create_directories(folder);
+  const FolderLock lock(folder);
   write_file(fs::path(folder) / "reference.tum", encode_tum(scores.runs.front().reference));
   for (size_t i = 0; i < scores.runs.size(); ++i)
     write_file(fs::path(folder) / fmt::format("estimate_{}.tum", i), encode_tum(scores.runs[i].estimate));
@@ -133,6 +137,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   if (!files.truth.empty()) truth = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
   std::map<std::string, int> runs;
+  std::vector<std::string> folders;  // of --save-tum
   for (const std::string& text : files.folders) {
     const Estimate estimate = parse_estimate(text);
     scores.folders.push_back(estimate.path);
@@ -142,7 +147,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       const int run = runs[log.estimator]++;
       std::ranges::move(object_records(log, std::string(to_string(files.format)), name, files.rate_hz, static_cast<uint64_t>(run)),
                         std::back_inserter(scores.records));
-      if (!files.tum.empty()) write_objects(log, run + 1, files);
+      if (!files.tum.empty()) write_objects(log, run + 1, files, folders);
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));
     }
   }

@@ -4,6 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
 
 namespace sextant {
 namespace {
@@ -56,10 +57,11 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
-  fs::create_directories(folder_, error);
+  make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
   const fs::path file =
       folder_ / fmt::format("{:06}.bin", files_.empty() ? 1 : std::stoi(files_.back().stem()) + 1);
   const fs::path temporary = folder_ / "next.tmp";
+  fs::remove(temporary, error);  // of a process that was killed
   try {
     SummaryWriter writer(temporary, journal.blocks().size());
     const auto reader = open_journal(journal, KeepOfCases::summary, noise);

@@ -1,5 +1,7 @@
 #include "sextant/eval/experiment/pack_cache.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -12,9 +14,23 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/safe_paths.h"
 
 namespace sextant {
 namespace {
+
+constexpr const char* tag_name = "CACHEDIR.TAG";
+constexpr const char* tag_text =
+    "Signature: 8a477f597d28d172789f06886806bc55\n# Packs of sextant: `sextant cache prune` removes them.\n";
+
+/// A name as load() gives it: SHA-256 and `extension`, after which a temporary name may have more.
+bool has_cache_name(const fs::path& path, std::string_view extension) {
+  constexpr size_t n_digits = 64;
+  const std::string name = path.filename().string();
+  const size_t n = name.find_first_not_of("0123456789abcdef");
+  const std::string_view rest = n == n_digits ? std::string_view(name).substr(n) : std::string_view();
+  return extension.ends_with(".tmp") ? rest.starts_with(extension) : rest == extension;
+}
 
 int64_t change_time(const fs::path& path, std::error_code& error) {
   return static_cast<int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
@@ -153,14 +169,37 @@ class Making {
   std::optional<FileLock> lock_;
 };
 
-std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {
+/// The cache's files of one kind: 64 hexadecimal digits and what `extension` says, and no links.
+std::vector<fs::path> files_of(const fs::path& folder, std::string_view extension) {
   std::vector<fs::path> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == extension) files.push_back(entry.path());
+    if (entry.is_regular_file(error) && !entry.is_symlink(error) && has_cache_name(entry.path(), extension))
+      files.push_back(entry.path());
   }
   std::ranges::sort(files);
   return files;
+}
+
+/// Marks the folder as a cache (https://bford.info/cachedir) unless it holds files of others, which no backup may skip.
+void mark_as_cache(const fs::path& folder) {
+  const fs::path tag = folder / tag_name;
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(tag, error))) return;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const bool is_own = has_cache_name(entry.path(), ".pack") || has_cache_name(entry.path(), ".json") ||
+                        has_cache_name(entry.path(), ".json.making");
+    if (!is_own) return;
+  }
+  write_file(tag, tag_text);
+}
+
+void expect_mark(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return;
+  const fs::path tag = folder / tag_name;
+  if (fs::is_regular_file(fs::symlink_status(tag, error)) && read_file(tag) == tag_text) return;
+  fail("{}: is not marked as a cache of Sextant ({}): nothing was removed", folder.string(), tag_name);
 }
 
 /// What processes that were killed while they made a pack have left. While another makes one, nothing is removed: its
@@ -168,13 +207,9 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
 uint64_t remove_left_over(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> left;  // before the locks: whoever writes one of these now holds a lock now
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.find(".pack.tmp") != std::string::npos || name.find(".json.tmp") != std::string::npos)
-      left.push_back(entry.path());
-  }
+  for (const char* kind : {".pack.tmp", ".json.tmp"}) std::ranges::move(files_of(folder, kind), std::back_inserter(left));
   bool is_in_use = false;
-  for (const fs::path& file : files_of(folder, ".making")) {
+  for (const fs::path& file : files_of(folder, ".json.making")) {
     const std::optional<FileLock> lock = FileLock::take(file);
     is_in_use = is_in_use || !lock;
     if (lock) fs::remove(file, error);
@@ -192,7 +227,7 @@ uint64_t remove_left_over(const fs::path& folder) {
 
 fs::path default_cache_folder() {
   const fs::path root = cache_root();
-  return (root.empty() ? fs::temp_directory_path() / "sextant" : root) / "packs";
+  return root.empty() ? fs::temp_directory_path() / fmt::format("sextant-packs-{}", ::geteuid()) : root / "packs";
 }
 
 PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequence,
@@ -201,13 +236,10 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   const Noise masks = noise.only_masks();
   const Json request = request_of(source, sequence, options, masks);
   const fs::path link_path = folder_ / (sha256(json_line(request)) + ".json");
+  check_private_folder(folder_);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) {
-    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder_.string(),
-         error.message());
-  }
+  make_private_folder(folder_);
+  mark_as_cache(folder_);
   // Of many processes that start on one cache one makes the pack, and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
@@ -227,6 +259,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
 }
 
 std::vector<PackCache::Entry> PackCache::list() const {
+  check_private_folder(folder_);
   std::map<fs::path, Entry> by_file;
   for (const fs::path& file : files_of(folder_, ".pack")) {
     Entry& entry = by_file[file];
@@ -250,6 +283,8 @@ std::vector<PackCache::Entry> PackCache::list() const {
 }
 
 uint64_t PackCache::prune(bool all) const {
+  check_private_folder(folder_);
+  expect_mark(folder_);
   uint64_t freed = remove_left_over(folder_);
   std::error_code error;
   for (const Entry& entry : list()) {

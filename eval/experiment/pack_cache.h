@@ -10,7 +10,9 @@
 //                    is taken to be the same; one whose time alone differs is hashed again
 //
 // Damaged, foreign or outdated files are made anew. Files are written whole or not at all, so several
-// processes may share the folder.
+// processes may share the folder. It belongs to one user: one of another user, or in which others may write, is refused
+// (base/safe_paths.h), because results follow from what lies there. CACHEDIR.TAG marks it; only what has the names above is
+// ever removed, and only where the mark is.
 
 #include <cstdint>
 #include <filesystem>
@@ -21,7 +23,7 @@
 
 namespace sextant {
 
-/// cache_root()/packs; below the system's temporary folder where there is no root.
+/// cache_root()/packs; a folder of the user in the system's temporary folder where there is no root.
 std::filesystem::path default_cache_folder();
 
 class PackCache {
@@ -51,7 +53,7 @@ class PackCache {
   /// All packs, in order of source; those that no request leads to come last, without a source.
   std::vector<Entry> list() const;
   /// Removes packs that are no longer valid, or all of them, and what was left by processes that were killed while they made
-  /// one. Returns the bytes set free.
+  /// one. Returns the bytes set free. Throws Error when the folder is not marked as a cache.
   uint64_t prune(bool all) const;
 
   const std::filesystem::path& folder() const { return folder_; }

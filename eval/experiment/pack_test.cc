@@ -162,15 +162,51 @@ TEST_F(PackTest, PruneKeepsWhatIsValid) {
   EXPECT_TRUE(load().was_there);
   EXPECT_GT(cache_.prune(true), 0U);
   EXPECT_TRUE(cache_.list().empty());
-  EXPECT_TRUE(fs::is_empty(cache_.folder()));
+  EXPECT_THAT(files_below(cache_.folder()), ElementsAre(testing::Key("CACHEDIR.TAG")));
+}
+
+TEST_F(PackTest, PruneRemovesNothingElse) {
+  const PackCache::Packed present = load();
+  const std::map<std::string, std::string> theirs = {
+      {"run.json", "{}"}, {"plan.json", "{}"}, {"my.pack", "x"}, {"a.json.tmp1", "x"}, {sha256("x") + ".json.bak", "x"}};
+  for (const auto& [name, bytes] : theirs) write_file(cache_.folder() / name, bytes);
+  fs::create_symlink(present.file, cache_.folder() / (sha256("link") + ".pack"));
+  EXPECT_GT(cache_.prune(true), 0U);
+  std::map<std::string, std::string> left = files_below(cache_.folder());
+  left.erase("CACHEDIR.TAG");
+  EXPECT_EQ(left, theirs);
+  EXPECT_TRUE(fs::is_symlink(cache_.folder() / (sha256("link") + ".pack")));
+}
+
+TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
+  // A folder with files of others takes packs, but is not marked.
+  fs::create_directories(cache_.folder());
+  write_file(cache_.folder() / "run.json", "{}");
+  const PackCache::Packed present = load();
+  EXPECT_TRUE(load().was_there);
+  expect_error([&] { cache_.prune(true); }, "is not marked as a cache of Sextant (CACHEDIR.TAG): nothing was removed");
+  EXPECT_TRUE(fs::exists(present.file));
+  // A mark of another program is none.
+  write_file(cache_.folder() / "CACHEDIR.TAG", "Signature: 8a477f597d28d172789f06886806bc55\n");
+  expect_error([&] { cache_.prune(true); }, "is not marked as a cache of Sextant");
+  EXPECT_EQ(PackCache(cache_.folder() / "none").prune(true), 0U);
+}
+
+TEST_F(PackTest, ACacheOfOthersIsRefused) {
+  load();
+  fs::permissions(cache_.folder(), fs::perms::all);
+  expect_error([&] { load(); }, "others may write into this cache");
+  expect_error([&] { cache_.list(); }, "others may write into this cache");
+  expect_error([&] { cache_.prune(true); }, "others may write into this cache");
 }
 
 TEST_F(PackTest, PruneTakesWhatKilledProcessesLeft) {
   const PackCache::Packed present = load();
-  const std::vector<fs::path> left = {present.file.string() + ".tmpelsewhere.7.0",
-                                      cache_.folder() / "0123.json.tmpelsewhere.7.1"};
+  const std::string request = sha256("a request");
+  const std::vector<fs::path> left = {present.file.string() + ".tmp0123456789abcdef",
+                                      cache_.folder() / (request + ".json.tmp0123456789abcdef")};
   for (const fs::path& path : left) write_file(path, "half of it");
-  const fs::path lock_file = cache_.folder() / "0123.json.making";
+  const fs::path lock_file = cache_.folder() / (request + ".json.making");
   {
     const std::optional<FileLock> making = FileLock::take(lock_file);
     ASSERT_TRUE(making);

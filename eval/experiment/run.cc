@@ -8,6 +8,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/plan.h"
 
@@ -111,6 +112,10 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
         fail("sources '{}' and '{}' are frames of the same {} sequence '{}': give each once", specs[j].text,
              specs[i].text, info.dataset, info.sequence);
       }
+      if (folder_name(info) == folder_name(sequences[j]->info())) {
+        fail("sources '{}' and '{}' would both write into '{}': run them into a folder each", specs[j].text, specs[i].text,
+             folder_name(info));
+      }
     }
   }
 }
@@ -120,8 +125,7 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
 std::string folder_name(const SequenceInfo& info) {
   std::string name =
       fmt::format("{}_{}_{}-{}", info.dataset, info.sequence, info.first_frame, info.last_frame);
-  std::ranges::replace(name, '/', '-');
-  return name;
+  return safe_file_name(name);
 }
 
 ResolvedOptions resolve_options(const Json& tree) {

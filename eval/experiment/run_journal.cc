@@ -88,7 +88,6 @@ std::optional<SourceOutcome> RunJournal::find(size_t source) const {
 
 void RunJournal::append(size_t source, const SourceOutcome& outcome) {
   if (!journal_) {
-    fs::create_directories(path_.parent_path());
     open();
   }
   journal_->append(source, outcome.records.size(), write_records(outcome.records), note_of(outcome));

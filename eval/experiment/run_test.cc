@@ -106,6 +106,7 @@ TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
     frames.push_back(pair.curr);
     if (pair.curr == 11) throw std::runtime_error("killed");
   };
+  fs::create_directory(temp.path() / "out");
   const auto run_on = [&](const Json& of) {
     RunJournal journal(temp.path() / "out", of);
     config.journal = &journal;
@@ -193,6 +194,39 @@ TEST(OutputFolder, IsCompleteOrNotThere) {
   EXPECT_FALSE(fs::exists(out / ".incomplete"));
   EXPECT_THROW(write_output_folder(temp.path() / "c" / "d", {{"a", "1"}, {"a/b", "2"}}), Error);
   EXPECT_FALSE(fs::exists(temp.path() / "c"));
+}
+
+TEST(OutputFolder, GoesThroughNoLink) {
+  const TempFolder temp;
+  const fs::path out = temp.path() / "out", theirs = temp.path() / "theirs";
+  fs::create_directories(out);
+  fs::create_directories(theirs);
+  temp.write("theirs/t.txt", "theirs");
+  write_file(out / "a.txt", "old");
+  fs::create_directory_symlink(theirs, out / "sub");
+  fs::create_directory_symlink(theirs, out / ".incomplete");
+  const OutputFiles files = {{"a.txt", "new"}, {"sub/t.txt", "new"}};
+  expect_error([&] { write_output_folder(out, files); }, "sub: is a link: output goes through no link below its folder");
+  EXPECT_EQ(read_file(out / "a.txt"), "old") << "nothing is replaced where one place is refused";
+  fs::remove(out / "sub");
+  fs::create_directory(out / "sub");
+  fs::create_symlink(theirs / "t.txt", out / "sub" / "t.txt");
+  fs::create_symlink(theirs / "t.txt", out / ".incomplete");
+  write_output_folder(out, files);
+  EXPECT_EQ(read_file(out / "sub" / "t.txt"), "new");
+  EXPECT_EQ(read_file(theirs / "t.txt"), "theirs");
+}
+
+TEST(OutputFolder, LeavesWhatOthersHaveWritten) {
+  const TempFolder temp;
+  const fs::path out = temp.path() / "made" / "out";
+  {
+    const OutputFolder folder(out);  // without commit()
+    temp.write("made/theirs.txt", "of another command");
+    temp.write("made/out/theirs.txt", "of another command");
+  }
+  EXPECT_EQ(files_below(temp.path()).size(), 2U);
+  EXPECT_FALSE(fs::exists(out / ".incomplete"));
 }
 
 TEST(OutputFolder, ARunMayBeRepeatedInPlaceButNotReplaceAnother) {

@@ -43,8 +43,8 @@ struct OpenSource {
 /// A plan with its sources and estimators at hand; runs single cases.
 class PlanRunner {
  public:
-  /// For the cases `numbers`: opens their sources only.
-  PlanRunner(const SweepConfig& config, const std::vector<uint64_t>& numbers)
+  /// For the cases `numbers`: opens their sources only, and decodes them `with_packs`.
+  PlanRunner(const SweepConfig& config, const std::vector<uint64_t>& numbers, bool with_packs)
       : config_(config), sources_(config.plan.sources.size()) {
     std::set<size_t> needed;
     for (const uint64_t number : numbers) needed.insert(config.plan.at(number).source);
@@ -53,6 +53,7 @@ class PlanRunner {
       OpenSource& source = sources_[index];
       source.sequence = open_source(spec);
       check_runnable(spec, *source.sequence);
+      if (!with_packs) continue;
       for (const PlanEstimator& estimator : config.plan.estimators) {
         for (const PlanLevel& level : config.plan.levels) {
           const std::string key = OpenSource::key(estimator, level);
@@ -187,7 +188,8 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
 
 SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
-  const PlanRunner runner(config, numbers);
+  const FolderLock lock(config.out);
+  const PlanRunner runner(config, numbers, /*with_packs=*/true);
   const Json plan = {{"plan", config.plan.json()},
                      {"shard", {config.shard % config.n_shards, config.n_shards}},
                      {"data", runner.data_json()},
@@ -251,28 +253,18 @@ SweepOutcome sweep(const SweepConfig& config) {
   return outcome;
 }
 
-SweepEstimate estimate_sweep(const SweepConfig& config) {
+SweepSize size_of_sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
-  SweepConfig dry = config;
-  dry.out.clear();
-  const PlanRunner runner(dry, numbers);
-  SweepEstimate estimate;
-  estimate.n_cases = numbers.size();
-  std::map<std::pair<size_t, size_t>, double> seconds;  // of one case, by source and estimator
-  double total_s = 0;
+  const PlanRunner runner(config, numbers, /*with_packs=*/false);
+  SweepSize size;
+  size.n_cases = numbers.size();
   for (const uint64_t number : numbers) {
-    const PlanCase c = config.plan.at(number);
-    const auto [it, is_new] = seconds.try_emplace({c.source, c.estimator}, 0.0);
-    if (is_new) {
-      const Clock::time_point start = Clock::now();
-      runner.run(c);
-      it->second = seconds_since(start);
-    }
-    total_s += it->second;
-    estimate.n_pairs += runner.pairs(c).size();
+    const SequenceInfo& info = runner.sources()[config.plan.at(number).source].sequence->info();
+    size.n_pairs += static_cast<uint64_t>(info.last_frame - info.first_frame);
   }
-  estimate.seconds = total_s / config.jobs;
-  return estimate;
+  return size;
 }
+
+void make_packs(const SweepConfig& config) { PlanRunner(config, numbers_of(config), /*with_packs=*/true); }
 
 }  // namespace sextant

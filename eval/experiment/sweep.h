@@ -55,13 +55,15 @@ struct SweepOutcome {
 /// done stays); Interrupted on Ctrl-C (resumable).
 SweepOutcome sweep(const SweepConfig& config);
 
-struct SweepEstimate {
+struct SweepSize {
   uint64_t n_cases = 0;
   uint64_t n_pairs = 0;  ///< frame pairs over all cases
-  double seconds = 0;    ///< from one timed case per source and estimator
 };
-/// What sweep() would do, without doing it; packs are made.
-SweepEstimate estimate_sweep(const SweepConfig& config);
+/// How much sweep() would do. Sources are opened; no case is run, no external program started and nothing written.
+SweepSize size_of_sweep(const SweepConfig& config);
+
+/// Makes the packs that the cases of sweep() run from, and nothing else.
+void make_packs(const SweepConfig& config);
 
 /// Joins the finished shards of one plan. Throws Error when plans or data differ, or versions of the program unless
 /// `allow_mixed`; when a case is missing or there twice. The shards are read along, not held: memory grows with the number

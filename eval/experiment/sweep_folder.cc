@@ -67,12 +67,6 @@ uint64_t planned_cases(const Json& plan, const std::string& where) {
 }
 
 Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder)) {
-    fail("{}: cannot make the folder for results: {}", folder.string(),
-         error ? error.message() : "it is a file");
-  }
   if (!fs::exists(folder / "plan.json")) {
     if (has_results(folder)) {
       fail("{}: holds the results of something else than a sweep; choose another folder", folder.string());
@@ -118,6 +112,12 @@ void remove_temporaries(const fs::path& folder) {
 SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& out, bool allow_mixed,
                           bool quiet) {
   if (folders.empty()) fail("merge: no folders given");
+  for (const fs::path& folder : folders) {
+    std::error_code ignored;
+    if (fs::equivalent(folder, out, ignored))
+      fail("--out {}: is one of the folders that are merged: choose another one", out.string());
+  }
+  const FolderLock lock(out);
   Json plan, shards = Json::array();
   uint64_t n_shards = 0;
   std::map<uint64_t, std::string> folder_of;      // by number of the shard

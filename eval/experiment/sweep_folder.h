@@ -23,12 +23,12 @@ ShardNumber shard_number(const Json& plan_file, const std::string& where);
 /// max_plan_cases.
 uint64_t planned_cases(const Json& plan, const std::string& where);
 
-/// Makes the folder and writes plan.json, or sees that the one there is `wanted`. Throws Error when it is
+/// Writes plan.json, or sees that the one there is `wanted`. The caller holds the folder's lock. Throws Error when it is
 /// another one, unless it may `replace` that one's results; or when another version of the program began it and it is not
 /// finished, unless `allow_mixed`: then plan.json names both ("programs"). Returns what plan.json holds then.
 Json claim_folder(const std::filesystem::path& folder, const Json& wanted, bool replace, bool allow_mixed);
 
-/// Of write_file() in a process that was killed. Only for who holds the journal's lock.
+/// Of write_file() in a process that was killed. Only for who holds the folder's lock.
 void remove_temporaries(const std::filesystem::path& folder);
 
 }  // namespace sextant

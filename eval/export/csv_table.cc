@@ -1,4 +1,5 @@
 #include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/export/record_columns.h"
 
@@ -19,11 +20,12 @@ void append_field(std::string& line, const RecordValue& value) {
 }  // namespace
 
 void write_csv(const RecordColumns& records, const Rows& rows, const fs::path& file) {
-  StreamedFile csv(file);
-  std::string line;
+  constexpr size_t buffer_bytes = size_t{1} << 20U;
+  NewFile csv(file);
+  std::string line, buffer;
   for (const RecordColumn& column : records.columns())
     line.append(line.empty() ? 0 : 1, ',').append(csv_field(column.name));
-  csv.append(line + "\n");
+  buffer = line + "\n";
   rows([&](std::span<const RecordValue> row) {
     line.clear();
     for (size_t i = 0; i < row.size(); ++i) {
@@ -31,9 +33,13 @@ void write_csv(const RecordColumns& records, const Rows& rows, const fs::path& f
       append_field(line, row[i]);
     }
     line += '\n';
-    csv.append(line);
+    buffer += line;
+    if (buffer.size() < buffer_bytes) return;
+    csv.append(buffer);
+    buffer.clear();
   });
-  csv.close();
+  csv.append(buffer);
+  csv.commit();
 }
 
 }  // namespace sextant

@@ -1,35 +1,11 @@
 #include "sextant/eval/export/export.h"
 
-#include <unistd.h>
-
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/export/record_columns.h"
 
 namespace sextant {
-namespace {
-
-/// A name beside `path`; what is there at the end is removed.
-class TemporaryName {
- public:
-  explicit TemporaryName(const fs::path& path) : name_(path.string() + fmt::format(".{}.part", ::getpid())) {
-    remove();
-  }
-  ~TemporaryName() { remove(); }
-  TemporaryName(const TemporaryName&) = delete;
-  TemporaryName& operator=(const TemporaryName&) = delete;
-  const fs::path& name() const { return name_; }
-
- private:
-  void remove() const {
-    std::error_code ignored;
-    fs::remove(name_, ignored);
-  }
-  fs::path name_;
-};
-
-}  // namespace
 
 ExportOutcome export_records(const fs::path& folder, ExportFormat format, const fs::path& out, bool quiet) {
   std::error_code ignored;
@@ -46,10 +22,8 @@ ExportOutcome export_records(const fs::path& folder, ExportFormat format, const 
       if (++n % step == 0) progress.advance();
     });
   };
-  const TemporaryName part(out);
   constexpr decltype(&write_csv) writers[] = {write_csv, write_npz, write_sqlite};  // by ExportFormat
-  writers[static_cast<size_t>(format)](records, rows, part.name());
-  fs::rename(part.name(), out);
+  writers[static_cast<size_t>(format)](records, rows, out);
   sync_folder(out.has_parent_path() ? out.parent_path() : fs::path("."));
   return {records.n_rows(), records.columns().size()};
 }

@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -7,6 +6,7 @@
 #include <unordered_map>
 
 #include "sextant/base/error.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/records/zip_file.h"
 
@@ -15,21 +15,15 @@ namespace {
 
 constexpr size_t buffer_bytes = size_t{1} << 16U;
 
-/// Columns side by side in one file without a name, each at its own place; gone with the process.
+/// Columns side by side in one temporary file, each at its own place.
 class ColumnStore {
  public:
   ColumnStore(const std::filesystem::path& beside, size_t n_columns, uint64_t column_bytes)
-      : path_(beside.string() + ".columns"),
+      : path_(beside.string()),
+        file_(beside),
         column_bytes_(column_bytes),
         buffers_(n_columns),
-        written_(n_columns) {
-    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-    if (file_ < 0) refuse();
-    ::unlink(path_.c_str());
-  }
-  ~ColumnStore() { ::close(file_); }
-  ColumnStore(const ColumnStore&) = delete;
-  ColumnStore& operator=(const ColumnStore&) = delete;
+        written_(n_columns) {}
 
   template <typename T>
   void append(size_t column, T value) {
@@ -45,7 +39,7 @@ class ColumnStore {
     std::string piece(buffer_bytes, '\0');
     for (uint64_t at = 0; at < written_[column];) {
       const size_t most = std::min<uint64_t>(piece.size(), written_[column] - at);
-      const ssize_t n = ::pread(file_, piece.data(), most, place(column, at));
+      const ssize_t n = ::pread(file_.descriptor(), piece.data(), most, place(column, at));
       if (n <= 0) refuse();
       take(std::string_view(piece).substr(0, static_cast<size_t>(n)));
       at += static_cast<uint64_t>(n);
@@ -58,7 +52,7 @@ class ColumnStore {
   void flush(size_t column) {
     std::string_view rest = buffers_[column];
     while (!rest.empty()) {
-      const ssize_t n = ::pwrite(file_, rest.data(), rest.size(), place(column, written_[column]));
+      const ssize_t n = ::pwrite(file_.descriptor(), rest.data(), rest.size(), place(column, written_[column]));
       if (n < 0) refuse();
       written_[column] += static_cast<uint64_t>(n);
       rest.remove_prefix(static_cast<size_t>(n));
@@ -67,8 +61,8 @@ class ColumnStore {
   }
 
   std::string path_;
+  NewFile file_;
   uint64_t column_bytes_;
-  int file_ = -1;
   std::vector<std::string> buffers_;
   std::vector<uint64_t> written_;
 };

@@ -54,7 +54,7 @@ class RecordColumns {
   uint64_t n_rows_ = 0;
 };
 
-// ---- one function a format of export.h. `file` is a temporary name, except npz's, which has one of its own.
+// ---- one function a format of export.h. `file` gets its name when it is whole (base/new_file.h).
 
 /// Goes over the rows.
 using Rows = std::function<void(const RowVisitor&)>;

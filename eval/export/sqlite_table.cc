@@ -1,6 +1,7 @@
 #include <sqlite3.h>
 
 #include "sextant/base/error.h"
+#include "sextant/base/new_file.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/export/record_columns.h"
 
@@ -23,7 +24,7 @@ class Database {
  public:
   explicit Database(const std::filesystem::path& file) : file_(file.string()) {
     sqlite3* db = nullptr;
-    const int code = sqlite3_open_v2(file_.c_str(), &db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+    const int code = sqlite3_open_v2(file_.c_str(), &db, SQLITE_OPEN_READWRITE, nullptr);
     db_.reset(db);
     expect(code);
   }
@@ -79,7 +80,8 @@ void write_sqlite(const RecordColumns& records, const Rows& rows, const std::fil
     columns += fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), type_of(column.kind));
     places += places.empty() ? "?" : ", ?";
   }
-  Database db(file);
+  NewFile whole(file);
+  Database db(whole.temporary());
   // The file gets its name when it is whole, so there is nothing to roll back.
   db.execute("PRAGMA journal_mode = OFF");
   db.execute(fmt::format("CREATE TABLE records ({})", columns));
@@ -93,6 +95,7 @@ void write_sqlite(const RecordColumns& records, const Rows& rows, const std::fil
   db.execute("COMMIT");
   insert.reset();
   db.close();
+  whole.commit();
 }
 
 }  // namespace sextant

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
 
 namespace sextant {
 
@@ -18,8 +19,12 @@ CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
   } else {
     path_ = fs::absolute(folder).lexically_normal();
     fs::remove_all(path_);  // of a run that was interrupted
+    // OUT/external/CASE
+    const fs::path cases = path_.parent_path();
+    fs::create_directories(cases.parent_path());
+    make_folder_below(cases.parent_path(), cases.filename() / path_.filename());
   }
-  fs::create_directories(output());
+  fs::create_directory(output());
 }
 
 CaseFolder::~CaseFolder() {

@@ -1,17 +1,19 @@
 #include "sextant/eval/records/output.h"
 
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/records/run_json.h"
 #include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
-namespace {
-
-}  // namespace
 
 void check_output_folder(const fs::path& folder, const Json& configuration, bool force) {
   std::error_code ignored;
@@ -30,35 +32,27 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
 }
 
 OutputFolder::OutputFolder(fs::path folder)
-    : folder_(std::move(folder)), staging_(folder_ / ".incomplete") {
-  try {
-    // The first folder on the way that does not exist; empty when all do.
-    for (fs::path p = fs::absolute(folder_).lexically_normal(); !fs::exists(p); p = p.parent_path())
-      created_ = p;
-    fs::remove_all(staging_);  // of a run that was killed
-    fs::create_directories(staging_);
-  } catch (const fs::filesystem_error& error) {
-    fail("{}: cannot create: {}", error.path1().string(), error.code().message());
+    : folder_(std::move(folder)), lock_(folder_), staging_(folder_ / ".incomplete") {
+  std::error_code error;
+  fs::remove_all(staging_, error);  // of a run that was killed
+  // Nobody else may enter it, whoever may write into the folder.
+  if (error || ::mkdir(staging_.c_str(), 0700) != 0) {
+    fail("{}: cannot create: {}", staging_.string(), error ? error.message() : std::strerror(errno));
   }
 }
 
 OutputFolder::~OutputFolder() {
   std::error_code ignored;
   fs::remove_all(staging_, ignored);
-  if (!created_.empty()) fs::remove_all(created_, ignored);
 }
 
 void OutputFolder::commit(const std::vector<std::string>& names) {
-  try {
-    for (const std::string& name : names) {
-      fs::create_directories((folder_ / name).parent_path());
-      fs::rename(staging_ / name, folder_ / name);
-    }
-    sync_folder(folder_);
-  } catch (const fs::filesystem_error& error) {
-    fail("{}: cannot create: {}", error.path1().string(), error.code().message());
+  // Before anything is moved: a link in the way leaves earlier results as they were.
+  for (const std::string& name : names) {
+    if (const fs::path below = fs::path(name).parent_path(); !below.empty()) make_folder_below(folder_, below);
   }
-  created_.clear();
+  for (const std::string& name : names) move_below(staging_ / name, folder_, name);
+  sync_folder(folder_);
 }
 
 void write_output_folder(const fs::path& folder, const OutputFiles& files) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/base/folder_lock.h"
 #include "sextant/base/json.h"
 
 namespace sextant {
@@ -23,7 +24,8 @@ Json program_identity();
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
 
 /// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit() moves them into
-/// place in the order given. Without commit() nothing of them stays, nor a folder that was made for them.
+/// place in the order given. Without commit() nothing of them stays, nor a folder that was made for them and is empty. It
+/// holds the lock of the folder, and no file goes through a link below it (base/folder_lock.h, base/safe_paths.h).
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder);
@@ -35,7 +37,9 @@ class OutputFolder {
   void commit(const std::vector<std::string>& names);
 
  private:
-  std::filesystem::path folder_, staging_, created_;
+  std::filesystem::path folder_;
+  FolderLock lock_;
+  std::filesystem::path staging_;
 };
 
 /// Creates the folder where needed, writes every file into a subfolder of it and moves them into place when

@@ -4,22 +4,36 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 
 #include "sextant/base/error.h"
 
 namespace sextant {
+namespace {
 
-ZipFile::ZipFile(const std::filesystem::path& path, int level)
-    : path_(path), temporary_(path.string() + fmt::format(".{}.tmp", ::getpid())), level_(level) {
-  zip_ = zipOpen64(temporary_.c_str(), APPEND_STATUS_CREATE);
+/// minizip's way to open a file, on the descriptor that `opaque` points to.
+voidpf open_descriptor(voidpf opaque, const void* /*name*/, int /*mode*/) {
+  const int copy = ::dup(*static_cast<const int*>(opaque));
+  std::FILE* file = copy < 0 ? nullptr : ::fdopen(copy, "w+b");
+  if (file == nullptr && copy >= 0) ::close(copy);
+  return file;
+}
+
+}  // namespace
+
+ZipFile::ZipFile(const std::filesystem::path& path, int level) : path_(path), file_(path), level_(level) {
+  zlib_filefunc64_def functions{};
+  fill_fopen64_filefunc(&functions);
+  functions.zopen64_file = open_descriptor;
+  int descriptor = file_.descriptor();
+  functions.opaque = &descriptor;  // read once, to open
+  zip_ = zipOpen2_64(path.c_str(), APPEND_STATUS_CREATE, nullptr, &functions);
   if (zip_ == nullptr) fail("{}: cannot write", path.string());
 }
 
 ZipFile::~ZipFile() {
   if (zip_ != nullptr) zipClose(zip_, nullptr);
-  std::error_code ignored;
-  std::filesystem::remove(temporary_, ignored);
 }
 
 void ZipFile::expect(bool good, const std::string& what) const {
@@ -56,7 +70,7 @@ void ZipFile::finish() {
   const bool good = zipClose(zip_, nullptr) == ZIP_OK;
   zip_ = nullptr;
   expect(good, "");
-  std::filesystem::rename(temporary_, path_);
+  file_.commit();
 }
 
 std::string npy_header(std::string_view type, std::string_view shape) {

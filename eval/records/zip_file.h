@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "sextant/base/new_file.h"
+
 namespace sextant {
 
 /// A zip file under construction at a temporary name beside `path`; what is not finished is removed.
@@ -30,7 +32,7 @@ class ZipFile {
   void expect(bool good, const std::string& what) const;
 
   std::filesystem::path path_;
-  std::string temporary_;
+  NewFile file_;
   std::string name_;
   int level_;
   void* zip_ = nullptr;

@@ -3,6 +3,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/pictures/pictures.h"
@@ -157,7 +158,7 @@ class PartLines {
 }  // namespace
 
 void run_parts(const ReproduceConfig& config) {
-  fs::create_directories(config.out);
+  const FolderLock lock(config.out);
   Json data = Json::array();
   std::vector<const Part*> available;
   for (const Part& part : config.parts) {
@@ -173,13 +174,13 @@ void run_parts(const ReproduceConfig& config) {
   write_file(config.out / "data.json", json_text(data));
   PartLines lines(available.size(), config.quiet);
   for (const Part* part : available) {
-    const fs::path folder = config.out / "parts" / part->name;
+    const fs::path folder = make_folder_below(config.out, fs::path("parts") / part->name);
     const Json stamp = stamp_of(*part, config);
     lines.begin(*part, has_stamp(folder, stamp) && fs::exists(folder / "records.jsonl") &&
                            !fs::exists(folder / "journal.jsonl"));
     if (!has_stamp(folder, stamp)) {  // what another program or other inputs have left
       fs::remove_all(folder);
-      fs::create_directories(folder);
+      make_folder_below(config.out, fs::path("parts") / part->name);
       write_file(folder / stamp_name, json_text(stamp));
     }
     run_part(*part, config, folder);

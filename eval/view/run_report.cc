@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
 #include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/report/figures/record_figures.h"
@@ -69,9 +70,16 @@ std::string answer(const RunReportRequest& request) {
 
 std::string source_title(const SequenceInfo& info) { return info.dataset + " " + info.sequence; }
 
-/// Below the folder of the results, where the line puts the page.
-std::string view_folder(const RunReportRequest& request, const SourceRun& source) {
-  return request.result.sources.size() == 1 ? "view" : "view_" + file_stem(folder_name(source.info));
+/// The names of the sources in names of files and parts.
+std::vector<std::string> stems_of(const RunReportRequest& request) {
+  std::vector<std::string> stems;
+  for (const SourceRun& source : request.result.sources) stems.push_back(file_stem(folder_name(source.info)));
+  return distinct_names(std::move(stems));
+}
+
+/// Below the folder of the results, where the line puts the page of a source.
+std::string view_folder(const RunReportRequest& request, size_t source) {
+  return request.result.sources.size() == 1 ? "view" : "view_" + stems_of(request)[source];
 }
 
 /// The folder where sources are found from anywhere; empty where the program finds them by itself.
@@ -90,11 +98,11 @@ ReportSection view_section(const RunReportRequest& request) {
       "Given in this folder, the line below makes a page of every frame with points, flow, masks and errors over time; the "
       "pictures of the worst frames lead into it."};
   const std::string root = data_root(request);
-  for (const SourceRun& source : request.result.sources) {
+  for (size_t i = 0; i < request.result.sources.size(); ++i) {
     std::string line = "sextant view .";
-    if (request.result.sources.size() > 1) line += " --source " + shell_word(source.source);
+    if (request.result.sources.size() > 1) line += " --source " + shell_word(request.result.sources[i].source);
     if (!root.empty()) line += " --data " + shell_word(root);
-    section.commands.push_back(line + " --out " + shell_word(view_folder(request, source)));
+    section.commands.push_back(line + " --out " + shell_word(view_folder(request, i)));
   }
   return section;
 }
@@ -123,7 +131,7 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
   SourceSpec spec = request.config.sources[index];
   spec.add_options(resolve_options(request.config.options).source);
   const std::unique_ptr<Sequence> sequence = open_source(spec);
-  const std::string stem = file_stem(folder_name(source.info));
+  const std::string stem = stems_of(request)[index];
   ReportSection section{"worst_" + stem, "Worst frames: " + source_title(source.info)};
   Table table{"",
               "",
@@ -143,7 +151,7 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
           {fmt::format("{}_{}_{}", section.name, file_stem(r.body), r.frame),
            worst_caption(title, frame), fmt::format("Points of {} in frame {}", title, r.frame),
            draw_body(sequence->read(frame.prev, channels), frame.result, picture_px),
-           fmt::format("{}/index.html#frame={}&body={}", view_folder(request, source), r.frame, r.body.str()),
+           fmt::format("{}/index.html#frame={}&body={}", view_folder(request, index), r.frame, r.body.str()),
            true});
     }
   }

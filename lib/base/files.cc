@@ -6,46 +6,20 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 
+#include "sextant/base/descriptor.h"
 #include "sextant/base/error.h"
-#include "sextant/base/machine.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 namespace {
-
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 std::string size_text(uint64_t bytes, int digits) {
   const bool large = bytes >= 50'000'000;
   return fmt::format("{:.{}f} {}", static_cast<double>(bytes) / (large ? 1e9 : 1e6), digits,
                      large ? "GB" : "MB");
-}
-
-/// False, with errno, when not all could be written.
-bool write_all(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
-    bytes.remove_prefix(static_cast<size_t>(n));
-  }
-  return true;
 }
 
 }  // namespace
@@ -95,25 +69,13 @@ std::string read_file(const std::filesystem::path& path, const FileKind& kind) {
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  // Host, process and call: two threads, or two hosts, may write the same path, and the last rename wins.
-  static std::atomic<uint64_t> calls = 0;
-  const std::filesystem::path temporary =
-      fmt::format("{}.tmp{}.{}.{}", path.string(), host_name(), ::getpid(), calls++);
-  const auto give_up = [&](const char* what) {
-    const int reason = errno;
-    ::unlink(temporary.c_str());
-    fail("{}: cannot {}: {}", path.string(), what, std::strerror(reason));
-  };
-  {
-    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (file.get() < 0) give_up("create");
-    if (!write_all(file.get(), bytes) || ::fsync(file.get()) != 0) give_up("write");
-  }
-  if (::rename(temporary.c_str(), path.c_str()) != 0) give_up("rename");
+  NewFile file(path);
+  file.append(bytes);
+  file.commit();
 }
 
 StreamedFile::StreamedFile(std::filesystem::path path) : path_(std::move(path)) {
-  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file_ < 0) fail("{}: cannot create: {}", path_.string(), std::strerror(errno));
 }
 
