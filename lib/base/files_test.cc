@@ -57,7 +57,7 @@ TEST_F(Files, AFailedWriteLeavesNothingBehind) {
   fs::create_directory(folder_ / "taken");
   write_file(folder_ / "taken" / "child", "x");
   // The temporary can be written but not renamed over a folder.
-  expect_error([&] { write_file(folder_ / "taken", "x"); }, "cannot rename");
+  expect_error([&] { write_file(folder_ / "taken", "x"); }, "taken: is a folder");
   EXPECT_EQ(entries(), 1);
 }
 

@@ -45,6 +45,7 @@ struct FolderLock::Held {
     for (auto folder = made.rbegin(); folder != made.rend(); ++folder) ::rmdir(folder->c_str());
   }
 
+  pid_t owner = ::getpid();  // a child process inherits this, but not the lock
   std::vector<fs::path> made;
   Descriptor folder;
   std::optional<FileLock> file;
@@ -72,7 +73,7 @@ FolderLock::FolderLock(const fs::path& folder) {
     struct stat info {};
     const std::optional<Identity> own = identity(::fstat(held->folder.get(), &info), info);
     if (!own) fail("{}: cannot stat: {}", folder.string(), std::strerror(errno));
-    if (const auto shared = all[*own].lock()) {
+    if (const auto shared = all[*own].lock(); shared && shared->owner == ::getpid()) {
       held_ = shared;
       return;
     }
