@@ -23,7 +23,8 @@ void show_changes(const BaselineFlags& flags) {
   policy.speed.judge = false;
   const Comparison comparison = compare_paths(flags.baseline, flags.fresh, policy, flags.jobs);
   for (const Table& table :
-       {findings_table(comparison), status_table(comparison), accuracy_table(comparison, true)}) {
+       {findings_table(comparison), family_table(comparison, true), status_table(comparison),
+        accuracy_table(comparison, true)}) {
     if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
   }
   fmt::print("{}\n", headline(comparison));

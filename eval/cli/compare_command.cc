@@ -66,7 +66,9 @@ void run_compare(const CompareFlags& flags) {
   if (flags.json) {
     fmt::print("{}", json_text(comparison_json(comparison, policy)));
   } else if (!flags.quiet) {
+    if (const std::string largest = largest_change(comparison); !largest.empty()) fmt::print("{}\n\n", largest);
     print_part(findings_table(comparison));
+    print_part(family_table(comparison, !flags.all));
     print_part(status_table(comparison));
     print_part(accuracy_table(comparison, !flags.all));
     print_part(speed_table(comparison, !flags.all && comparison.speed.size() > 40));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -103,57 +104,155 @@ struct PairedErrors {
   const NumberColumn& fresh;
 };
 
+/// One error of one case that both sides have estimated.
+struct ErrorPair {
+  uint64_t seed = 0;
+  int frame = 0;
+  double before = 0;
+  double difference = 0;  ///< 0 where it is rounding
+};
+
+template <typename Visit>
+void for_each_pair(const PairedErrors& errors, const MetricPolicy& rules, Visit visit) {
+  const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
+  for (const auto& [b, f] : errors.cases.rows) {
+    if (!base.is_estimated(b) || !fresh.is_estimated(f) || !errors.base.has(b) || !errors.fresh.has(f)) continue;
+    const double before = errors.base.numbers[b], difference = errors.fresh.numbers[f] - before;
+    const bool changed = std::abs(difference) > std::max(rules.absolute, rules.relative * std::abs(before));
+    visit(ErrorPair{base.seeds[b], base.frames[b], before, changed ? difference : 0});
+  }
+}
+
 /// Fewer seeds cannot reach p = 0.05 by signed ranks.
 constexpr size_t enough_seeds = 6;
 
-/// Everything but the corrected p and the verdict; nothing where no case has it on both sides.
-std::optional<AccuracyRow> measure(const PairedErrors& errors, const AccuracyPolicy& policy) {
-  AccuracyRow row{.subject = errors.cases.base.subject, .metric = errors.base.name};
+struct Measured {
+  AccuracyRow row;  ///< but for the corrected p and the verdict
+  PairedError error;
+};
+
+/// Seeds with different errors; cases come in order of their seeds.
+int count_different_seeds(const std::vector<PairedCase>& cases) {
+  std::vector<std::pair<double, double>> sums;
+  for (size_t i = 0; i < cases.size(); ++i) {
+    if (i == 0 || cases[i].seed != cases[i - 1].seed) sums.emplace_back();
+    sums.back().first += cases[i].base;
+    sums.back().second += cases[i].fresh;
+  }
+  std::ranges::sort(sums);
+  return static_cast<int>(std::ranges::unique(sums).begin() - sums.begin());
+}
+
+/// The exact gate's tests of a row that changed.
+PairedComparison compare_exactly(const std::vector<double>& differences, std::vector<uint64_t> clusters,
+                                 const AccuracyPolicy& policy) {
+  // What is independent: the seeds, which come in order; of too few seeds every case by itself.
+  size_t n_seeds = 1;
+  for (size_t i = 1; i < clusters.size(); ++i) n_seeds += clusters[i] != clusters[i - 1];
+  if (n_seeds < enough_seeds) std::iota(clusters.begin(), clusters.end(), 0);
+  return compare_pairs(differences, clusters,
+                       {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
+}
+
+/// The same of a row that is judged by its seeds.
+PairedComparison compare_by_seeds(const PairedError& error, double base, const MetricPolicy& rules,
+                                  const AccuracyPolicy& policy) {
+  const PairedSample* sample = &error.cases;
+  const RatioChange change = change_of(std::span(&sample, 1), rules, policy);
+  PairedComparison out;
+  out.difference = change.change * base;
+  if (change.interval) out.interval = {change.interval->low * base, change.interval->high * base};
+  out.n_clusters = out.n_used = error.n_seeds;
+  out.p = change.p;
+  if (change.detectable) out.detectable = *change.detectable * base;
+  return out;
+}
+
+/// Nothing where no case has it on both sides.
+std::optional<Measured> measure(const PairedErrors& errors, size_t source, const AccuracyPolicy& policy) {
+  Measured out{.row = {.subject = errors.cases.base.subject, .metric = errors.base.name}, .error = {}};
+  AccuracyRow& row = out.row;
+  PairedError& error = out.error;
   const MetricPolicy rules = policy.of(row.metric);
+  const bool exact = rules.minimum_effect == 0;
   std::vector<double> differences;
   std::vector<uint64_t> clusters;
   double sum = 0;
-  for (const auto& [b, f] : errors.cases.rows) {
-    if (!errors.cases.base.is_estimated(b) || !errors.cases.fresh.is_estimated(f)) continue;
-    if (!errors.base.has(b) || !errors.fresh.has(f)) continue;
-    const double before = errors.base.numbers[b], after = errors.fresh.numbers[f];
-    const bool changed =
-        std::abs(after - before) > std::max(rules.absolute, rules.relative * std::abs(before));
-    const double difference = changed ? after - before : 0;
-    if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
-    differences.push_back(difference);
-    clusters.push_back(errors.cases.base.seeds[b]);
-    sum += before;
-  }
-  if (differences.empty()) return std::nullopt;
-  row.n = static_cast<int>(differences.size());
+  for_each_pair(errors, rules, [&](const ErrorPair& pair) {
+    if (pair.difference != 0)
+      ((pair.difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
+    if (exact) {
+      differences.push_back(pair.difference);
+      clusters.push_back(pair.seed);
+    } else {
+      error.cases.cases.push_back({pair.seed, pair.frame, pair.before, pair.before + pair.difference});
+    }
+    ++row.n;
+    sum += pair.before;
+  });
+  if (row.n == 0) return std::nullopt;
   row.base = sum / row.n;
   PairedComparison& comparison = row;
-  if (row.n_worse + row.n_better == 0) {
-    comparison.interval = Interval{0, 0};
-  } else {
-    // What is independent: the seeds, which come in order; of too few seeds every case by itself.
-    size_t n_seeds = 1;
-    for (size_t i = 1; i < clusters.size(); ++i) n_seeds += clusters[i] != clusters[i - 1];
-    if (n_seeds < enough_seeds) std::iota(clusters.begin(), clusters.end(), 0);
-    comparison = compare_pairs(differences, clusters,
-                               {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
+  const bool is_changed = row.n_worse + row.n_better > 0;
+  if (!is_changed) comparison.interval = Interval{0, 0};
+  if (exact) {
+    if (is_changed) comparison = compare_exactly(differences, std::move(clusters), policy);
+    return out;
   }
-  return row;
+  error.subject = row.subject;
+  error.metric = row.metric;
+  error.n = row.n;
+  error.n_worse = row.n_worse;
+  error.n_better = row.n_better;
+  error.n_seeds = count_different_seeds(error.cases.cases);
+  error.cases.stratum = source;
+  if (is_changed) comparison = compare_by_seeds(error, row.base, rules, policy);
+  row.too_few = error.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
+  return out;
+}
+
+/// Above 0: worse.
+double worsening(const AccuracyRow& row, const MetricPolicy& rules) {
+  return rules.direction == Direction::higher ? -row.difference : row.difference;
+}
+
+bool is_too_small(const AccuracyRow& row, const MetricPolicy& rules) {
+  return row.n_worse + row.n_better == 0 || std::abs(row.difference) <= rules.minimum_effect * std::abs(row.base);
 }
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(row.metric);
-  const double change =
-      rules.direction == Direction::higher ? -row.difference : row.difference;  // above 0: worse
-  if (row.n_worse + row.n_better == 0 || std::abs(change) <= rules.minimum_effect * std::abs(row.base))
-    return GateVerdict::ok;
+  if (is_too_small(row, rules) || row.too_few) return GateVerdict::ok;
+  const bool exact = rules.minimum_effect == 0;
   const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
-  if (change > 0) return evidence || row.n_better == 0 ? GateVerdict::regressed : GateVerdict::inconclusive;
-  return evidence || row.n_worse == 0 ? GateVerdict::improved : GateVerdict::ok;
+  if (worsening(row, rules) > 0) {
+    if (evidence || (exact && row.n_better == 0)) return GateVerdict::regressed;
+    return exact ? GateVerdict::inconclusive : GateVerdict::ok;
+  }
+  return evidence || (exact && row.n_worse == 0) ? GateVerdict::improved : GateVerdict::ok;
+}
+
+/// Verdicts of all rows together.
+void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
+  std::vector<AccuracyRow*> testable;
+  for (AccuracyRow& row : rows) {
+    const double attainable_p =
+        std::min(1.0, std::ldexp(2.0, -row.n_used));  // Wilcoxon's smallest of n differences
+    const bool exact = policy.of(row.metric).minimum_effect == 0;
+    if (row.p && !row.too_few && (!exact || attainable_p <= policy.alpha)) testable.push_back(&row);
+  }
+  correct_by_holm(testable);
+  for (AccuracyRow& row : rows) {
+    row.verdict = judge(row, policy);
+    row.too_few = row.too_few && !is_too_small(row, policy.of(row.metric));
+    const bool by_cases = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
+    if (by_cases && !(row.p_corrected && *row.p_corrected <= policy.alpha)) row.p = row.p_corrected = std::nullopt;
+  }
 }
 
 }  // namespace
+
+std::string AccuracyRow::word() const { return too_few ? "too few to judge" : std::string(to_string(verdict)); }
 
 AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
                                     const std::vector<SubjectCases>& fresh, const Policy& policy, int jobs) {
@@ -177,21 +276,25 @@ AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
   truth.move_to(out.findings);
   missing.move_to(out.findings);
   added.move_to(out.findings);
-  std::vector<std::optional<AccuracyRow>> rows(tasks.size());
-  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int i) {
-    rows[static_cast<size_t>(i)] = measure(tasks[static_cast<size_t>(i)], policy.accuracy);
+  std::vector<size_t> sources;
+  std::map<std::pair<std::string, std::string>, size_t> known;
+  for (const PairedErrors& task : tasks) {
+    const Subject& subject = task.cases.base.subject;
+    sources.push_back(known.try_emplace({subject.dataset, subject.sequence}, known.size()).first->second);
+  }
+  std::vector<std::optional<Measured>> measured(tasks.size());
+  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int task) {
+    const auto i = static_cast<size_t>(task);
+    measured[i] = measure(tasks[i], sources[i], policy.accuracy);
   });
-  for (std::optional<AccuracyRow>& row : rows) {
-    if (row) out.rows.push_back(std::move(*row));
+  std::vector<PairedError> pooled;
+  for (std::optional<Measured>& one : measured) {
+    if (!one) continue;
+    out.rows.push_back(std::move(one->row));
+    if (one->error.n > 0) pooled.push_back(std::move(one->error));
   }
-  std::vector<AccuracyRow*> testable;
-  for (AccuracyRow& row : out.rows) {
-    const double attainable_p =
-        std::min(1.0, std::ldexp(2.0, -row.n_used));  // Wilcoxon's smallest of n differences
-    if (row.p && attainable_p <= policy.accuracy.alpha) testable.push_back(&row);
-  }
-  correct_by_holm(testable);
-  for (AccuracyRow& row : out.rows) row.verdict = judge(row, policy.accuracy);
+  judge_rows(policy.accuracy, out.rows);
+  out.families = judge_families(pooled, policy.accuracy);
   return out;
 }
 

@@ -33,6 +33,7 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
   out.n_cases = accuracy.n_cases;
   std::ranges::move(accuracy.findings, std::back_inserter(out.findings));
   if (!policy.accuracy.judge) return;
+  out.families = std::move(accuracy.families);
   out.accuracy = std::move(accuracy.rows);
   out.statuses = std::move(accuracy.statuses);
 }
@@ -40,7 +41,8 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
 GateVerdict verdict_of(const Comparison& c) {
   GateVerdict verdict = GateVerdict::ok;
   for (const Mismatch& f : c.findings) verdict = f.invalidates ? GateVerdict::invalid : verdict;
-  for (const AccuracyRow& row : c.accuracy) verdict = std::min(verdict, row.verdict);  // the worse
+  for (const FamilyRow& row : c.families) verdict = std::min(verdict, row.verdict);  // the worse
+  for (const AccuracyRow& row : c.accuracy) verdict = std::min(verdict, row.verdict);
   for (const StatusRow& row : c.statuses) verdict = std::min(verdict, row.verdict);
   for (const SpeedRow& row : c.speed) verdict = std::min(verdict, row.verdict);
   return verdict;

@@ -17,6 +17,7 @@ struct Comparison {
   std::string base;  ///< path
   std::string fresh;
   std::vector<Mismatch> findings;
+  std::vector<FamilyRow> families;  ///< in order of weight
   std::vector<AccuracyRow> accuracy;
   std::vector<StatusRow> statuses;
   std::vector<SpeedRow> speed;
@@ -32,8 +33,14 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
 /// One line: "regressed: 2 of 54 errors worse, ...".
 std::string headline(const Comparison& comparison);
 
-/// Rows in order of weight: worst verdict first. `changed_only` leaves out rows that are ok.
+/// The largest change and its interval: "camera Et_m of joint_flow: +10.2 % [8.1, 12.3] ...". Of errors pooled over sources,
+/// worst verdict first; of the exact gate that of a row. Empty where no error changed.
+std::string largest_change(const Comparison& comparison);
+
+/// Rows in order of weight: worst verdict first. `changed_only` leaves out rows that are ok, but for those that changed and
+/// are too few to judge.
 Table findings_table(const Comparison& comparison);
+Table family_table(const Comparison& comparison, bool changed_only);
 Table accuracy_table(const Comparison& comparison, bool changed_only);
 Table status_table(const Comparison& comparison);
 Table speed_table(const Comparison& comparison, bool changed_only);
@@ -43,12 +50,18 @@ Table speed_table(const Comparison& comparison, bool changed_only);
 /// will lie in `out`. Frames are named where both sides are one folder with records each.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
 
+template <typename Row>
+bool is_shown(const Row& row) {
+  return row.verdict != GateVerdict::ok;
+}
+inline bool is_shown(const AccuracyRow& row) { return row.verdict != GateVerdict::ok || row.too_few; }
+
 /// The rows, worst first, otherwise in their order.
 template <typename Row>
 std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
   std::vector<const Row*> sorted;
   for (const Row& row : rows) {
-    if (!changed_only || row.verdict != GateVerdict::ok) sorted.push_back(&row);
+    if (!changed_only || is_shown(row)) sorted.push_back(&row);
   }
   std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
   return sorted;

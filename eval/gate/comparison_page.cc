@@ -126,7 +126,7 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
     table.add_row(
         {s.dataset.str(), s.sequence.str(), s.estimator.str(), s.level, s.body.str(), rows[i]->metric, change->where.first,
          change->where.second, change->base.value, change->fresh.value, change->base.line, change->fresh.line,
-         std::string(to_string(rows[i]->verdict)), address_from(out, base), address_from(out, fresh),
+         rows[i]->word(), address_from(out, base), address_from(out, fresh),
          fmt::format("{}/index.html#frame={}&body={}", page->second, change->where.second, s.body.str())});
   }
   section.paragraphs.push_back(
@@ -153,8 +153,10 @@ Table with_records(const Comparison& c, const fs::path& out, Table table, const 
 ReportDocument comparison_document(const Comparison& c, const fs::path& out) {
   ReportDocument document;
   document.title = fmt::format("{}: {} against {}", to_string(c.verdict), c.fresh, c.base);
-  document.abstract = headline(c) + ".";
+  const std::string largest = largest_change(c);
+  document.abstract = (largest.empty() ? "" : largest + ". ") + headline(c) + ".";
   add("findings", "What differs besides the numbers", findings_table(c), document);
+  add("families", "Errors, pooled over sources and bodies", family_table(c, /*changed_only=*/false), document);
   ReportSection frames = frames_section(c, out);
   if (!frames.tables.empty()) document.sections.push_back(std::move(frames));
   add("statuses", "Cases lost and gained", with_records(c, out, status_table(c), "n_lost", "n_gained"),

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "sextant/eval/gate/comparison.h"
 
@@ -34,6 +35,40 @@ void add_part(std::string& line, int n, const std::string& text) {
 
 }  // namespace
 
+std::string largest_change(const Comparison& c) {
+  const auto text = [](const std::string& what, double change, const std::optional<Interval>& interval) {
+    return fmt::format("{}: {:+.1f} %{}", what, 100 * change,
+                       interval ? fmt::format(" [{:+.1f}, {:+.1f}]", 100 * interval->low, 100 * interval->high)
+                                : " (no interval: one seed)");
+  };
+  const FamilyRow* first = nullptr;
+  for (const FamilyRow& row : c.families) {
+    if (row.n_worse + row.n_better == 0) continue;
+    const bool is_larger = first == nullptr || (row.verdict == GateVerdict::ok && first->verdict == row.verdict &&
+                                                std::abs(row.worse) > std::abs(first->worse));
+    if (is_larger) first = &row;
+  }
+  if (first != nullptr) {
+    return text(fmt::format("{} {} of {}", first->body, first->metric, first->estimator), first->change,
+                first->interval) +
+           fmt::format(", {} of {} cases worse, {} seeds, {} sources: {}{}", first->n_worse, first->n, first->n_seeds,
+                       first->n_sources, to_string(first->verdict), first->too_few ? " (few seeds or cases)" : "");
+  }
+  const AccuracyRow* row = nullptr;
+  const auto change_of = [](const AccuracyRow& r) { return r.base > 0 ? r.difference / r.base : 0; };
+  for (const AccuracyRow& r : c.accuracy) {
+    if (r.n_worse + r.n_better == 0) continue;
+    if (row == nullptr || r.verdict < row->verdict ||
+        (r.verdict == row->verdict && std::abs(change_of(r)) > std::abs(change_of(*row))))
+      row = &r;
+  }
+  if (row == nullptr) return "";
+  std::optional<Interval> interval = row->interval;
+  if (interval && row->base > 0) interval = Interval{interval->low / row->base, interval->high / row->base};
+  return text(fmt::format("{} {}", to_string(row->subject), row->metric), change_of(*row), interval) +
+         fmt::format(", {} of {} cases worse: {}", row->n_worse, row->n, row->word());
+}
+
 std::string headline(const Comparison& c) {
   std::string parts;
   add_part(parts, static_cast<int>(std::ranges::count(c.findings, true, &Mismatch::invalidates)),
@@ -41,6 +76,7 @@ std::string headline(const Comparison& c) {
   for (const GateVerdict verdict :
        {GateVerdict::regressed, GateVerdict::inconclusive, GateVerdict::improved}) {
     const std::string word(to_string(verdict));
+    add_part(parts, count(c.families, verdict), "pooled errors " + word);
     add_part(parts, count(c.accuracy, verdict), "errors " + word);
     add_part(parts, count(c.statuses, verdict), "coverages " + word);
     add_part(parts, count(c.speed, verdict), "times " + word);
@@ -48,7 +84,7 @@ std::string headline(const Comparison& c) {
   std::string scope;
   if (!c.accuracy.empty()) scope = fmt::format("{} errors over {} cases", c.accuracy.size(), c.n_cases);
   if (!c.speed.empty()) scope += fmt::format("{}{} times", scope.empty() ? "" : ", ", c.speed.size());
-  return fmt::format("{}: {}{}", to_string(c.verdict), parts.empty() ? "nothing changed" : parts,
+  return fmt::format("{}: {}{}", to_string(c.verdict), parts.empty() ? largest_change(c).empty() ? "nothing changed" : "no change that counts" : parts,
                      scope.empty() ? "" : fmt::format(" ({} compared)", scope));
 }
 
@@ -65,11 +101,36 @@ Table findings_table(const Comparison& c) {
   return table;
 }
 
+Table family_table(const Comparison& c, bool changed_only) {
+  Table table{"Errors, pooled over sources and bodies",
+              "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; detectable: found with "
+              "probability 80 %.",
+              {Column::text("estimator").folded(), Column::text("body", "of"), Column::text("metric", "error"),
+               Column::number("change_percent", "change [%]", 2), Column::number("low_percent", "low", 2),
+               Column::number("high_percent", "high", 2), Column::text("verdict"), Column::count("n", "cases"),
+               Column::count("n_worse", "worse"), Column::count("n_better", "better"), Column::count("n_seeds", "seeds"),
+               Column::count("n_sources", "sources").only_in_files(), Column::p_value("p").only_in_files(),
+               Column::p_value("p_corrected"), Column::number("detectable_percent", "detectable [%]", 2)}};
+  const auto percent = [](std::optional<double> share) { return share ? Cell(100 * *share) : Cell(); };
+  for (const FamilyRow& row : c.families) {
+    if (changed_only && row.n_worse + row.n_better == 0) continue;
+    const auto end = [&](double Interval::*which) {
+      return row.interval ? std::optional<double>((*row.interval).*which) : std::nullopt;
+    };
+    table.add_row({row.estimator, row.body, row.metric, 100 * row.change, percent(end(&Interval::low)),
+                   percent(end(&Interval::high)),
+                   row.too_few && row.verdict == GateVerdict::ok ? "too few to judge" : std::string(to_string(row.verdict)),
+                   row.n, row.n_worse, row.n_better, row.n_seeds, row.n_sources, row.p, row.p_corrected,
+                   percent(row.detectable)});
+  }
+  return table;
+}
+
 Table accuracy_table(const Comparison& c, bool changed_only) {
   Table table = subject_table(
       "Errors, case by case",
-      "Mean of NEW - BASE over the cases that both have estimated, 95 % interval, p by Wilcoxon's signed ranks "
-      "corrected by Holm; detectable: found at 5 % with probability 80 %.");
+      "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % interval, p corrected by Holm; "
+      "detectable: found with probability 80 %.");
   table.add_columns({Column::text("metric", "error"), Column::count("n", "cases"),
                      Column::count("n_worse", "worse"), Column::count("n_better", "better"),
                      Column::number("base", "BASE", 6), Column::number("difference", 6).only_in_files(),
@@ -85,7 +146,7 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
             {row->metric, row->n, row->n_worse, row->n_better, row->base, row->difference,
              percent_of(row->difference, row->base), percent_of(end(&Interval::low), row->base),
              percent_of(end(&Interval::high), row->base), row->p, row->p_corrected,
-             percent_of(row->detectable, row->base), std::string(to_string(row->verdict))},
+             percent_of(row->detectable, row->base), row->word()},
             table);
   }
   return table;

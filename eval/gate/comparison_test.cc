@@ -2,6 +2,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
 
 namespace sextant {
@@ -235,16 +236,102 @@ TEST_F(Gate, AnErrorBelowZeroOrBeyondReasonIsInvalid) {
   }
 }
 
-TEST_F(Gate, FewSeedsAreJudgedCaseByCase) {
+TEST_F(Gate, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
   write_run(base(), sweep_records(2));
-  std::vector<Record> records = sweep_records(2);
+  const auto compare_two_seeds = [&](const std::function<double(const Record&)>& factor) {
+    std::vector<Record> records = sweep_records(2);
+    for (Record& r : records) r.errors["Et_m"] *= factor(r);
+    write_run(fresh(), records);
+    return compare();
+  };
+  // Of one body, 10 cases of 12 by 10 %: listed, and no row may decide.
+  const Comparison most = compare_two_seeds([](const Record& r) { return !is_target(r) ? 1 : r.frame == 6 ? 0.999 : 1.1; });
+  EXPECT_EQ(most.verdict, GateVerdict::ok) << headline(most);
+  EXPECT_THAT(to_text(accuracy_table(most, true)), HasSubstr("too few to judge"));
+  EXPECT_THAT(to_text(accuracy_table(most, true)), Not(HasSubstr("regressed")));
+  // Of the camera all 24 cases.
+  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 1.1 : 1; }).verdict, GateVerdict::regressed);
+  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 0.9 : 1; }).verdict, GateVerdict::improved);
+}
+
+TEST_F(Gate, OneCaseNeverDecides) {
+  std::vector<Record> records = sweep_records(6);
+  // A body that is seen once, and one that is seen once a seed.
+  std::erase_if(records, [](const Record& r) {
+    return r.body == "object:2" && (r.sequence == "s18" ? r.seed != 3 || r.frame != 2 : r.frame != 2);
+  });
+  write_run(base(), records);
   for (Record& r : records) {
-    if (is_target(r)) r.errors["Et_m"] *= r.frame == 6 ? 0.999 : 1.1;
+    if (r.body == "object:2") r.errors["Et_m"] *= 3;
   }
   write_run(fresh(), records);
   const Comparison c = compare();
-  EXPECT_EQ(c.verdict, GateVerdict::regressed) << headline(c);
-  EXPECT_GT(std::ranges::max(c.accuracy, {}, &AccuracyRow::difference).n_better, 0);
+  for (const AccuracyRow& row : c.accuracy) {
+    EXPECT_EQ(row.verdict, GateVerdict::ok) << to_string(row.subject);
+    EXPECT_EQ(row.too_few, row.subject.body == "object:2" && row.metric == "Et_m") << to_string(row.subject);
+  }
+  EXPECT_THAT(comparison_junit(c, "2026-01-31T12:00:00"), HasSubstr("<skipped message=\"too few to judge"));
+  // One case of many, however wrong: something to look at, and no proof.
+  write_run(base(), sweep_records());
+  const Comparison once = compare_changed([](Record& r) {
+    if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors["Et_m"] *= 1e6;
+  });
+  EXPECT_EQ(once.verdict, GateVerdict::inconclusive) << headline(once);
+}
+
+TEST_F(Gate, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
+  const Comparison c = compare_changed([](Record& r) {
+    if (r.is_ego()) r.errors["Et_m"] *= 1.1;
+  });
+  EXPECT_EQ(c.verdict, GateVerdict::regressed);
+  ASSERT_EQ(c.families.size(), 5U);
+  const FamilyRow& first = c.families.front();
+  EXPECT_EQ(first.body + " " + first.metric, "camera Et_m");
+  EXPECT_NEAR(first.change, 0.1, 1e-12);
+  EXPECT_NEAR(first.interval.value().low, 0.1, 1e-9);
+  EXPECT_EQ(first.n_seeds, 10);
+  EXPECT_EQ(first.n_sources, 2);
+  EXPECT_EQ(largest_change(c), "camera Et_m of joint_flow: +10.0 % [+10.0, +10.0], 120 of 120 cases worse, 10 seeds, "
+                               "2 sources: regressed");
+  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
+}
+
+TEST_F(Gate, SeedsWithTheSameErrorsCountOnce) {
+  // Without noise a deterministic estimator gives every seed the same errors.
+  std::vector<Record> records = sweep_records(10);
+  for (Record& r : records) r.errors["Et_m"] = 0.01 * r.frame;
+  write_run(base(), records);
+  for (Record& r : records) r.errors["Et_m"] *= r.is_ego() && r.frame == 2 ? 1.3 : 1;
+  write_run(fresh(), records);
+  const Comparison c = compare();
+  EXPECT_EQ(c.families.front().n_seeds, 1);
+  EXPECT_TRUE(c.families.front().too_few);
+  for (const AccuracyRow& row : c.accuracy) EXPECT_NE(row.verdict, GateVerdict::regressed);
+}
+
+TEST_F(Gate, NoPContradictsAVerdict) {
+  Policy exact;
+  exact.accuracy.other.minimum_effect = 0;
+  for (const Policy& policy : {defaults(), exact}) {
+    for (uint64_t draw = 1; draw <= 30; ++draw) {
+      PhiloxStream random(draw, 9);
+      const double shift = 0.1 * normal(random), spread = 0.2 * random.uniform(), share = random.uniform();
+      const Comparison c = compare_changed(
+          [&](Record& r) {
+            if (random.uniform() < share) r.errors["Et_m"] *= std::exp(shift + spread * normal(random));
+          },
+          policy);
+      const auto check = [&](const auto& row, double change) {
+        const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
+        if (!decided) return;
+        if (row.p_corrected) EXPECT_LE(*row.p_corrected, policy.accuracy.alpha);
+        if (row.p_corrected && row.interval && &policy != &exact)  // the interval is on the verdict's side of 0
+          EXPECT_GT((row.verdict == GateVerdict::regressed ? row.interval->low : -row.interval->high), 0) << change;
+      };
+      for (const FamilyRow& row : c.families) check(row, row.change);
+      for (const AccuracyRow& row : c.accuracy) check(row, row.difference);
+    }
+  }
 }
 
 TEST_F(Gate, AnotherMachineIsANoteWhereTimesAreNotJudged) {

@@ -71,7 +71,20 @@ Suite accuracy(const Comparison& c) {
         {to_string(row.subject) + " coverage", row.verdict,
          fmt::format("{} of {} cases lost, {} gained; {}", row.n_lost, row.n, row.n_gained, row.example)});
   }
+  for (const FamilyRow& row : c.families) {
+    const std::string interval =
+        row.interval ? fmt::format(" [{:+.2f}, {:+.2f}]", 100 * row.interval->low, 100 * row.interval->high) : "";
+    suite.cases.push_back({fmt::format("{} {} {}", row.estimator, row.body, row.metric), row.verdict,
+                           fmt::format("{:+.2f} %{}; {} of {} cases worse, {} better, {} seeds", 100 * row.change,
+                                       interval, row.n_worse, row.n, row.n_better, row.n_seeds)});
+  }
   for (const AccuracyRow& row : c.accuracy) {
+    if (row.too_few) {
+      suite.cases.push_back({fmt::format("{} {}", to_string(row.subject), row.metric), GateVerdict::inconclusive,
+                             fmt::format("too few to judge: mean {} -> {}, {} cases", row.base,
+                                         row.base + row.difference, row.n)});
+      continue;
+    }
     suite.cases.push_back({fmt::format("{} {}", to_string(row.subject), row.metric), row.verdict,
                            fmt::format("mean {} -> {}; {} of {} cases worse, {} better", row.base,
                                        row.base + row.difference, row.n_worse, row.n, row.n_better)});

@@ -60,13 +60,16 @@ Json github_entry(std::string name, std::string unit, double value, const std::o
 }  // namespace
 
 std::string comparison_markdown(const Comparison& c) {
-  std::string text = fmt::format("# sextant compare: {}\n\n{}\n\nBASE {}, NEW {}\n", to_string(c.verdict),
+  const std::string largest = largest_change(c);
+  std::string text = fmt::format("# sextant compare: {}\n\n{}{}\n\nBASE {}, NEW {}\n", to_string(c.verdict),
+                                 largest.empty() ? "" : "**" + markdown_text(largest) + "**\n\n",
                                  markdown_text(headline(c)), markdown_text(c.base), markdown_text(c.fresh));
   const auto add = [&](const Table& table) {
     if (!table.rows.empty()) text += "\n" + to_markdown(table);
   };
   add(findings_table(c));
   add(status_table(c));
+  add(family_table(c, /*changed_only=*/true));
   add(accuracy_table(c, /*changed_only=*/true));
   add(speed_table(c, /*changed_only=*/false));
   return text;
@@ -83,6 +86,8 @@ Json comparison_json(const Comparison& c, const Policy& policy) {
   json["cases"] = c.n_cases;
   json["findings"] = rows_to_json(findings_table(c));
   json["statuses"] = rows_to_json(status_table(c));
+  json["largest_change"] = largest_change(c);
+  json["families"] = rows_to_json(family_table(c, /*changed_only=*/false));
   json["accuracy"] = rows_to_json(accuracy_table(c, /*changed_only=*/false));
   json["speed"] = rows_to_json(speed_table(c, /*changed_only=*/false));
   json["policy"] = write_options(policy);

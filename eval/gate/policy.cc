@@ -26,6 +26,9 @@ void MetricPolicy::check() const {
 
 void AccuracyPolicy::check() const {
   check_alpha(alpha);
+  check_option(minimum_seeds >= 2, "minimum_seeds", minimum_seeds, ">= 2");
+  check_option(minimum_cases >= 2, "minimum_cases", minimum_cases, ">= 2");
+  check_share("inconclusive_effect", inconclusive_effect);
   check_option(replicates >= 100, "replicates", replicates, ">= 100");
   check_option(max_lost >= 0, "max_lost", max_lost, ">= 0");
 }

@@ -19,7 +19,7 @@ constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
 
 /// A case is one body in one frame pair of one seed. Its change is rounding where
 /// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
-/// from minimum_effect |mean of base| on.
+/// from minimum_effect |mean of base| on. minimum_effect 0 is the exact gate: rows are judged case by case.
 struct MetricPolicy {
   SEXTANT_OPTIONS(
       (double, absolute, 1e-9, "of metric", "a case that changes by less has not changed"),
@@ -31,7 +31,10 @@ struct MetricPolicy {
 
 struct AccuracyPolicy {
   bool judge = true;
-  double alpha = 0.05;
+  double alpha = 0.01;
+  int minimum_seeds = 6;
+  int minimum_cases = 12;
+  double inconclusive_effect = 1;
   int replicates = 500;
   int max_lost = 0;
   MetricPolicy other;
@@ -39,8 +42,12 @@ struct AccuracyPolicy {
   template <typename V>
   void visit(V& v) {
     v("judge", judge, "", "false: errors and statuses are left out");
-    v("alpha", alpha, "0..1", "p-values (Holm) up to this are evidence");
-    v("replicates", replicates, "count", "resamples of the 95 % intervals");
+    v("alpha", alpha, "0..1", "two-sided p-values (Holm) up to this are evidence");
+    v("minimum_seeds", minimum_seeds, "count", "fewer seeds with different errors are too few to judge");
+    v("minimum_cases", minimum_cases, "count", "fewer cases are too few to judge");
+    v("inconclusive_effect", inconclusive_effect, "share",
+      "a pooled error that is worse by more without evidence is inconclusive");
+    v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
     v("default", other, "", "metrics that 'metrics' does not name");
     v("metrics", metrics, "", "by key of a record's errors");

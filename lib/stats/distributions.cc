@@ -61,8 +61,23 @@ double chi_square_cdf(double x, double dof) {
   return x / 2 < a + 1 ? gamma_series(a, x / 2) : 1 - gamma_fraction(a, x / 2);
 }
 
-/// P(T <= x) of Student's t: finite series, Abramowitz and Stegun 26.7.3-4.
+void check_probability(double p) {
+  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
+}
+
+}  // namespace
+
+double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+double normal_quantile(double p) {
+  check_probability(p);
+  if (p > 0.5) return -normal_quantile(1 - p);  // the lower tail keeps its digits
+  return invert(normal_cdf, p, -40, 1e-9);
+}
+
+// Finite series, Abramowitz and Stegun 26.7.3-4.
 double student_t_cdf(double x, int dof) {
+  if (dof < 1) fail("Student's t: degrees of freedom {}: must be >= 1", dof);
   const bool odd = dof % 2 == 1;
   const double angle = std::atan(x / std::sqrt(dof));
   const double c = std::cos(angle);
@@ -76,20 +91,6 @@ double student_t_cdf(double x, int dof) {
   }
   const double within = odd ? 2 / std::numbers::pi * (angle + std::sin(angle) * sum) : std::sin(angle) * sum;
   return 0.5 + within / 2;
-}
-
-void check_probability(double p) {
-  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
-}
-
-}  // namespace
-
-double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
-
-double normal_quantile(double p) {
-  check_probability(p);
-  if (p > 0.5) return -normal_quantile(1 - p);  // the lower tail keeps its digits
-  return invert(normal_cdf, p, -40, 1e-9);
 }
 
 double student_t_quantile(double p, int dof) {

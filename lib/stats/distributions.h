@@ -13,6 +13,8 @@ double normal_quantile(double p);
 /// The q with P(chi-square with `dof` > 0 degrees of freedom <= q) = p, 0 < p < 1.
 double chi_square_quantile(double p, double dof);
 
+/// P(T <= x) of Student's t with `dof` >= 1 degrees of freedom.
+double student_t_cdf(double x, int dof);
 /// The t with P(T <= t) = p of Student's t with `dof` >= 1 degrees of freedom, 0 < p < 1.
 double student_t_quantile(double p, int dof);
 
