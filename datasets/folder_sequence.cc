@@ -176,8 +176,8 @@ std::map<std::string, double> TruthFloor::numbers() const {
 }
 
 TruthFloor truth_floor(const Sequence& sequence) {
-  const auto* folder = dynamic_cast<const FolderSequence*>(&sequence);
-  return folder == nullptr ? TruthFloor() : folder->floor();
+  const auto* known = dynamic_cast<const KnowsTruthFloor*>(&sequence);
+  return known == nullptr ? TruthFloor() : known->floor();
 }
 
 }  // namespace sextant

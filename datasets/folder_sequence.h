@@ -59,7 +59,7 @@ struct FolderFiles {
 /// The folder if it is there, else empty.
 std::string if_there(const std::filesystem::path& folder);
 
-class FolderSequence final : public Sequence {
+class FolderSequence final : public Sequence, public KnowsTruthFloor {
  public:
   explicit FolderSequence(const SourceSpec& source) : source_(source) { info_.dataset = source.adapter; }
 

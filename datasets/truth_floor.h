@@ -23,7 +23,16 @@ struct TruthFloor {
   std::map<std::string, double> numbers() const;
 };
 
-/// Nothing of sequences that are not read from a folder.
+/// A sequence that knows how accurate its truth is.
+class KnowsTruthFloor {
+ public:
+  virtual const TruthFloor& floor() const = 0;
+
+ protected:
+  ~KnowsTruthFloor() = default;
+};
+
+/// Nothing of sequences that do not know it.
 TruthFloor truth_floor(const Sequence& sequence);
 
 }  // namespace sextant

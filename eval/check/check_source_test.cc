@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sextant/datasets/testing.h"
+#include "sextant/datasets/truth_floor.h"
 #include "sextant/eval/check/check_source.h"
 
 namespace sextant {
@@ -13,21 +14,23 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// A source in memory, so that a mistake is a change of values.
-class LoadedSequence final : public MemorySequence {
+class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
  public:
   explicit LoadedSequence(const std::string& source) {
     const auto original = open_source(SourceSpec::parse(source));
     info_ = original->info();
     truth_ = original->truth();
-    info_.channels = {.depth = true, .flow = true, .mask = true};
+    floor_ = truth_floor(*original);
+    info_.channels = {.depth = true, .flow = true, .mask = original->info().channels.mask};
     for (int k = info_.first_frame; k <= info_.last_frame; ++k) {
       frames_.push_back(original->read(k, info_.channels));
     }
   }
-  LoadedSequence(const LoadedSequence& from) : frames_(from.frames_) {
+  LoadedSequence(const LoadedSequence& from) : frames_(from.frames_), floor_(from.floor_) {
     info_ = from.info_;
     truth_ = from.truth_;
   }
+  const TruthFloor& floor() const override { return floor_; }
   Frame read(int frame, Channels channels) const override {
     const Frame& from = frames_[static_cast<size_t>(frame - info_.first_frame)];
     Frame out;
@@ -39,6 +42,9 @@ class LoadedSequence final : public MemorySequence {
 
   std::vector<Frame>
       frames_;  // NOLINT(misc-non-private-member-variables-in-classes): mistakes change anything
+
+ private:
+  TruthFloor floor_;
 };
 
 // ---- what a mistake changes
@@ -444,6 +450,97 @@ TEST(CheckRealSource, AWrongBaselineIsToldAsAFactorOnDepth) {
     EXPECT_NE(line->outcome, CheckOutcome::pass) << report(checks);
     EXPECT_THAT(line->cause, testing::StartsWith("depth is too large by a factor 1.")) << report(checks);
   }
+}
+
+TEST(CheckRealSource, TartanairAgreesToSixHundredthsOfAPixel) {
+  SEXTANT_NEEDS_DATA("tartanair2_abs_P000");
+  const auto checks = check_source(*open_with("tartanair:" + real_data("tartanair2_abs_P000").string()),
+                                   {.jobs = 2, .quiet = true});
+  for (const SourceCheck& c : checks) EXPECT_NE(c.outcome, CheckOutcome::fail) << report(checks);
+  const auto flow = std::ranges::find(checks, "static flow", &SourceCheck::name);
+  ASSERT_TRUE(flow->value) << report(checks);
+  EXPECT_LT(*flow->value, 0.06) << report(checks);
+  EXPECT_EQ(flow->outcome, CheckOutcome::pass) << report(checks);
+}
+
+// ---- pairs of KITTI scene flow as the tracking frames that they are: stereo depth, flow of DIS, and a camera that moves
+// by 0.3 m (0000) or 0.8 m (0001) while its true steps are good to 0.03 m
+
+struct TrackingPair {
+  const char* pair;
+  const char* sequence;
+  int first_frame;
+};
+constexpr TrackingPair tracking_pairs[] = {{"000002", "0000", 10}, {"000007", "0001", 354}};
+
+/// Laid out below `root`; returns the SOURCE.
+std::string lay_out(const TrackingPair& pair, const fs::path& root) {
+  const fs::path training = root / "training", from = real_data("kitti_tracking") / "training";
+  for (const char* part : {"calib", "oxts", "label_02", "instances_txt"}) {
+    // MOTS has no masks of the vans and the cyclist of 0000.
+    if (std::string_view(part) == "instances_txt" && std::string_view(pair.sequence) == "0000") continue;
+    fs::create_directories(training / part);
+    const std::string name = std::string(pair.sequence) + ".txt";
+    write_file(training / part / name, read_file(from / part / name));
+  }
+  for (const char* side : {"2", "3"}) {
+    const fs::path folder = training / (std::string("image_0") + side) / pair.sequence;
+    fs::create_directories(folder);
+    for (const int k : {0, 1}) {
+      write_file(folder / fmt::format("{:06}.png", pair.first_frame + k),
+                 read_file(real_data("kitti_sceneflow_2015") / (std::string("image_") + side) /
+                           fmt::format("{}_1{}.png", pair.pair, k)));
+    }
+  }
+  return fmt::format("kitti:{}#{}@{}-{}", root.string(), pair.sequence, pair.first_frame, pair.first_frame + 1);
+}
+
+TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
+  SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
+  SEXTANT_NEEDS_DATA("kitti_tracking");
+  const std::vector<Seed> large = {
+      {"DepthDouble", "depth is too large by a factor", depth([](I, double z, int, int) { return 2 * z; })},
+      {"DepthHalf", "depth is too large by a factor 0", depth([](I, double z, int, int) { return z / 2; })},
+      {"BaselineTooLong", "depth is too large by a factor", depth([](I, double z, int, int) { return 1.5 * z; })},
+      {"BaselineTooShort", "depth is too large by a factor 0", depth([](I, double z, int, int) { return z / 1.5; })},
+  };
+  for (const TrackingPair& pair : tracking_pairs) {
+    SCOPED_TRACE(pair.pair);
+    const TempFolder folder;
+    const LoadedSequence clean(lay_out(pair, folder.path()));
+    expect_clean(check_source(clean, {.jobs = 2, .quiet = true}));
+    for (const Seed& seed : large) {
+      SCOPED_TRACE(seed.name);
+      LoadedSequence sequence(clean);
+      seed.mistake(sequence);
+      expect_caught(sequence, seed.cause);
+    }
+  }
+}
+
+// Of the mistakes above those that two frames can show: no shifts by a frame, no yaw of cars that drive straight on.
+// Two frames do not tell all causes apart: that a check fails counts.
+TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
+  SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
+  SEXTANT_NEEDS_DATA("kitti_tracking");
+  const std::set<std::string> of_several_frames = {
+      "FlowToPrevious",   "FlowOfNextPair", "DepthOfNextFrame", "PosesOfNextFrame", "PosesMissingAsIdentity",
+      "MasksOfNextFrame", "YawNegated"};
+  const std::set<std::string> within_the_noise = {"DepthIsRange", "DepthScale", "PosesScaled"};
+  const TempFolder folder;
+  const LoadedSequence clean(lay_out(tracking_pairs[1], folder.path()));
+  int n_planted = 0;
+  for (const Seed& seed : seeds()) {
+    if (of_several_frames.contains(seed.name) || within_the_noise.contains(seed.name)) continue;
+    SCOPED_TRACE(seed.name);
+    LoadedSequence sequence(clean);
+    seed.mistake(sequence);
+    const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+    EXPECT_TRUE(std::ranges::any_of(checks, [](const SourceCheck& c) { return c.outcome == CheckOutcome::fail; }))
+        << report(checks);
+    ++n_planted;
+  }
+  EXPECT_GE(n_planted, 20);
 }
 
 }  // namespace

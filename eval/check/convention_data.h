@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/truth_floor.h"
 
 namespace sextant {
 
@@ -35,6 +36,7 @@ struct ConventionData {
   int flow_to = 1;
   std::string depth_kind;  ///< as in SequenceInfo
   SequenceTruth truth;
+  TruthFloor floor;  ///< accuracy of the true camera motion, where the data set knows it
   std::map<int, double> times_s;  ///< stamps, where the source has them
 
   int last_frame() const { return first_frame + static_cast<int>(frames.size()) - 1; }

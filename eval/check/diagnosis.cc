@@ -29,7 +29,7 @@ double penalty(const Finding& before, const Finding& after) {
   return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
 }
 
-Trial try_out(const Hypothesis& hypothesis, const ConventionData& data, const std::vector<Finding>& before) {
+Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData& data, const std::vector<Finding>& before) {
   check_interrupt();
   ConventionData changed = data;
   double fitted = 0;
@@ -82,8 +82,8 @@ std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs) {
   const std::vector<Finding> findings = check_conventions(data);
   const bool clean =
       std::ranges::all_of(findings, [](const Finding& f) { return f.passes() || !f.checkable(); });
-  std::vector<Hypothesis> table = hypotheses(data);
-  if (clean) std::erase_if(table, [](const Hypothesis& h) { return h.fits_number; });
+  std::vector<Hypothesis<ConventionData>> table = hypotheses(data);
+  if (clean) std::erase_if(table, [](const auto& h) { return h.fits_number; });
   std::vector<Trial> trials(table.size());
   parallel_for(static_cast<int>(table.size()), jobs, [&](int i) {
     const auto at = static_cast<size_t>(i);

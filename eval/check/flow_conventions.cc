@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sextant/eval/check/conventions.h"
 #include "sextant/stats/summary.h"
@@ -12,6 +13,7 @@ constexpr double still_px = 0.5;          // median flow below which a pair says
 constexpr double static_floor_px = 0.75;  // residual of a good flow network
 constexpr double static_share = 0.25;     // of the parallax
 constexpr double static_fail_factor = 1.6;
+constexpr size_t truth_points = 500;  // enough to know what the accuracy of the truth does to a pair
 constexpr double scale_limit_percent = 3;
 constexpr double scale_fail_percent = 6;
 constexpr double object_limit_m = 0.3;
@@ -20,7 +22,7 @@ constexpr double min_parallax_px = 1;
 constexpr int min_points_of_pair = 50;
 constexpr int min_points_of_object = 8;
 constexpr double far_off_px = 1e6;    // stands for a point that ends behind the camera
-constexpr double step_jitter = 0.05;  // of true steps: KITTI's
+constexpr double step_jitter = 0.05;  // of the steps that stereo depth and flow show, relative
 
 double length(const Flow& flow) { return std::hypot(double{flow.u}, double{flow.v}); }
 
@@ -72,6 +74,74 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
+/// Of the rotations of true steps: the geometric mean of the bounds that truth_floor.h has, or the one that is known.
+std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
+  if (!floor.rotation_deg || !floor.rotation_timing_deg)
+    return floor.rotation_deg ? floor.rotation_deg : floor.rotation_timing_deg;
+  return std::sqrt(*floor.rotation_deg * *floor.rotation_timing_deg);
+}
+
+/// Motions that are as likely true as that of the pair: each differs from it by one of the truth's own standard
+/// errors (datasets/truth_floor.h), along the way, sideways, or about one axis of the camera. Empty where the data
+/// set does not know how accurate its truth is.
+std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from) {
+  std::vector<Vector6d> errors;
+  const auto add = [&](const Eigen::Vector3d& shift_m, const Eigen::Vector3d& turn_rad) {
+    errors.emplace_back();
+    errors.back() << shift_m, turn_rad;
+  };
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero(), way = T_to_from.translation();
+  const TruthFloor& floor = data.floor;
+  if (const auto along_m = data.truth.camera_step_floor_m; along_m && way.norm() > 0) {
+    add(*along_m * way.normalized(), none);
+  }
+  if (const Eigen::Vector3d side = Eigen::Vector3d::UnitY().cross(way); floor.lateral_m && side.norm() > 0) {
+    add(*floor.lateral_m * side.normalized(), none);
+  }
+  if (const auto rotation_deg = likely_rotation_error_deg(floor)) {
+    // Shares of the axes: pitch, yaw and roll of a car are about the camera's x, y and z axis.
+    Eigen::Vector3d shares = Eigen::Vector3d::Ones();
+    if (floor.gyro_deg) shares = Eigen::Vector3d(floor.gyro_deg->y(), floor.gyro_deg->z(), floor.gyro_deg->x());
+    const Eigen::Vector3d axis_rad = *rotation_deg * std::numbers::pi / 180 * shares.normalized();
+    for (int axis = 0; axis < 3; ++axis) add(none, axis_rad[axis] * Eigen::Vector3d::Unit(axis));
+  }
+  std::vector<SE3> motions;
+  for (const Vector6d& error : errors) motions.push_back(SE3::exp(error) * T_to_from);
+  return motions;
+}
+
+/// Calls use(point, predicted flow, its change) for points of the pair, once for each motion that is as likely true,
+/// and end() after each of these.
+template <typename Use, typename End>
+void for_each_likely_change(const ConventionData& data, const StaticPair& pair, const Use& use, const End& end) {
+  const size_t stride = pair.points.size() / truth_points + 1;
+  for (const SE3& motion : likely_motions(data, pair.T_to_from)) {
+    for (size_t i = 0; i < pair.points.size(); i += stride) {
+      const FlowSample& s = pair.points[i];
+      const Eigen::Vector2d predicted = predicted_flow(data.camera.left, s, pair.T_to_from);
+      const Eigen::Vector2d change = predicted_flow(data.camera.left, s, motion) - predicted;
+      if (change.norm() < far_off_px / 2) use(s, predicted, change);
+    }
+    end();
+  }
+}
+
+/// Median length by which the predicted flow of the pair's points changes within the accuracy of the truth, px.
+double truth_error_px(const ConventionData& data, const StaticPair& pair) {
+  double squares = 0;
+  std::vector<double> changes;
+  for_each_likely_change(
+      data, pair,
+      [&](const FlowSample&, const Eigen::Vector2d&, const Eigen::Vector2d& change) {
+        changes.push_back(change.norm());
+      },
+      [&] {
+        if (!changes.empty()) squares += std::pow(median(changes), 2);
+        changes.clear();
+      });
+  return std::sqrt(squares);
+}
+
 /// Why there is nothing to compare; `otherwise` where all that it takes is there.
 std::string nothing_to_compare(const ConventionData& data, bool poses, bool objects,
                                const std::string& otherwise) {
@@ -91,7 +161,7 @@ std::string nothing_to_compare(const ConventionData& data, bool poses, bool obje
 Finding check_static_flow(const ConventionData& data) {
   Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
   const PinholeCamera& camera = data.camera.left;
-  std::vector<double> residuals, parallax;
+  std::vector<double> residuals, parallax, truth_errors;
   bool seen = false;
   for (int k = data.first_frame; k <= data.last_frame(); ++k) {
     const auto pair = static_pair(data, k);
@@ -108,6 +178,7 @@ Finding check_static_flow(const ConventionData& data) {
     if (median(given) < still_px && median(truth) < still_px) continue;
     residuals.insert(residuals.end(), r.begin(), r.end());
     parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
+    truth_errors.push_back(truth_error_px(data, *pair));
   }
   if (!finding.measure(residuals)) {
     return finding.not_checkable(nothing_to_compare(
@@ -115,7 +186,8 @@ Finding check_static_flow(const ConventionData& data) {
         seen ? "the camera stands still" : "too few background points with depth and flow"));
   }
   const double typical = median(parallax);
-  finding.limit = std::max(static_floor_px, typical < far_off_px ? static_share * typical : 0);
+  finding.limit = std::hypot(std::max(static_floor_px, typical < far_off_px ? static_share * typical : 0),
+                             median(truth_errors));
   finding.fail_limit = static_fail_factor * finding.limit;
   return finding;
 }
@@ -147,11 +219,31 @@ double step_share(const PinholeCamera& camera, const StaticPair& pair) {
   return share;
 }
 
+/// Variance of step_share() within the accuracy of the truth, to first order.
+double truth_variance(const ConventionData& data, const StaticPair& pair) {
+  const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
+  double variance = 0;
+  std::vector<std::pair<double, double>> weighted;
+  for_each_likely_change(
+      data, pair,
+      [&](const FlowSample& s, const Eigen::Vector2d& predicted, const Eigen::Vector2d& change) {
+        const Eigen::Vector2d expected = predicted - predicted_flow(data.camera.left, s, rotation);
+        const double length = expected.norm();
+        if (!(length >= min_parallax_px && length < far_off_px / 2)) return;
+        weighted.emplace_back(change.dot(expected) / (length * length), length);
+      },
+      [&] {
+        if (!weighted.empty()) variance += std::pow(weighted_median(weighted), 2);
+        weighted.clear();
+      });
+  return variance;
+}
+
 }  // namespace
 
 DepthFactor fit_depth_factor(const ConventionData& data) {
   DepthFactor fit;
-  double length_m = 0, shown_m = 0, sum = 0, squares = 0;
+  double length_m = 0, shown_m = 0, sum = 0, squares = 0, truth = 0;
   for (int k = data.first_frame; k <= data.last_frame(); ++k) {
     const auto pair = static_pair(data, k);
     const double share = pair ? step_share(data.camera.left, *pair) : NAN;
@@ -161,13 +253,15 @@ DepthFactor fit_depth_factor(const ConventionData& data) {
     shown_m += share * pair->T_to_from.translation().norm();
     sum += share;
     squares += share * share;
+    truth += truth_variance(data, *pair);
   }
   if (fit.n == 0) return fit;
-  // Few pairs whose true steps jitter do not decide on per cents: step_jitter is assumed as firmly as two
-  // pairs would show it.
+  // Few pairs do not show how far steps scatter: step_jitter and the accuracy of the truth are assumed as firmly as
+  // two pairs would show them.
   const double n = fit.n, mean = sum / n;
   const double spread = std::max(0.0, squares - n * mean * mean);
-  fit.error = std::sqrt((spread + 2 * step_jitter * step_jitter) / (n + 1) / n);
+  const double assumed = step_jitter * step_jitter + truth / n;
+  fit.error = std::sqrt((spread + 2 * assumed) / (n + 1) / n);
   fit.factor = length_m / shown_m;
   return fit;
 }

@@ -16,10 +16,10 @@ constexpr double min_range_share = 0.5;
 constexpr double fit_price = 0.6;  // a number that is fitted explains more than it should
 
 struct Table {
-  std::vector<Hypothesis> lines;
+  std::vector<Hypothesis<ConventionData>> lines;
 
   void add(std::string cause, Undo undo, double price = 0, bool fits_number = false) {
-    lines.push_back({std::move(cause), std::move(undo), price, fits_number});
+    lines.push_back({"", std::move(cause), "", std::move(undo), price, fits_number});
   }
 };
 
@@ -287,7 +287,7 @@ void add_camera(Table& table) {
 
 }  // namespace
 
-std::vector<Hypothesis> hypotheses(const ConventionData& data) {
+std::vector<Hypothesis<ConventionData>> hypotheses(const ConventionData& data) {
   Table table;
   add_depth(data, table);
   add_flow(table);

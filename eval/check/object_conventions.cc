@@ -151,14 +151,14 @@ Finding check_mask_ids(const ConventionData& data) {
   int wrong = 0, boxes = 0, empty = 0;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto box = label_box(object);
-    if (!box || data.at(frame).mask.empty()) return;
+    if (!box || data.at(frame).mask.empty() || data.at(frame).outlines.empty()) return;
     ++boxes;
     const int id = id_in_box(data.at(frame), *box);
     empty += id == 0 ? 1 : 0;
     wrong += id != 0 && id != object.id ? 1 : 0;
   });
   finding.n = boxes - empty;
-  if (boxes == 0) return finding.not_checkable("no true 2-D boxes");
+  if (boxes == 0) return finding.not_checkable("no true 2-D boxes in frames with masks of objects");
   if (finding.n == 0) {
     finding.n = boxes;
     finding.value = 100;
