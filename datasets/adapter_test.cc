@@ -12,6 +12,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/sceneflow_testing.h"
+#include "sextant/datasets/tartanair_testing.h"
 #include "sextant/datasets/testing.h"
 
 namespace sextant {
@@ -40,6 +41,10 @@ Miniature make_miniature(const std::string& adapter, const fs::path& folder) {
     write_sceneflow_pair(folder);
     return {"sceneflow:" + folder.string() + "#000007",
             {Json::object(), {{"depth", "truth"}, {"flow", "truth"}}}};
+  }
+  if (adapter == "tartanair") {
+    const SequenceTruth truth = write_tartanair_trajectory(folder / "Tiny/Data_easy/P000", 4);
+    return {"tartanair:" + folder.string() + "#Tiny/Data_easy/P000", {Json::object()}, true, truth};
   }
   if (adapter == "synthetic") return {"synthetic:s18", {{{"cache", folder.string()}}}, false};
   if (adapter.starts_with("replay-")) {
@@ -87,6 +92,7 @@ std::string of_another_size(const fs::path& path, const std::string& bytes) {
   if (header.color_type == 2)
     return header.bit_depth == 16 ? encode_png(Image<Rgb16>(20, 18))
                                   : encode_png(Image<Rgb>(20, 18, {80, 80, 80}));
+  if (header.color_type == 6) return encode_png(Image<Rgba>(20, 18));
   return header.bit_depth == 16 ? encode_png(Image<uint16_t>(20, 18)) : encode_png(Image<uint8_t>(20, 18));
 }
 

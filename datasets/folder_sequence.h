@@ -26,9 +26,9 @@ namespace sextant {
 struct ChannelOptions {
   SEXTANT_OPTIONS(
       (std::string, flow, "auto", "",
-       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, onnx:FILE"),
+       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, tartanair_png:DIR, onnx:FILE"),
       (std::string, depth, "auto", "",
-       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR"),
+       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR, tartanair_png:DIR"),
       (std::string, masks, "auto", "",
        "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
 };
@@ -72,7 +72,7 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
   SequenceInfo& info() { return info_; }
   SequenceTruth& truth() { return truth_; }
   TruthFloor& floor() { return floor_; }
-  const TruthFloor& floor() const { return floor_; }
+  const TruthFloor& floor() const override { return floor_; }
   const SequenceInfo& info() const override { return info_; }
   const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override;

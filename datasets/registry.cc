@@ -5,6 +5,7 @@
 #include "sextant/datasets/replay.h"
 #include "sextant/datasets/sceneflow2015.h"
 #include "sextant/datasets/synthetic_scenes.h"
+#include "sextant/datasets/tartanair.h"
 #include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vkitti1.h"
 #include "sextant/datasets/vkitti2.h"
@@ -31,6 +32,9 @@ std::span<const Adapter> adapters() {
       {"vkitti2", "Virtual KITTI 2.0.3: as vkitti1, with a right camera and backward flow",
        "vkitti2:/data/vkitti2#Scene18/clone", open_vkitti2,
        [] { return describe_options(Vkitti2Options{}); }},
+      {"tartanair", "TartanAir V2, front cameras: exact depth, flow and camera poses of static scenes",
+       "tartanair:/data/tartanair#ArchVizTinyHouseDay/Data_easy/P000", open_tartanair,
+       [] { return describe_options(TartanairOptions{}); }},
       {"replay-vkitti1", "true motions of Virtual KITTI 1.3.1, from its text files, as a rendered scene",
        "replay-vkitti1:/data/vkitti_1.3.1_text#0018@124-134", open_replay_vkitti1,
        [] { return describe_options(ReplayVkitti1Options{}); }},

@@ -10,6 +10,7 @@
 #include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/codec/mots.h"
+#include "sextant/datasets/codec/tartanair_png.h"
 
 namespace sextant {
 namespace {
@@ -122,6 +123,7 @@ std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const Ch
       {"flo", "DIR", files<Flow>("flow", "flo", ".flo", decode_flo)},
       {"kitti_png", "DIR", files<Flow>("flow", "kitti_png", ".png", of_png_rgb16(flow_from_kitti))},
       {"vkitti_png", "DIR", files<Flow>("flow", "vkitti_png", ".png", of_png_rgb16(flow_from_vkitti))},
+      {"tartanair_png", "DIR", files<Flow>("flow", "tartanair_png", ".png", of_png_rgb16(flow_from_tartanair))},
       {"onnx", "FILE", make_network_flow_source},
   };
   return make("flow", choice, table, inputs);
@@ -133,6 +135,11 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
       {"disparity256", "DIR", make_disparity256_source},
       {"depth256", "DIR", files<float>("depth", "depth256", ".png", of_png16(depth_from_depth256))},
       {"cm", "DIR", files<float>("depth", "cm", ".png", of_png16(depth_from_cm))},
+      {"tartanair_png", "DIR",
+       files<float>("depth", "tartanair_png", ".png",
+                    [](const std::string& bytes, const std::string& name) {
+                      return depth_from_tartanair(decode_png_rgba(bytes, name));
+                    })},
   };
   return make("depth", choice, table, inputs);
 }

@@ -7,11 +7,13 @@
 //           flo:DIR             Middlebury .flo
 //           kitti_png:DIR       16-bit PNG, (n - 2^15) / 64 px
 //           vkitti_png:DIR      16-bit PNG, (2 n / 65535 - 1)(size - 1) px
+//           tartanair_png:DIR   16-bit PNG of TartanAir V2 (codec/tartanair_png.h)
 //           onnx:FILE           a network
 //   depth   sgbm                OpenCV's semi-global block matching with left-right check
 //           disparity256:DIR    16-bit PNG, z = bf / (n / 256)
 //           depth256:DIR        16-bit PNG, z = n / 256 m, 0 = invalid (KITTI depth benchmark)
 //           cm:DIR              16-bit PNG, z = n / 100 m, 65535 = invalid
+//           tartanair_png:DIR   PNG of TartanAir V2, a float32 in four channels (codec/tartanair_png.h)
 //   masks   instance_png:DIR    8- or 16-bit gray or palette PNG, the stored number is the id
 //           mots_png:DIR        16-bit PNG, class * 1000 + track id; class 10 is ignored; id = track id + 1
 //           mots_txt:FILE       "frame id class height width rle" (COCO run lengths); id = track id + 1

@@ -23,6 +23,14 @@ struct Rgb16 {
   bool operator==(const Rgb16&) const = default;
 };
 
+struct Rgba {
+  uint8_t r = 0;
+  uint8_t g = 0;
+  uint8_t b = 0;
+  uint8_t a = 0;
+  bool operator==(const Rgba&) const = default;
+};
+
 struct PngHeader {
   int width = 0;       ///< px
   int height = 0;      ///< px
@@ -38,6 +46,8 @@ PngHeader png_header(std::string_view bytes, const std::string& name);
 Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name);
 /// 16-bit RGB (flow).
 Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name);
+/// 8-bit RGBA, the four bytes of each pixel as they are.
+Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name);
 /// Up to 8 bit, as colour: palettes are looked up, gray is repeated.
 Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name);
 /// Up to 8 bit, as luminance: gray as it is (1/2/4 bit stretched to 0..255), colour through rgb_to_gray.
@@ -57,6 +67,7 @@ std::string encode_png(const Image<uint8_t>& image, const PngEncoding& encoding 
 std::string encode_png(const Image<uint16_t>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgb>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding = {});
+std::string encode_png(const Image<Rgba>& image, const PngEncoding& encoding = {});
 
 /// The same of an image of ids, which may also be of 16 bits.
 Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name);

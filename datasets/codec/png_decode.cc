@@ -234,6 +234,18 @@ Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name) {
   return image;
 }
 
+Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name) {
+  Chunks chunks = open(
+      bytes, name, [](const PngHeader& h) { return h.bit_depth == 8 && h.color_type == rgb_alpha; },
+      "8-bit RGBA");
+  Image<Rgba> image(chunks.header.width, chunks.header.height);
+  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+    static_assert(sizeof(Rgba) == 4);
+    std::memcpy(image.row(y), row, 4 * static_cast<size_t>(image.width()));
+  });
+  return image;
+}
+
 Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name) {
   Chunks chunks = open(bytes, name, is_8bit, "up to 8 bit per channel");
   const int depth = chunks.header.bit_depth;

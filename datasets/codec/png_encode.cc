@@ -113,4 +113,8 @@ std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding) {
                 image.height(), 16, 2, 6, encoding);
 }
 
+std::string encode_png(const Image<Rgba>& image, const PngEncoding& encoding) {
+  return encode(copy_bytes(image.data(), 4 * image.size()), image.width(), image.height(), 8, 6, 4, encoding);
+}
+
 }  // namespace sextant

@@ -1,0 +1,36 @@
+#pragma once
+
+// Adapter `tartanair`: TartanAir V2, the front cameras. SOURCE is tartanair:FOLDER[@first-last] with the folder of
+// one trajectory, or tartanair:ROOT#ENV/Data_easy/P000[@first-last] with the folder that holds the environments.
+// The folder of a trajectory has, as downloaded,
+//
+//   image_lcam_front/%06d_lcam_front.png         8-bit RGB, 640x640
+//   image_rcam_front/%06d_rcam_front.png         the right camera
+//   depth_lcam_front/%06d_lcam_front_depth.png   float32 in four channels (codec/tartanair_png.h)
+//   flow_lcam_front/%06d_%06d_flow.png           16-bit RGB (codec/tartanair_png.h), to the next frame
+//   pose_lcam_front.txt                          tx ty tz qx qy qz qw a line, line k + 1 is frame k
+//
+// Any of them may be missing; with the poses alone there is camera truth and no channel. Poses are T_world_camera
+// with the axes of NED (x ahead, y right, z down) on both sides; they become those of `opencv` (geometry/axes.h).
+// The scenes are static: there are no objects. seg_lcam_front has classes, not instances, and is not read.
+// Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
+
+#include <memory>
+
+#include "sextant/datasets/folder_sequence.h"
+
+namespace sextant {
+
+inline constexpr int tartanair_size_px = 640;
+inline constexpr double tartanair_focal_px = 320;
+inline constexpr double tartanair_baseline_m = 0.25;
+
+struct TartanairOptions : ChannelOptions {
+  SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"))
+  void check() const;
+};
+
+/// Throws Error on a folder, file or frame range that is not there, or a file that is not as described.
+std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source);
+
+}  // namespace sextant
