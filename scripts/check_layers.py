@@ -123,6 +123,7 @@ READERS_WITHIN = {
     "read_file": "bytes, whatever they are", "read_json": "parse_json", "read_records": "parse_records",
     "read_plan_file": "merge_sweeps",
     "read_bag": "trajectory format bag", "read_mcap": "trajectory format mcap",
+    "read_rosbag2": "trajectory format rosbag2",
     "read_vdo_frontend_xml": "trajectory format vdo_xml", "read_trajectory": "decode_trajectory",
     "parse_body_from_camera": "decode_body_from_camera", "read_kitti_truth": "adapter kitti",
     "read_vkitti1_truth": "adapter vkitti1", "read_vkitti2_truth": "adapter vkitti2",

@@ -164,6 +164,8 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
             "Of the reference, where it differs");
   add_value(*command, "--est-format", flags->files.estimate_format, "FORMAT",
             "Of the estimates, where it differs");
+  command->add_option("--rate", flags->files.rate_hz,
+                      "Frames per second of files without time stamps: frame k, or row k, is at k / rate");
   add_metric_flags(*command, *flags);
   add_association_flags(*command, *flags);
   add_frame_flags(*command, *flags);
@@ -185,7 +187,7 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       "  sextant evaluate ego gt.txt orb=orb_1.txt vdo=vdo_1.txt --out report\n"
       "  sextant evaluate ego gt.csv run.bag:/odom --interpolate 0.1 --estimate-offset --align yaw --up z\n"
       "  sextant evaluate ego gt.tum imu.tum --body-from-camera T_body_camera.txt --align se3\n"
-      "  sextant evaluate ego --ref-axes ned gt.tum orb.tum --align sim3\n"
+      "  sextant evaluate ego --ref-axes ned pose_left.txt orb.tum --rate 10 --align sim3\n"
       "Frames: T_world_camera = C T_world_body T_body_camera, "
       "C from --axes to opencv axes (docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");

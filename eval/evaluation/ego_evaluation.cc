@@ -70,7 +70,7 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
     fail(
         "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
-        "way to match them; convert one of them",
+        "way to match them; give --rate where rows are frames, or convert one of them",
         name);
   }
   if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");

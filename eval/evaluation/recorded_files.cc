@@ -37,6 +37,14 @@ bool looks_like_source(const std::string& text) {
   return !fs::exists(text, ignored);
 }
 
+/// Time stamps from frame numbers, or from rows where there are none; false where the poses have stamps.
+bool add_stamps(PoseSeries& poses, const std::optional<double>& rate_hz) {
+  if (!rate_hz || !poses.stamps_s.empty()) return false;
+  for (size_t i = 0; i < poses.size(); ++i)
+    poses.stamps_s.push_back((poses.frames.empty() ? static_cast<double>(i) : poses.frames[i]) / *rate_hz);
+  return true;
+}
+
 EgoReference reference_of(const EgoFiles& files) {
   if (looks_like_source(files.reference))
     return source_reference(files.reference, files.data_root, files.source_options);
@@ -102,6 +110,8 @@ std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& file
 }  // namespace
 
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
+  if (files.rate_hz && !(*files.rate_hz > 0 && std::isfinite(*files.rate_hz)))
+    fail("--rate {}: must be above 0", *files.rate_hz);
   std::vector<Estimate> estimates;
   for (const std::string& text : files.estimates) estimates.push_back(parse_estimate(text));
   if (estimates.empty()) estimates.push_back({"", files.reference});
@@ -112,13 +122,19 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
   std::future<TrajectoryFile> first = std::async(std::launch::async, read, estimates.front().path);
   EgoScores scores;
   scores.reference = reference_of(files);
+  bool used_rate = add_stamps(scores.reference.poses, files.rate_hz);
   to_camera(scores.reference.poses, options.reference_frame);
   for (size_t i = 0; i < estimates.size(); ++i) {
     TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
+    used_rate |= add_stamps(file.poses, files.rate_hz);
     if (files.estimates.empty() && !file.truth)
       fail("{}: holds no truth of its own: give the estimate after the reference", files.reference);
     scores.runs.push_back(evaluate_ego(scores.reference, std::move(file), estimates[i].path, options));
     scores.runs.back().system = estimates[i].system.empty() ? "estimate" : estimates[i].system;
+  }
+  if (files.rate_hz && !used_rate) {
+    fail("--rate {}: gives times to files without time stamps, but all of these have some: leave it out",
+         *files.rate_hz);
   }
   return scores;
 }

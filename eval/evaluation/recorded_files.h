@@ -20,6 +20,7 @@ struct EgoFiles {
   std::string format = "auto";           ///< of all files
   std::string reference_format;          ///< where it differs
   std::string estimate_format;           ///< where it differs
+  std::optional<double> rate_hz;         ///< frame k of files without time stamps is at k / rate_hz
   std::string data_root;                 ///< for a SOURCE
   Json source_options = Json::object();  ///< {"source": {..}} for a SOURCE
 };

@@ -22,6 +22,7 @@
 #include "sextant/datasets/codec/mots.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/codec/tartanair_png.h"
 #include "sextant/datasets/codec/vkitti1_text.h"
 #include "sextant/datasets/codec/vkitti2_text.h"
 #include "sextant/datasets/codec/yaml_camera.h"
@@ -226,6 +227,7 @@ void read_png(Bytes png) {
   each(decode_png16);
   each(decode_png_rgb16);
   each(decode_png_rgb);
+  each([](Bytes b, const std::string& name) { depth_from_tartanair(decode_png_rgba(b, name)); });
   each(decode_png_gray);
   each(decode_png_index);
   each(decode_png_ids);
@@ -348,8 +350,8 @@ void check_poses(const PoseSeries& poses) {
   for (const double t : poses.stamps_s) SEXTANT_CHECK(std::isfinite(t));
 }
 
-void trajectory(const std::string& format, Bytes bytes) {
-  const TrajectoryFile file = decode_trajectory(bytes, format);
+void trajectory(const std::string& format, Bytes bytes, const std::string& topic = "") {
+  const TrajectoryFile file = decode_trajectory(bytes, format, topic);
   check_poses(file.poses);
   if (file.truth) check_poses(*file.truth);
   encode_tum(file.poses);
@@ -462,6 +464,7 @@ std::vector<FuzzTarget> make_targets() {
       {"vkitti2_infos", both_ways(decode_vkitti2_infos, encode_vkitti2_infos)},
       {"source", source},
       {"trajectory_auto", [](Bytes bytes) { trajectory("auto", bytes); }},
+      {"trajectory_tf", [](Bytes bytes) { trajectory("mcap", bytes, "/tf:map.base"); }},
       {"object_log_dynosam", [](Bytes bytes) { object_log(LogFormat::dynosam, bytes); }},
       {"object_log_vdo", [](Bytes bytes) { object_log(LogFormat::vdo, bytes); }},
       {"body_from_camera", body_from_camera},

@@ -25,6 +25,7 @@ class ByteSource {
 
   const std::string& name() const { return name_; }
   uint64_t size() const { return size_; }
+  bool is_in_memory() const { return !file_; }
   /// `n` bytes at `at`, valid until the next call. Throws Error where the file ends before.
   std::string_view view(uint64_t at, uint64_t n);
 

@@ -150,4 +150,24 @@ bool header_contradicts(std::string_view header, std::string_view names) {
   return plain != names && std::ranges::count(plain, ',') == std::ranges::count(names, ',');
 }
 
+bool header_reorders(std::string_view header, std::string_view names) {
+  const auto words_of = [](std::string_view text) {
+    std::vector<std::string> words(1);
+    for (const char c : text) {
+      if (c == ',' || is_blank(c) || c == '#' || c == '"') {
+        if (!words.back().empty()) words.emplace_back();
+      } else {
+        words.back().push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+      }
+    }
+    if (words.back().empty()) words.pop_back();
+    return words;
+  };
+  std::vector<std::string> given = words_of(header), expected = words_of(names);
+  if (given == expected) return false;
+  std::ranges::sort(given);
+  std::ranges::sort(expected);
+  return given == expected;
+}
+
 }  // namespace sextant

@@ -34,4 +34,7 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
 /// quotes and cases do not matter.
 bool header_contradicts(std::string_view header, std::string_view names);
 
+/// Whether a header has the names of `names` ("a,b,c"), separated by blanks or commas, in another order.
+bool header_reorders(std::string_view header, std::string_view names);
+
 }  // namespace sextant

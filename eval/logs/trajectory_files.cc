@@ -164,6 +164,19 @@ TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
           });
 }
 
+/// Seven values alone: the row is the time, or --rate gives one.
+TrajectoryFile read_tartanair(const std::string& path, const ReadRules& rules) {
+  static constexpr const char* columns = "tx,ty,tz,qx,qy,qz,qw";
+  return TextReader(path, NumberFile::either, rules)
+      .read(
+          "tx ty tz qx qy qz qw without a time (7 values)", [](size_t n, char) { return n == 7; },
+          [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
+            if (out.poses.empty() && header_reorders(file.column_names(), columns))
+              file.fail_here("the header has the columns in another order than {}: reorder them", columns);
+            out.poses.add(quaternion_at(file, 3, false, log), position_at(file, 0));
+          });
+}
+
 TrajectoryFile read_vdo(const std::string& path, const ReadRules& rules) {
   return TextReader(path, ' ', rules)
       .read(
@@ -227,11 +240,13 @@ const std::vector<TrajectoryFormat>& table() {
       {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
       {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<euroc>},
       {"table", "columns in any order, by the names in the header", read_as<table_format>},
+      {"tartanair", "tx ty tz qx qy qz qw without a time, as pose_left.txt", read_tartanair},
       {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo},
       {"dynosam", "DynOSAM camera_pose_log.csv, with its truth", read_dynosam},
       {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml},
       {"bag", "ROS 1 bag, FILE:/TOPIC", read_recording<read_bag>},
       {"mcap", "MCAP, FILE:/TOPIC", read_recording<read_mcap>},
+      {"rosbag2", "rosbag2 of SQLite (.db3), FILE:/TOPIC", read_recording<read_rosbag2>},
   };
   return formats;
 }
@@ -262,6 +277,7 @@ FittingFormats formats_of_record(const NumberFile& file) {
   if (!commas && n == 8) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
   if (!commas && n == 17) return {{"vdo"}, ""};
+  if (n == 7) return {{"tartanair"}, ""};
   return {{}, fmt::format("its first record has {} values", n)};
 }
 
@@ -273,7 +289,8 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
   const std::string_view start = bytes.view(0, std::min<uint64_t>(bytes.size(), 16));
   if (is_bag(start)) return {{"bag"}, ""};
   if (is_mcap(start)) return {{"mcap"}, ""};
-  if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap) have topics: give the file alone", path);
+  if (is_rosbag2(start)) return {{"rosbag2"}, ""};
+  if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
   NumberFile file(path, NumberFile::either, rules);
   FittingFormats fitting;
   try {
@@ -320,6 +337,7 @@ TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& form
   ByteSource source(bytes, "bytes");
   if (format == "bag") return read_bag(source, topic);
   if (format == "mcap") return read_mcap(source, topic);
+  if (format == "rosbag2") return read_rosbag2(source, topic);
   const MemoryFile file(bytes);
   return read_trajectory(file.path(), format);
 }

@@ -8,11 +8,13 @@
 //   kitti    r11 r12 r13 tx r21 .. tz, or a frame number before them
 //   euroc    t[ns],px,py,pz,qw,qx,qy,qz[,...]                        ground truth and state estimates
 //   table    the eight columns by the names in the header (trajectory_columns.h), among any others
+//   tartanair  tx ty tz qx qy qz qw                                no time: the row counts, or --rate
 //   vdo      frame and 16 values of T_world_camera
 //   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; holds the truth too
 //   vdo_xml  front end of VDO-SLAM, boost serialisation; holds the truth too
 //   bag      ROS 1 bag, PATH:/TOPIC (trajectory_recordings.h)
 //   mcap     MCAP, PATH:/TOPIC (trajectory_recordings.h)
+//   rosbag2  SQLite file of a rosbag2, PATH:/TOPIC (trajectory_recordings.h)
 //
 // Where a header names the columns it decides; a format that says otherwise is an Error. Without names, what
 // fits two formats is not guessed.

@@ -66,6 +66,18 @@ TEST_F(TrajectoryFiles, KittiWithFrameNumbers) {
   EXPECT_THAT(error("7.5 1 0 0 1 0 1 0 2 0 0 1 3\n", "kitti"), HasSubstr(":1: expected a frame number"));
 }
 
+TEST_F(TrajectoryFiles, PosesWithoutATimeAreThoseOfTheirRow) {
+  const TrajectoryFile file = read("1 2 3 0 0 0 1\n2 2 3 0 0 0.6 0.8\n");
+  EXPECT_EQ(file.format, "tartanair");
+  EXPECT_EQ(file.poses.positions_m[1], Eigen::Vector3d(2, 2, 3));
+  EXPECT_NEAR(file.poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15) << "x y z w";
+  EXPECT_THAT(file.poses.stamps_s, IsEmpty());
+  EXPECT_EQ(read("tx,ty,tz,qx,qy,qz,qw\n1,2,3,0,0,0,1\n").format, "tartanair");
+  EXPECT_THAT(error("# tx ty tz qw qx qy qz\n1 2 3 1 0 0 0\n", "auto"), HasSubstr("in another order"));
+  EXPECT_THAT(error("1 2 3 0 0 0 2\n", "auto"), HasSubstr("has norm 2"));
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n", "tartanair"), HasSubstr("7 values"));
+}
+
 TEST_F(TrajectoryFiles, WindowsTextIsRead) {
   const std::string text = "\xef\xbb\xbf# t\r\n1.0 1 2 3 0 0 0 1 \r\n\r\n  1.1\t2 2 3 0 0 0 +1e0";
   EXPECT_THAT(read(text).poses.stamps_s, ElementsAre(1.0, 1.1));

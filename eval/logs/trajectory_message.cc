@@ -14,6 +14,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
+constexpr std::string_view static_ending = "_static";
 
 /// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven.
 struct PoseMessage {
@@ -32,6 +33,14 @@ const PoseMessage* pose_message(std::string_view type) {
   const auto* found = std::find_if(std::begin(messages), std::end(messages),
                                    [&](const PoseMessage& m) { return m.type == type; });
   return found == std::end(messages) ? nullptr : found;
+}
+
+bool is_transforms(std::string_view type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
+
+/// Names of topics are compared without the slash with which they may begin.
+std::string_view plain(std::string_view topic) {
+  if (topic.starts_with('/')) topic.remove_prefix(1);
+  return topic;
 }
 
 /// One message, whatever its serialisation.
@@ -93,39 +102,74 @@ class MessageReader {
 
 TopicPath split_topic(const std::string& path) {
   std::error_code ignored;
+  if (std::filesystem::exists(path, ignored)) return {path, ""};
+  for (size_t colon = path.find(':'); colon != std::string::npos; colon = path.find(':', colon + 1)) {
+    const std::string file = path.substr(0, colon);
+    if (std::filesystem::is_regular_file(file, ignored)) return {file, path.substr(colon + 1)};
+  }
   const size_t at = path.find(":/");
-  if (at == std::string::npos || std::filesystem::exists(path, ignored)) return {path, ""};
+  if (at == std::string::npos) return {path, ""};
   return {path.substr(0, at), path.substr(at + 1)};
+}
+
+TopicPoses::TopicPoses(std::string file, const std::string& topic) : file_(std::move(file)) {
+  const size_t colon = topic.find(':');
+  wanted_ = topic.substr(0, colon);
+  if (colon != std::string::npos) frames_ = topic.substr(colon + 1);
 }
 
 bool TopicPoses::announce(const std::string& topic, const std::string& type, const std::string& encoding) {
   Topic& t = topics_[topic];
   const size_t msg = type.find("/msg/");
-  const std::string plain = msg == std::string::npos ? type : type.substr(0, msg) + type.substr(msg + 4);
-  if (!t.type.empty() && (t.type != plain || t.encoding != encoding))
-    fail("{}:{}: is of type {} ({}) and of type {} ({})", file_, topic, t.type, t.encoding, plain, encoding);
-  t.type = plain;
+  const std::string name = msg == std::string::npos ? type : type.substr(0, msg) + type.substr(msg + 4);
+  if (!t.type.empty() && (t.type != name || t.encoding != encoding))
+    fail("{}:{}: is of type {} ({}) and of type {} ({})", file_, topic, t.type, t.encoding, name, encoding);
+  t.type = name;
   t.encoding = encoding;
-  t.readable = (encoding == "ros1" || encoding == "cdr") && pose_message(plain) != nullptr;
-  return t.readable && (wanted_.empty() || topic == wanted_);
+  const bool known = encoding == "ros1" || encoding == "cdr";
+  t.readable = known && pose_message(name) != nullptr;
+  t.holds_transforms = known && is_transforms(name);
+  if (t.holds_transforms) {
+    return !wanted_.empty() && (plain(topic) == plain(wanted_) ||
+                                plain(topic) == std::string(plain(wanted_)).append(static_ending));
+  }
+  return t.readable && (wanted_.empty() || plain(topic) == plain(wanted_));
 }
 
 void TopicPoses::add(const std::string& topic, std::string_view message) {
   Topic& t = topics_.at(topic);
   const std::string path = file_ + ":" + topic;
+  if (message.size() > largest_message) {
+    fail("{}: a message of {} bytes: {} at most for poses", path, message.size(), largest_message);
+  }
+  if (t.holds_transforms) {
+    add_transforms(t, path, message, topic.ends_with(static_ending));
+  } else {
+    add_pose(t, path, message);
+  }
+}
+
+namespace {
+
+double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
+  if (!cdr) reader.number<uint32_t>();  // sequence number
+  const double seconds = cdr ? reader.number<int32_t>() : reader.number<uint32_t>();
+  const auto nanoseconds = reader.number<uint32_t>();
+  if (nanoseconds > 999'999'999) fail("{}: a stamp with {} nanoseconds: damaged", where, nanoseconds);
+  return seconds + nanoseconds / 1e9;
+}
+
+}  // namespace
+
+void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view message) {
   const auto number = static_cast<int64_t>(t.poses.size()) + 1;
   const std::string where = fmt::format("{}:{}", path, number);
-  if (message.size() > largest_message)
-    fail("{}: a message of {} bytes: {} at most for a pose", where, message.size(), largest_message);
   if (t.poses.size() == most_poses)
     fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses);
   const PoseMessage& kind = *pose_message(t.type);
   const bool cdr = t.encoding == "cdr";
   MessageReader reader(message, cdr, where);
-  if (!cdr) reader.number<uint32_t>();  // sequence number
-  const double seconds = cdr ? reader.number<int32_t>() : reader.number<uint32_t>();
-  const auto nanoseconds = reader.number<uint32_t>();
-  if (nanoseconds > 999'999'999) fail("{}: a stamp with {} nanoseconds: damaged", where, nanoseconds);
+  const double stamp_s = read_stamp(reader, cdr, where);
   std::string frame_ids(reader.text());
   if (kind.has_child) frame_ids.append(" -> ").append(reader.text());
   if (number == 1) t.frame_ids = frame_ids;
@@ -138,12 +182,29 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
   double v[7];
   for (double& value : v) value = reader.number<double>();
   reader.expect_left(kind.doubles_after);
-  if (seconds == 0 && nanoseconds == 0 && ++t.n_without_stamp > 1)
+  if (stamp_s == 0 && ++t.n_without_stamp > 1)
     fail("{}: a second pose with the time stamp 0: the headers of this topic are not stamped", where);
   const Eigen::Vector3d p(v[0], v[1], v[2]);
   check_position(p, path, number);
-  t.poses.stamps_s.push_back(seconds + nanoseconds / 1e9);
+  t.poses.stamps_s.push_back(stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
+}
+
+void TopicPoses::add_transforms(Topic& t, const std::string& path, std::string_view message, bool is_static) {
+  const auto number = static_cast<int64_t>(++t.n_messages);
+  const std::string where = fmt::format("{}:{}", path, number);
+  const bool cdr = t.encoding == "cdr";
+  MessageReader reader(message, cdr, where);
+  for (auto n = reader.number<uint32_t>(); n > 0; --n) {
+    if (tree_.size() == most_poses)
+      fail("{}: more than {} transforms: cut the recording into parts, or thin it out", path, most_poses);
+    const double stamp_s = read_stamp(reader, cdr, where);
+    const std::string parent(reader.text()), child(reader.text());
+    double v[7];
+    for (double& value : v) value = reader.number<double>();
+    tree_.add(parent, child, stamp_s, {v[6], v[3], v[4], v[5]}, {v[0], v[1], v[2]}, is_static, path, number);
+  }
+  reader.expect_left(0);
 }
 
 std::string TopicPoses::list(bool readable) const {
@@ -154,9 +215,30 @@ std::string TopicPoses::list(bool readable) const {
     if (readable && !topic.readable) continue;
     if (n++ == most) return out + ", ...";
     out += fmt::format("{}{} ({}, {})", n > 1 ? ", " : "", name.substr(0, 100), topic.type.substr(0, 80),
-                       topic.readable ? fmt::format("{} poses", topic.poses.size()) : topic.encoding);
+                       topic.readable           ? fmt::format("{} poses", topic.poses.size())
+                       : topic.holds_transforms ? fmt::format("give {}:PARENT.CHILD", name.substr(0, 100))
+                                                : topic.encoding);
   }
   return n > 0 ? out : "none";
+}
+
+namespace {
+
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace
+
+TrajectoryFile TopicPoses::finish_transforms() {
+  const std::string where = fmt::format("{}:{}:{}", file_, wanted_, frames_);
+  TrajectoryFile out;
+  RepairLog log;
+  out.poses = tree_.path(frames_, where, log);
+  out.warnings = log.warnings(where);
+  out.comments = lower_case(wanted_ + ":" + frames_);
+  return out;
 }
 
 TrajectoryFile TopicPoses::finish() {
@@ -173,9 +255,15 @@ TrajectoryFile TopicPoses::finish() {
     if (n == 0) fail("{}: has no topic with poses, {}; it has: {}", file_, expected_types, list(false));
     if (n > 1) fail("{}: has {} topics with poses: give one as {}:/TOPIC of {}", file_, n, file_, list(true));
   }
-  const auto found = topics_.find(topic);
+  const auto is_it = [&](const auto& entry) { return plain(entry.first) == plain(topic); };
+  if (std::ranges::count_if(topics_, is_it) > 1)
+    fail("{}: has the topic {} with and without its slash: they cannot be told apart", file_, topic);
+  const auto found = std::ranges::find_if(topics_, is_it);
   if (found == topics_.end()) fail("{}: has no topic {}; it has: {}", file_, topic, list(false));
   Topic& t = found->second;
+  if (t.holds_transforms) return finish_transforms();
+  if (!frames_.empty())
+    fail("{}:{}: is of type {}, which has no frames to choose: give the topic alone", file_, topic, t.type);
   if (!t.readable)
     fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding,
          expected_types);
@@ -184,9 +272,7 @@ TrajectoryFile TopicPoses::finish() {
   out.poses = std::move(t.poses);
   sort_and_unite(out.poses, nullptr, t.log);
   out.warnings = t.log.warnings(file_ + ":" + topic);
-  out.comments = topic;
-  std::transform(out.comments.begin(), out.comments.end(), out.comments.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  out.comments = lower_case(topic);
   return out;
 }
 

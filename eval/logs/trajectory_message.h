@@ -4,6 +4,8 @@
 //
 //   geometry_msgs  PoseStamped, PoseWithCovarianceStamped, TransformStamped
 //   nav_msgs       Odometry                       (its pose; the twist is left out)
+//   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); the static transforms are
+//                                                 those of the topic of the same name and _static
 //
 // in ROS 1's serialisation or in CDR (ROS 2; either byte order). The stamp is the header's, not the time of
 // recording. A topic on which the frame ids change holds the poses of several bodies: an Error, as are two
@@ -16,10 +18,12 @@
 
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/logs/trajectory_tf.h"
 
 namespace sextant {
 
-/// "FILE:/TOPIC" in its parts; a path that exists as it is has no topic.
+/// "FILE:/TOPIC" or "FILE:TOPIC" in its parts; a path that exists as it is has no topic. The slash with which a topic
+/// may begin does not count.
 struct TopicPath {
   std::string file, topic;
 };
@@ -29,8 +33,8 @@ enum class MessageEncoding { ros1, cdr };
 
 class TopicPoses {
  public:
-  /// `topic` may be empty: the only one with poses.
-  TopicPoses(std::string file, std::string topic) : file_(std::move(file)), wanted_(std::move(topic)) {}
+  /// `topic` may be empty: the only one with poses; "/tf:PARENT.CHILD": the path of a frame.
+  TopicPoses(std::string file, const std::string& topic);
 
   /// Tells of a topic; `type` with or without "/msg/", `encoding` as the container calls it. Whether its
   /// messages are to be given to add().
@@ -44,15 +48,21 @@ class TopicPoses {
   struct Topic {
     std::string type;
     std::string encoding;
-    bool readable = false;
+    bool readable = false;  ///< holds poses
+    bool holds_transforms = false;
     PoseSeries poses;
     RepairLog log;
     std::string frame_ids;  ///< of the first message
     size_t n_without_stamp = 0;
+    size_t n_messages = 0;  ///< of transforms
   };
+  void add_pose(Topic& topic, const std::string& path, std::string_view message);
+  void add_transforms(Topic& topic, const std::string& path, std::string_view message, bool is_static);
+  TrajectoryFile finish_transforms();
   std::string list(bool readable) const;
 
-  std::string file_, wanted_;
+  std::string file_, wanted_, frames_;  ///< of "FILE:/tf:PARENT.CHILD"; the topic as its messages have it, or empty
+  TransformTree tree_;
   std::map<std::string, Topic> topics_;
 };
 
