@@ -52,7 +52,7 @@ LAYERS = {
     "eval/records": ["base", "stats", "metrics"],
     "eval/diagnosis": ["base", "geometry"],
     "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/diagnosis", "eval/report"],
-    "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records"],
+    "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records", "eval/diagnosis"],
     "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/points", "estimator/start", "stats", "eval/records",
                                                "eval/report", "eval/report/figures"],
     "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
@@ -100,6 +101,19 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
   for (const auto& [key, pose] : log.true_poses) {
     if (log.true_poses.contains({key.first, key.second - 1})) keys.insert(key);
   }
+  for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
+  std::set<int> with_truth;
+  for (const ObjectFrame& key : keys) {
+    const auto motion = log.motions.find(key);
+    if (motion == log.motions.end() || motion->second.truth || log.true_poses.contains(key))
+      with_truth.insert(key.first);
+  }
+  // Steps that neither the log nor its truth has, within the life of an object whose truth is known.
+  for (const auto& [id, steps] : missing_steps(log)) {
+    for (const int k : steps) {
+      if (with_truth.contains(id)) keys.insert({id, k});
+    }
+  }
   std::vector<Record> records;
   for (const ObjectFrame& key : keys) {
     Record record;
@@ -120,6 +134,8 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     if (has_motion) estimate = motions_of(logged_motion->second.estimate, log.frame, L);
     if (has_motion && logged_motion->second.truth)
       truth = motions_of(*logged_motion->second.truth, log.frame, L);
+    else if (!has_motion && log.lost_truth.contains(key))
+      truth = motions_of(log.lost_truth.at(key), log.frame, L);
     else if (L && L_after)
       truth = motions_of(*L_after * L->inverse(), MotionFrame::world, L);
     const bool has_truth = truth.world || truth.body;
@@ -159,8 +175,9 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
         fmt::format("{}: {} ({})", preset.name, preset.description, to_string(preset.aggregate)));
   }
   table.notes.push_back(
-      "truth: steps with truth; coverage: those of them with an estimate; compared: those that the preset's "
-      "frame can be compared in. - : the log lacks what this needs.");
+      "truth: steps with truth, and steps that the log lacks between an object's first and last frame; coverage: "
+      "those of them with an estimate; compared: those that the preset's frame can be compared in. - : the log "
+      "lacks what this needs.");
   return table;
 }
 

@@ -10,7 +10,8 @@
 //
 // A log in the body frame gives the others only where L is known, and a preset without its errors is left
 // empty. Coverage: steps with truth that have an estimate. Truth of steps that the log does not have comes
-// from the true poses of the log or of a source.
+// from the true motions or poses of the log or of a source. Without a source, steps that a log lacks between the first
+// and the last frame of an object count as steps without an estimate.
 
 #include <string>
 #include <vector>
@@ -43,14 +44,5 @@ std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, con
 Table object_system_table(const std::vector<Record>& records, std::span<const MetricPreset> presets);
 /// A row per error and pair of systems; none for a single system.
 Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets);
-
-/// {"schema":1,"presets":[{"preset","aggregate","rows":[..]}],"systems":[..],"comparisons":[..],
-///  "warnings":[..]}; rows as in the tables.
-Json object_json(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                 const std::vector<std::string>& warnings);
-
-ReportDocument object_document(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                               const std::vector<std::string>& folders,
-                               const std::vector<std::string>& warnings);
 
 }  // namespace sextant

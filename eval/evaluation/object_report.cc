@@ -1,8 +1,9 @@
-#include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/evaluation/object_scores.h"
 
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 
 #include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/records/output.h"
@@ -118,10 +119,24 @@ Table object_comparison_table(const std::vector<Record>& records, std::span<cons
   return table;
 }
 
-Json object_json(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                 const std::vector<std::string>& warnings) {
+std::string FrameRate::text() const { return fmt::format("{:.6g} Hz ({})", hz, source); }
+
+std::string ObjectScores::rate_text() const {
+  std::set<std::string> texts;
+  for (const auto& [system, rate] : rates) texts.insert(rate.text());
+  if (texts.size() == 1) return "Frame rate: " + *texts.begin();
+  std::vector<std::string> of_systems;
+  for (const auto& [system, rate] : rates) of_systems.push_back(system + " " + rate.text());
+  return fmt::format("Frame rates: {}", fmt::join(of_systems, ", "));
+}
+
+Json object_json(const ObjectScores& scores, std::span<const MetricPreset> presets) {
+  const std::vector<Record>& records = scores.records;
   Json json;
   json["schema"] = 1;
+  json["rates"] = Json::array();
+  for (const auto& [system, rate] : scores.rates)
+    json["rates"].push_back({{"system", system}, {"hz", rate.hz}, {"source", rate.source}});
   json["presets"] = Json::array();
   for (const MetricPreset& preset : presets) {
     json["presets"].push_back({{"preset", preset.name},
@@ -130,17 +145,50 @@ Json object_json(const std::vector<Record>& records, std::span<const MetricPrese
   }
   json["systems"] = rows_to_json(object_system_table(records, presets));
   json["comparisons"] = rows_to_json(object_comparison_table(records, presets));
-  json["warnings"] = warnings;
+  json["poses"] = rows_to_json(object_path_table(scores.paths));
+  json["pose_axes"] = rows_to_json(object_axis_table(scores.paths));
+  json["diagnoses"] = Json::array();
+  for (const LogDiagnosis& diagnosis : scores.diagnoses)
+    json["diagnoses"].push_back({{"code", diagnosis.code}, {"text", diagnosis.text}});
+  json["warnings"] = scores.warnings;
   return json;
 }
 
-ReportDocument object_document(const std::vector<Record>& records, std::span<const MetricPreset> presets,
-                               const std::vector<std::string>& folders,
-                               const std::vector<std::string>& warnings) {
+const MetricPreset& usual_preset(const std::vector<Record>& records) {
+  for (const MetricPreset& preset : metric_presets()) {
+    const auto has_error = [&](const Record& record) { return find_number(record.errors, preset.object_Et_key).has_value(); };
+    if (std::ranges::any_of(records, has_error)) return preset;
+  }
+  return metric_presets().front();
+}
+
+Table object_screen_table(const std::vector<Record>& records, const MetricPreset& preset) {
+  const Table all = object_table(records, {&preset, 1});
+  Table table{"Object motions", fmt::format("Preset {}: {} ({}). --preset all prints the others.", preset.name,
+                                            preset.description, to_string(preset.aggregate))};
+  std::vector<size_t> places;
+  for (const char* key : {"estimator", "object", "n_truth", "n_estimated", "coverage_percent", "Et_m", "ER_deg",
+                          "Ev_kmh", "v_gt_kmh", "other"}) {
+    const auto place = all.find_column(key);
+    if (!place) continue;
+    places.push_back(*place);
+    table.columns.push_back(all.columns[*place]);
+  }
+  for (const std::vector<Cell>& row : all.rows) {
+    std::vector<Cell> cells;
+    for (const size_t place : places) cells.push_back(row[place]);
+    table.add_row(std::move(cells));
+  }
+  return table;
+}
+
+ReportDocument object_document(const ObjectScores& scores, std::span<const MetricPreset> presets) {
+  const std::vector<Record>& records = scores.records;
+  const std::vector<std::string>&folders = scores.folders, &warnings = scores.warnings;
   ReportDocument document;
   document.title = "Object motions";
-  document.abstract = fmt::format("{} folders of logs under {} presets. Definitions: docs/metrics.md.",
-                                  folders.size(), presets.size());
+  document.abstract = fmt::format("{} folders of logs under {} presets. {}. Definitions: docs/metrics.md.",
+                                  folders.size(), presets.size(), scores.rate_text());
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
               comparison = object_comparison_table(records, presets);
   ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};
@@ -148,6 +196,12 @@ ReportDocument object_document(const std::vector<Record>& records, std::span<con
   document.sections.push_back(std::move(overall));
   document.sections.push_back(
       {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
+  if (!scores.paths.empty()) {
+    const Table paths = object_path_table(scores.paths), axes = object_axis_table(scores.paths);
+    ReportSection poses{"poses", paths.title, {}, {{"poses", paths}}, {}, {}};
+    if (!axes.rows.empty()) poses.tables.push_back({"pose_axes", axes});
+    document.sections.push_back(std::move(poses));
+  }
   ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
   for (const ErrorTitle& error : errors_of(presets)) {
     const std::vector<RunErrors> runs = object_run_errors(records, error.key);

@@ -76,7 +76,8 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
 }
 
 /// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...; `taken` holds the names of earlier logs.
-void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files, std::vector<std::string>& taken) {
+void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const ObjectFiles& files,
+                   std::vector<std::string>& taken) {
   if (log.poses.empty()) log.poses = chained_poses(log);
   if (log.poses.empty()) {
     log.warnings.push_back(fmt::format(
@@ -92,19 +93,60 @@ void write_objects(ObjectLog& log, int run_of_system, const ObjectFiles& files, 
     for (auto it = poses->begin(); it != poses->end();
          it = poses->upper_bound({it->first.first, std::numeric_limits<int>::max()})) {
       const int id = it->first.first;
-      write_file(folder / fmt::format("obj_{}{}.tum", id, end), tum_of(*poses, id, files.rate_hz));
+      write_file(folder / fmt::format("obj_{}{}.tum", id, end), tum_of(*poses, id, rate_hz));
     }
   }
 }
 
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
-  std::vector<ObjectLog> logs = read_object_logs(estimate.path, {files.format, files.stage});
+  std::vector<ObjectLog> logs = read_object_logs(
+      estimate.path, {.format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz});
   for (ObjectLog& log : logs) {
     if (estimate.system.empty()) continue;
     log.estimator = logs.size() == 1 ? estimate.system : estimate.system + "_" + log.estimator;
   }
   return logs;
+}
+
+/// The flag, the data set, the log's time stamps, 10 Hz: the first that is known.
+FrameRate frame_rate(const ObjectFiles& files, ObjectLog& log, const std::optional<SourceObjects>& source) {
+  if (files.rate_hz) return {*files.rate_hz, "--rate"};
+  const FrameRate rate = source        ? FrameRate{source->rate_hz, "of " + files.truth}
+                         : log.rate_hz ? FrameRate{*log.rate_hz, "time stamps of the log"}
+                                       : FrameRate{10, "default, --rate changes it"};
+  if (log.rate_hz && std::abs(*log.rate_hz / rate.hz - 1) > 0.01) {
+    log.warnings.push_back(fmt::format("{}: the log's time stamps are {:.4g} Hz, {} has {:.4g} Hz, which counts: --rate "
+                                       "decides",
+                                       log.estimator, *log.rate_hz, files.truth, rate.hz));
+  }
+  return rate;
+}
+
+/// Says which steps are missing, and what becomes of identities.
+void note_steps(ObjectLog& log, IdentityMotions identity) {
+  for (const auto& [id, steps] : identity_steps(log)) {
+    const bool lost = identity == IdentityMotions::lost;
+    log.warnings.push_back(fmt::format(
+        "{}, object {}: {} estimates are exactly the identity while the object moves, frames {}: motions that were "
+        "never estimated? They count as {}",
+        log.estimator, id, steps.size(), ranges_text(steps),
+        lost ? "lost steps" : "estimates; --identity lost counts them as lost"));
+    for (const int k : steps) {
+      if (!lost) continue;
+      const auto motion = log.motions.find({id, k});
+      if (motion->second.truth) log.lost_truth.emplace(motion->first, *motion->second.truth);
+      log.motions.erase(motion);
+    }
+  }
+  std::map<int, int> logged;
+  for (const auto& [key, motion] : log.motions) ++logged[key.first];
+  for (const auto& [id, steps] : missing_steps(log)) {
+    if (!logged.contains(id)) continue;  // not detected: the coverage says so
+    log.warnings.push_back(fmt::format("{}, object {}: {} of {} steps have no estimate, frames {}", log.estimator, id,
+                                       steps.size(), steps.size() + static_cast<size_t>(logged[id]),
+                                       ranges_text(steps)));
+  }
 }
 
 }  // namespace
@@ -147,10 +189,10 @@ void write_tum(const EgoScores& scores, const std::string& folder) {
 }
 
 ObjectScores evaluate_object_files(const ObjectFiles& files) {
-  if (!(files.rate_hz > 0) || !std::isfinite(files.rate_hz))
-    fail("--rate {}: must be above 0", files.rate_hz);
-  std::optional<SequenceTruth> truth;
-  if (!files.truth.empty()) truth = source_objects(files.truth, files.data_root, files.source_options);
+  if (files.rate_hz && (!(*files.rate_hz > 0) || !std::isfinite(*files.rate_hz)))
+    fail("--rate {}: must be above 0", *files.rate_hz);
+  std::optional<SourceObjects> source;
+  if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
   std::map<std::string, int> runs;
   std::vector<std::string> folders;  // of --save-tum
@@ -159,11 +201,22 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
     scores.folders.push_back(estimate.path);
     const std::string name = fs::path(estimate.path).lexically_normal().filename().string();
     for (ObjectLog& log : logs_of(estimate, files)) {
-      if (truth) take_truth(log, *truth);
+      const FrameRate rate = frame_rate(files, log, source);
+      scores.rates[log.estimator] = rate;
+      camera_motions_to_world(log, source ? source->truth.camera : Trajectory());
+      std::vector<LogDiagnosis> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
+      check_plausible(log, rate.hz, found);
+      std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));
+      if (source) take_truth(log, source->truth);
+      note_steps(log, files.identity);
       const int run = runs[log.estimator]++;
-      std::ranges::move(object_records(log, std::string(to_string(files.format)), name, files.rate_hz, static_cast<uint64_t>(run)),
+      std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz,
+                                       static_cast<uint64_t>(run)),
                         std::back_inserter(scores.records));
-      if (!files.tum.empty()) write_objects(log, run + 1, files, folders);
+      std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)), std::back_inserter(scores.paths));
+      if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
+      for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);
+      std::ranges::move(found, std::back_inserter(scores.diagnoses));
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));
     }
   }

@@ -3,11 +3,13 @@
 // Files of recorded results against a reference, as `evaluate ego` and `evaluate objects` take them: each
 // estimate PATH or SYSTEM=PATH, a run of that system; the reference a file or a SOURCE of a data set.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/base/options.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/evaluation/object_scores.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/truth/truth.h"
@@ -36,22 +38,21 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options);
 /// reference.tum and estimate_<i>.tum: matched and aligned.
 void write_tum(const EgoScores& scores, const std::string& folder);
 
+/// Exact identities as estimates of objects that move: counted as estimates, or as lost steps.
+enum class IdentityMotions { count, lost };
+constexpr Names<2> names_of(IdentityMotions) { return {"count", "lost"}; }
+
 struct ObjectFiles {
-  std::vector<std::string> folders;      ///< of logs
+  std::vector<std::string> folders;  ///< of logs
   LogFormat format = LogFormat::vdo;
   LogStage stage = LogStage::any;
+  std::optional<MotionFrame> frame;  ///< of the logged motions, where it is not the format's own
+  IdentityMotions identity = IdentityMotions::count;
   std::string truth;                     ///< SOURCE whose objects replace the logs' truth; empty: none
-  double rate_hz = 10;                   ///< of frames, for velocities
+  std::optional<double> rate_hz;         ///< of frames, for velocities; empty: frame_rate()
   std::string tum;                       ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none
   std::string data_root;                 ///< for a SOURCE
   Json source_options = Json::object();  ///< {"source": {..}} for a SOURCE
-};
-
-struct ObjectScores {
-  std::vector<Record> records;
-  std::vector<std::string> folders;  ///< without the names of systems
-  std::vector<std::string> warnings;
-  bool is_comparison = false;  ///< several folders or systems
 };
 
 /// Throws Error on bad files.
@@ -66,7 +67,13 @@ ObjectScores evaluate_object_files(const ObjectFiles& files);
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose = false);
 
+/// The truth of a SOURCE.
+struct SourceObjects {
+  SequenceTruth truth;
+  double rate_hz = 10;
+};
+
 /// The truth with the objects of the frames that SOURCE@first-last asks for. Throws Error when there are none.
-SequenceTruth source_objects(const std::string& source, const std::string& data_root, const Json& options);
+SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options);
 
 }  // namespace sextant

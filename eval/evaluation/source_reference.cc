@@ -43,14 +43,14 @@ EgoReference source_reference(const std::string& source, const std::string& data
   return reference;
 }
 
-SequenceTruth source_objects(const std::string& source, const std::string& data_root, const Json& options) {
+SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options) {
   const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
   SequenceTruth truth = sequence->truth();
   std::erase_if(truth.objects, [&](const auto& at) {
     return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
   });
   if (truth.objects.empty()) fail("{}: has no true objects to compare with", source);
-  return truth;
+  return {std::move(truth), sequence->info().rate_hz};
 }
 
 }  // namespace sextant

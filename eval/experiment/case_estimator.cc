@@ -47,6 +47,9 @@ class PipelineEstimator final : public CaseEstimator {
   }
   Json options() const override { return estimator_->options(); }
   std::string label() const override { return name_; }
+  bool is_third_party() const override {
+    return std::ranges::count(estimators(), name_, &EstimatorEntry::name) == 0;
+  }
 
  private:
   std::string name_;

@@ -61,6 +61,9 @@ class CaseEstimator {
   virtual Json options() const = 0;
   /// What records call it unless told otherwise.
   virtual std::string label() const = 0;
+  /// Its results are checked for other conventions than the declared ones (case_diagnosis.h). False for entries of
+  /// estimators().
+  virtual bool is_third_party() const { return true; }
 };
 
 /// Throws Error on an unknown name (with the nearest one) or option. A file named after a prefix is looked up

@@ -6,6 +6,7 @@
 
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
+#include "sextant/eval/experiment/case_diagnosis.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/geometry/object_motion.h"
 
@@ -38,8 +39,12 @@ class CaseRunner {
   void process(const ExtractedPair& extracted, const PairObserver& on_pair);
 
   CaseOutcome finish() {
-    for (const Result& result : results_)
+    for (const Result& result : results_) {
       std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
+      if (settings_.estimator->is_third_party())
+        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label),
+                          std::back_inserter(out_.problems));
+    }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);
     return std::move(out_);
   }

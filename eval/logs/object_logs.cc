@@ -5,61 +5,14 @@
 #include <set>
 #include <tuple>
 
-#include "sextant/eval/logs/pose_collector.h"
+#include "sextant/eval/logs/object_log_files.h"
+#include "sextant/eval/logs/plain_object_logs.h"
 #include "sextant/eval/logs/trajectory_columns.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {
 namespace {
-
-int whole(const NumberFile& file, size_t i, const char* what) {
-  const double value = file.values()[i];
-  if (value != std::trunc(value) || value < 0 || value > 1e9)
-    file.fail_here("expected {} for value {}, got {}", what, i + 1, value);
-  return static_cast<int>(value);
-}
-
-bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
-
-SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
-  return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
-}
-
-/// A folder of logs, as far as the request takes its files.
-class LogFolder {
- public:
-  LogFolder(const std::string& path, const ObjectLogRequest& request) : path_(path), request_(request) {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(path, error)) {
-      if (!request.accept || request.accept(entry.path())) names_.push_back(entry.path().filename());
-    }
-    if (error) fail("{}: cannot read this folder: {}", path, error.message());
-    std::sort(names_.begin(), names_.end());
-  }
-  const std::string& path() const { return path_; }
-  const std::vector<std::string>& names() const { return names_; }
-  bool has(const std::string& name) const { return std::ranges::find(names_, name) != names_.end(); }
-  NumberFile open(const std::string& name, char separator) const {
-    return NumberFile((fs::path(path_) / name).string(), separator, request_.rules);
-  }
-
- private:
-  std::string path_;
-  const ObjectLogRequest& request_;
-  std::vector<std::string> names_;
-};
-
-/// Calls use(file, repairs) for each record of a file; repairs become warnings.
-template <typename Use>
-void for_each_record(const LogFolder& folder, const std::string& name, char separator, ObjectLog& out,
-                     const Use& use) {
-  RepairLog repairs;
-  NumberFile file = folder.open(name, separator);
-  while (file.next()) use(file, repairs);
-  note_cut(file, repairs);
-  for (std::string& text : repairs.warnings(file.path())) out.warnings.push_back(std::move(text));
-}
 
 void expect(const NumberFile& file, size_t n, const char* what) {
   if (file.separator() == ',' && header_contradicts(file.header(), what))
@@ -72,24 +25,45 @@ constexpr const char* dynosam_object =
 
 /// Calls add(id and frame, estimate, truth unless it is an exact identity) for each line.
 template <typename Add>
-void read_dynosam_objects(const LogFolder& folder, const std::string& name, ObjectLog& out, const Add& add) {
+void read_dynosam_objects(const LogFolder& folder, const std::string& name, ObjectLog& out, LogLines& lines,
+                          const Add& add) {
+  FrameOrder order;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 16, dynosam_object);
     const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
     const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
     if (is_identity(truth)) repairs.note("truth is an exact identity: taken as missing", file.line());
-    if (!add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth)))
-      file.fail_here("object {} is given twice in frame {}", key.first, key.second);
+    order.check(file, key, "object", &lines);
+    add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth));
   });
 }
 
 void read_dynosam_cameras(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  FrameOrder order;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 15, "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw");
     const int frame = whole(file, 0, "a frame number");
+    order.check(file, {0, frame}, "camera", &out.camera_lines);
     out.camera.set(frame, quaternion_pose(file, 1, repairs));
     out.true_camera.set(frame, quaternion_pose(file, 8, repairs));
   });
+}
+
+/// The rate of frame_id, timestamp [ns].
+void read_dynosam_times(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  std::vector<double> steps_s;
+  std::optional<std::pair<int, double>> last;
+  for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog&) {
+    if (file.values().size() != 2) file.fail_here("expected frame_id,timestamp [ns]");
+    const std::pair<int, double> now(whole(file, 0, "a frame number"), 1e-9 * file.values()[1]);
+    if (last && now.first > last->first)
+      steps_s.push_back((now.second - last->second) / (now.first - last->first));
+    last = now;
+  });
+  if (steps_s.empty()) return;
+  std::ranges::sort(steps_s);
+  const double step_s = steps_s[steps_s.size() / 2];
+  if (step_s > 0) out.rate_hz = 1 / step_s;
 }
 
 std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
@@ -101,19 +75,22 @@ std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
     log.estimator = name.substr(0, name.size() - suffix.size());
     const std::string poses = log.estimator + "_object_pose_log.csv";
     const std::string cameras = log.estimator + "_camera_pose_log.csv";
-    read_dynosam_objects(folder, name, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
-      return log.motions.emplace(key, LoggedMotion{e, std::move(t)}).second;
-    });
+    read_dynosam_objects(folder, name, log, log.motion_lines,
+                         [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+                           log.motions.emplace(key, LoggedMotion{e, std::move(t)});
+                         });
     if (folder.has(poses)) {
-      read_dynosam_objects(folder, poses, log, [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
-        if (t) log.true_poses.emplace(key, *t);
-        return log.poses.emplace(key, e).second;
-      });
+      read_dynosam_objects(folder, poses, log, log.pose_lines,
+                           [&](ObjectFrame key, const SE3& e, std::optional<SE3> t) {
+                             if (t) log.true_poses.emplace(key, *t);
+                             log.poses.emplace(key, e);
+                           });
     }
     if (log.motions.empty())
       fail("{}: holds no motion: expected lines {}", (fs::path(folder.path()) / name).string(),
            dynosam_object);
     if (folder.has(cameras)) read_dynosam_cameras(folder, cameras, log);
+    if (folder.has("frame_id_timestamp.csv")) read_dynosam_times(folder, "frame_id_timestamp.csv", log);
     logs.push_back(std::move(log));
   }
   if (logs.empty())
@@ -122,25 +99,26 @@ std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
 }
 
 std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name,
-                                            ObjectLog& out) {
+                                            ObjectLog& out, LogLines* lines = nullptr) {
   std::map<ObjectFrame, SE3> motions;
+  FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 18, "frame, label and 16 values of a 4x4 motion");
     const ObjectFrame key = {whole(file, 1, "a label"), whole(file, 0, "a frame number")};
-    PoseSeries one;
-    add_matrix(one, file, 2, repairs);
-    if (!motions.emplace(key, one.pose(0)).second)
-      file.fail_here("label {} is given twice in frame {}", key.first, key.second);
+    order.check(file, key, "label", lines);
+    motions.emplace(key, matrix_pose(file, 2, repairs));
   });
   return motions;
 }
 
-void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajectory& camera, ObjectLog& out) {
+void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajectory& camera, ObjectLog& out,
+                      LogLines* lines = nullptr) {
+  FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 17, "a frame number and 16 values of a 4x4 pose");
-    PoseSeries one;
-    add_matrix(one, file, 1, repairs);
-    camera.set(whole(file, 0, "a frame number"), one.pose(0));
+    const int frame = whole(file, 0, "a frame number");
+    order.check(file, {0, frame}, "camera", lines);
+    camera.set(frame, matrix_pose(file, 1, repairs));
   });
 }
 
@@ -202,13 +180,19 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
          (fs::path(folder.path()) / files.motions).string());
   }
   if (!truth.motions.empty()) {
-    for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log)) {
+    for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log, &log.motion_lines)) {
       const auto known = log.motions.find(key);
-      if (known != log.motions.end()) known->second.truth = motion;
+      if (is_identity(motion)) {
+        log.warnings.push_back(log.motion_lines.at(key) + ": truth is an exact identity: taken as missing");
+      } else if (known != log.motions.end()) {
+        known->second.truth = motion;
+      } else {
+        log.lost_truth.emplace(key, motion);
+      }
     }
   }
   if (!files.cameras.empty()) read_vdo_cameras(folder, files.cameras, log.camera, log);
-  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log);
+  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log, &log.camera_lines);
   return {log};
 }
 
@@ -277,8 +261,70 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
   return matched;
 }
 
-/// Puts the log into the world of `camera`, so that both have the first camera pose they share. A log without
-/// cameras must be there already.
+}  // namespace
+
+std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
+  if (request.format != LogFormat::vdo && request.stage != LogStage::any)
+    fail("stage '{}': only results of format vdo have stages", to_string(request.stage));
+  const LogFolder files(folder, request);
+  std::vector<ObjectLog> logs = request.format == LogFormat::dynosam ? read_dynosam(files)
+                                : request.format == LogFormat::vdo   ? read_vdo(files, request.stage)
+                                                                     : read_plain(files);
+  if (request.frame) {
+    if (request.format == LogFormat::poses)
+      fail("--frame {}: files of poses are in the world", to_string(*request.frame));
+    for (ObjectLog& log : logs) log.frame = *request.frame;
+  }
+  return logs;
+}
+
+std::string LogLines::at(ObjectFrame key) const {
+  const auto line = lines.find(key);
+  const auto own = object_path.find(key.first);
+  const std::string& file = own == object_path.end() ? path : own->second;
+  return line == lines.end() ? file : fmt::format("{}:{}", file, line->second);
+}
+
+void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
+  if (log.frame != MotionFrame::camera) return;
+  const Trajectory& own = log.camera.empty() ? truth : log.camera;
+  const Trajectory& of_truth = !truth.empty() ? truth : log.true_camera.empty() ? own : log.true_camera;
+  const auto in_world = [](const SE3& X, const Trajectory& camera, int frame) -> std::optional<SE3> {
+    const auto before = camera.pose(frame - 1), after = camera.pose(frame);
+    if (!before || !after) return std::nullopt;
+    return world_motion(*before, *after, X);
+  };
+  std::map<ObjectFrame, LoggedMotion> motions;
+  for (const auto& [key, motion] : log.motions) {
+    const auto H = in_world(motion.estimate, own, key.second);
+    if (!H) continue;
+    motions[key] = {*H, motion.truth ? in_world(*motion.truth, of_truth, key.second) : std::nullopt};
+  }
+  if (motions.empty())
+    fail("--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are none");
+  std::map<ObjectFrame, SE3> lost;
+  for (const auto& [key, X] : log.lost_truth) {
+    if (const auto H = in_world(X, of_truth, key.second)) lost.emplace(key, *H);
+  }
+  log.motions = std::move(motions);
+  log.lost_truth = std::move(lost);
+  log.frame = MotionFrame::world;
+}
+
+std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [key, motion] : log.motions) {  // an object's frames in order
+    const ObjectFrame previous(key.first, key.second - 1);
+    const auto truth = log.true_poses.find(previous);
+    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);  // where no stretch ends there
+    const auto before = poses.find(previous);
+    if (before == poses.end()) continue;
+    poses[key] =
+        log.frame == MotionFrame::world ? motion.estimate * before->second : before->second * motion.estimate;
+  }
+  return poses;
+}
+
 void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
   const auto& recorded = log.true_camera.poses();
   const bool truth_is_logged =
@@ -297,30 +343,7 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
   }
 }
 
-}  // namespace
-
-std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
-  if (request.format != LogFormat::vdo && request.stage != LogStage::any)
-    fail("stage '{}': only results of format vdo have stages", to_string(request.stage));
-  if (request.format == LogFormat::dynosam) return read_dynosam({folder, request});
-  return read_vdo({folder, request}, request.stage);
-}
-
-std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
-  std::map<ObjectFrame, SE3> poses;
-  for (const auto& [key, motion] : log.motions) {  // an object's frames in order
-    const ObjectFrame previous(key.first, key.second - 1);
-    const auto truth = log.true_poses.find(previous);
-    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);  // where no stretch ends there
-    const auto before = poses.find(previous);
-    if (before == poses.end()) continue;
-    poses[key] =
-        log.frame == MotionFrame::world ? motion.estimate * before->second : before->second * motion.estimate;
-  }
-  return poses;
-}
-
-void take_truth(ObjectLog& log, const SequenceTruth& truth) {
+std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses;
   for (const auto& [frame, objects] : truth.objects) {
     const std::optional<SE3> camera = truth.camera.pose(frame);
@@ -329,6 +352,11 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
         poses[{object.id, frame}] = *camera * object.T_camera_object;
     }
   }
+  return poses;
+}
+
+void take_truth(ObjectLog& log, const SequenceTruth& truth) {
+  std::map<ObjectFrame, SE3> poses = true_object_poses(truth);
   move_to_world_of(truth.camera, log);
   const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
   int unmatched = 1'000'000'000;  // ids of objects without truth, apart from all true ones
@@ -353,6 +381,8 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   log.poses = std::move(estimated);
   log.true_poses = std::move(poses);
   log.true_camera = truth.camera;
+  log.lost_truth.clear();
+  log.truth_of_source = true;
   for (const auto& [logged, id] : ids) {
     if (logged != id)
       log.warnings.push_back(fmt::format("logged object {} is true object {}, by overlap", logged, id));

@@ -1,0 +1,295 @@
+#include "sextant/eval/diagnosis/motion_readings.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <cmath>
+#include <set>
+
+namespace sextant {
+namespace {
+
+constexpr size_t fewest_steps = 3;
+constexpr int longest_lag = 3;
+constexpr double kept_share = 0.8;
+// Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as well.
+constexpr double price_of_two = 0.5, price_of_lag = 0.2;
+
+/// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample; those without a result are dropped.
+template <typename Change>
+auto each(Change change) {
+  return [change](MotionData& data, double&) {
+    std::vector<MotionSample> kept;
+    for (MotionSample& sample : data.samples) {
+      const std::optional<SE3> read = change(sample.given, sample);
+      if (!read) continue;
+      kept.push_back(std::move(sample));
+      kept.back().given = *read;
+    }
+    // A reading of a few steps says little about the others.
+    const bool most = 2 * kept.size() >= data.samples.size();
+    data.samples = std::move(kept);
+    return most;
+  };
+}
+
+Eigen::Quaterniond w_first(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+Eigen::Quaterniond w_last(const Eigen::Quaterniond& q) { return {q.z(), q.w(), q.x(), q.y()}; }
+
+const char* words(MotionFrame frame) {
+  switch (frame) {
+    case MotionFrame::world: return "the world frame";
+    case MotionFrame::body: return "the object's own (body) frame";
+    case MotionFrame::camera: return "the camera frame (T_curr_prev)";
+  }
+  return "";
+}
+
+/// inverse(C_{k-1}) H C_{k-1} to the declared frame.
+std::optional<SE3> from_camera_axes(const SE3& motion, MotionFrame declared, const MotionSample& at) {
+  if (!at.T_world_prev) return std::nullopt;
+  return change_frame(*at.T_world_prev * motion * at.T_world_prev->inverse(), MotionFrame::world, declared, at);
+}
+
+MotionData of_objects(const MotionData& data, const std::set<int>& ids) {
+  MotionData some{data.declared, {}, data.logged};
+  for (const MotionSample& sample : data.samples) {
+    if (ids.contains(sample.key.first)) some.samples.push_back(sample);
+  }
+  return some;
+}
+
+}  // namespace
+
+namespace {
+
+/// X with A_i X = X B_i: rotation and translation in turn, from the relation's two parts.
+SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  constexpr int n_rounds = 20;
+  for (int round = 0; round < n_rounds; ++round) {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (const auto& [A, B] : pairs) {
+      const Eigen::Vector3d moved = A * t - t;  // R t_B = A t - t
+      sum += moved * B.translation().transpose() + so3_log(A.rotation()) * so3_log(B.rotation()).transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double det = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    R = svd.matrixU() * Eigen::Vector3d(1, 1, det).asDiagonal() * svd.matrixV().transpose();
+    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (const auto& [A, B] : pairs) {
+      const Eigen::Matrix3d M = A.rotation().toRotationMatrix() - Eigen::Matrix3d::Identity();
+      N += M.transpose() * M;
+      b += M.transpose() * (R * B.translation() - A.translation());
+    }
+    // Directions that the turns do not determine stay at 0.
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(N);
+    t.setZero();
+    for (int i = 0; i < 3; ++i) {
+      if (solver.eigenvalues()[i] <= 1e-3 * solver.eigenvalues()[2] || !(solver.eigenvalues()[2] > 0)) continue;
+      const Eigen::Vector3d direction = solver.eigenvectors().col(i);
+      t += direction * (direction.dot(b) / solver.eigenvalues()[i]);
+    }
+  }
+  return {Eigen::Quaterniond(R), t};
+}
+
+}  // namespace
+
+void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(const MotionSample&)>& in_world) {
+  constexpr size_t fewest_of_stretch = 10;
+  for (size_t first = 0; first < data.samples.size();) {
+    std::vector<SE3> P = {SE3()};  // L_{k-1} = L_0 P
+    std::vector<std::pair<SE3, SE3>> pairs;
+    size_t last = first;
+    for (; last < data.samples.size(); ++last) {
+      const MotionSample& s = data.samples[last];
+      const auto H = in_world(s);
+      if (!H || s.key != ObjectFrame(data.samples[first].key.first,
+                                     data.samples[first].key.second + static_cast<int>(last - first)))
+        break;
+      pairs.emplace_back(*H, P.back() * s.reference * P.back().inverse());
+      P.push_back(P.back() * s.reference);
+    }
+    if (pairs.size() >= fewest_of_stretch) {
+      const SE3 L = solve_conjugation(pairs);
+      for (size_t i = 0; i < pairs.size(); ++i) data.samples[first + i].T_world_object = L * P[i];
+    }
+    first = std::max(last, first + 1);
+  }
+}
+
+double explains_times_of(size_t n_steps) {
+  constexpr double few = 10;
+  return explains_times * (1 + few / static_cast<double>(std::max(n_steps, fewest_steps)));
+}
+
+double squared_residual(const SE3& given, const SE3& reference) {
+  const SE3 error = given.inverse() * reference;
+  const double turn = 2 * rms_radius_m * std::sin(rotation_angle_rad(error.rotation()) / 2);
+  return error.translation().squaredNorm() + turn * turn;
+}
+
+std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest) {
+  if (values.size() < fewest) return std::nullopt;
+  std::ranges::sort(values);
+  const auto kept = std::max<size_t>(static_cast<size_t>(std::ceil(kept_share * static_cast<double>(values.size()))),
+                                     fewest);
+  double sum = 0;
+  for (size_t i = 0; i < kept; ++i) sum += values[i] / static_cast<double>(kept);
+  return sum;
+}
+
+std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at) {
+  if (from == to) return motion;
+  const std::optional<SE3>&L = at.T_world_object, &prev = at.T_world_prev, &curr = at.T_world_curr;
+  const auto needs = [&](MotionFrame frame) { return from == frame || to == frame; };
+  if (needs(MotionFrame::body) && !L) return std::nullopt;
+  if (needs(MotionFrame::camera) && (!prev || !curr)) return std::nullopt;
+  SE3 H = motion;
+  if (from == MotionFrame::body) H = *L * motion * L->inverse();
+  if (from == MotionFrame::camera) H = *curr * motion * prev->inverse();
+  if (to == MotionFrame::body) return L->inverse() * H * *L;
+  if (to == MotionFrame::camera) return curr->inverse() * H * *prev;
+  return H;
+}
+
+std::optional<double> motion_residual(const MotionData& data) {
+  std::vector<double> squares;
+  for (const MotionSample& sample : data.samples) {
+    const auto in_body = [&](const SE3& motion) {
+      if (const auto body = change_frame(motion, data.declared, MotionFrame::body, sample)) return *body;
+      // Without the object's pose: about the camera, which is nearer to it than the origin of the world.
+      if (data.declared != MotionFrame::world || !sample.T_world_prev) return motion;
+      return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
+    };
+    squares.push_back(squared_residual(in_body(sample.given), in_body(sample.reference)));
+  }
+  return trimmed_mean(std::move(squares), fewest_steps);
+}
+
+std::optional<double> null_of_motions(MotionData data) {
+  for (MotionSample& sample : data.samples) sample.given = SE3();
+  return motion_residual(data);
+}
+
+std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
+  std::vector<Hypothesis<MotionData>> table;
+  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change, double price = 0) {
+    table.push_back({std::move(code), std::move(cause), std::move(remedy), each(change), price});
+  };
+  using S = const MotionSample&;
+  using Result = std::optional<SE3>;
+  for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    if (frame == declared) continue;
+    add("frame_" + std::string(to_string(frame)),
+        fmt::format("the motions look like those in {}, not in {}", words(frame), words(declared)),
+        fmt::format("give --frame {}", to_string(frame)),
+        [=](const SE3& m, S s) { return change_frame(m, frame, declared, s); });
+    if (declared != MotionFrame::body) continue;
+    // Logs in the body frame often hold no poses of the objects.
+    auto& undo = table.back().undo;
+    undo = [frame, plain = undo](MotionData& data, double& ignored) {
+      if (std::ranges::none_of(data.samples, [](S s) { return s.T_world_object.has_value(); }))
+        fit_object_poses(data, [&](S s) { return change_frame(s.given, frame, MotionFrame::world, s); });
+      return plain(data, ignored);
+    };
+  }
+  add("frame_camera_axes",
+      fmt::format("the motions look like those in the axes of the camera at frame k-1, not in {}", words(declared)),
+      "write C H inverse(C) with C = T_world_camera at frame k-1",
+      [=](const SE3& m, S s) { return from_camera_axes(m, declared, s); }, 0.1);
+  add("inverse", "the motions look inverted, from frame k to k-1", "invert each motion",
+      [](const SE3& m, S) { return Result(m.inverse()); });
+  for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    if (frame == declared) continue;
+    add("inverse_frame_" + std::string(to_string(frame)),
+        fmt::format("the motions look inverted, and like those in {}", words(frame)),
+        fmt::format("invert each motion and give --frame {}", to_string(frame)),
+        [=](const SE3& m, S s) { return change_frame(m.inverse(), frame, declared, s); }, price_of_two);
+  }
+  const auto scaled = [](double factor) {
+    return [factor](const SE3& m, S) { return Result(SE3(m.rotation(), factor * m.translation())); };
+  };
+  add("centimetres", "the translations look like centimetres, not metres", "divide them by 100", scaled(0.01));
+  add("millimetres", "the translations look like millimetres, not metres", "divide them by 1000", scaled(0.001));
+  add("too_small_100", "the translations are 100 times too small", "multiply them by 100", scaled(100));
+  add("too_small_1000", "the translations are 1000 times too small (kilometres?)", "multiply them by 1000",
+      scaled(1000));
+  const auto turned = [](auto change) {
+    return [change](const SE3& m, S) { return Result(SE3(change(m.rotation()), m.translation())); };
+  };
+  add("quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
+      "reorder the columns to qx,qy,qz,qw", turned(w_first));
+  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
+      "reorder the columns", turned(w_last));
+  add("transposed", "the rotations look transposed (the inverse rotation beside the right translation)",
+      "transpose each rotation", turned([](const Eigen::Quaterniond& q) { return q.conjugate(); }));
+  table.push_back({"absolute",
+                   "the values look like poses or motions since the first frame, not from frame k-1 to k",
+                   "write the motion of each step", [declared](MotionData& data, double& ignored) {
+                     const auto logged = data.logged;
+                     return each([&](const SE3& m, S s) -> Result {
+                       const auto before = logged.find({s.key.first, s.key.second - 1});
+                       if (before == logged.end()) return std::nullopt;
+                       return declared == MotionFrame::body ? before->second.inverse() * m
+                                                            : m * before->second.inverse();
+                     })(data, ignored);
+                   }});
+  for (int lag = -longest_lag; lag <= longest_lag; ++lag) {
+    if (lag == 0) continue;
+    table.push_back({fmt::format("lag_{}", lag),
+                     fmt::format("the frame numbers look shifted: the motion of frame k stands at frame k{:+d}", lag),
+                     fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
+                                 lag > 0 ? "from" : "to"),
+                     [lag](MotionData& data, double& ignored) {
+                       const auto logged = data.logged;
+                       return each([&](const SE3&, S s) -> Result {
+                         const auto other = logged.find({s.key.first, s.key.second + lag});
+                         return other == logged.end() ? std::nullopt : Result(other->second);
+                       })(data, ignored);
+                     },
+                     price_of_lag});
+  }
+  return table;
+}
+
+std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
+  const std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
+  std::set<int> ids;
+  for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
+  return explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+    const MotionData some = of_objects(data, of);
+    const std::optional<double> declared = motion_residual(some);
+    if (!declared) return std::nullopt;
+    return explain(*declared, read_as(table, some, motion_residual),
+                   {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
+  });
+}
+
+std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions) {
+  const auto mean_square = [](const std::map<ObjectFrame, SE3>& read) {
+    std::vector<double> squares;
+    for (const auto& [key, motion] : read) squares.push_back(squared_residual(SE3(motion.rotation(), {0, 0, 0}), {}));
+    return trimmed_mean(std::move(squares), fewest_steps);
+  };
+  const auto turned = [](auto change) {
+    return [change](std::map<ObjectFrame, SE3>& read, double&) {
+      for (auto& [key, motion] : read) motion = SE3(change(motion.rotation()), motion.translation());
+      return true;
+    };
+  };
+  const auto declared = mean_square(motions);
+  if (!declared) return std::nullopt;
+  const std::vector<Hypothesis<std::map<ObjectFrame, SE3>>> table = {
+      {"quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
+       "reorder the columns to qx,qy,qz,qw", turned(w_first)},
+      {"quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
+       "reorder the columns", turned(w_last)}};
+  // Of a rotation by 60 degrees.
+  constexpr double large = rms_radius_m * rms_radius_m;
+  return explain(*declared, read_as(table, motions, mean_square), {.negligible = large});
+}
+
+}  // namespace sextant

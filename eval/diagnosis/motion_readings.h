@@ -1,0 +1,98 @@
+#pragma once
+
+// Readings of rigid motions of objects that somebody else has logged: in another frame, inverse, in centimetres.
+//
+// A motion from frame k-1 to k is written in one of three frames (geometry/object_motion.h), with L =
+// T_world_object at k-1 and C = T_world_camera:
+//
+//   world    H                            p_k = H p_{k-1} of the object's points in the world
+//   body     inverse(L) H L
+//   camera   inverse(C_k) H C_{k-1}       p_k = X p_{k-1} in camera coordinates
+//
+// A reading is compared with reference motions: the truth, or the steps of a path of poses, which a log must agree
+// with as well. The residual of one motion is the mean squared distance by which it moves points of the
+// object to other places than the reference does, for points rms_radius_m around the object's origin:
+//
+//   e^2 = |t|^2 + (2 r sin(theta / 2))^2        [R(theta) t] = inverse(M) M_reference, in the body frame
+//
+// The residual of an object is the trimmed mean of e^2 over its steps (the largest fifth is left out: outliers
+// say nothing about conventions). The rule of hypothesis.h applies to each object and to all together; the null
+// reading is an object that does not move.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sextant/base/names.h"
+#include "sextant/eval/diagnosis/object_explanation.h"
+#include "sextant/geometry/se3.h"
+
+namespace sextant {
+
+enum class MotionFrame { world, body, camera };
+constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
+
+/// Object id and frame k (the current one of a motion).
+using ObjectFrame = std::pair<int, int>;
+
+/// Radius of the points by which a rotation is weighed against a translation, m.
+inline constexpr double rms_radius_m = 1;
+
+/// explains_times for a residual of n steps: up to four times as much for few steps, which agree by chance.
+double explains_times_of(size_t n_steps);
+
+/// Squared residual of a step between poses or of a motion in the body frame, m^2.
+double squared_residual(const SE3& given, const SE3& reference);
+
+/// The mean of the smallest four fifths; empty for fewer than `fewest` values.
+std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest);
+
+/// What is known of one step, in one world.
+struct MotionSample {
+  ObjectFrame key;
+  SE3 given;                                       ///< as logged, in the declared frame
+  SE3 reference;                                   ///< in the declared frame
+  std::optional<SE3> T_world_object;               ///< at k-1
+  std::optional<SE3> T_world_prev, T_world_curr;  ///< of the camera
+};
+
+struct MotionData {
+  MotionFrame declared = MotionFrame::world;
+  std::vector<MotionSample> samples;      ///< those with a reference
+  std::map<ObjectFrame, SE3> logged;      ///< all motions of the log, for readings that need neighbours
+};
+
+/// `motion` of the frame `from`, in the frame `to`; empty where a pose that this needs is not known.
+std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
+
+/// Finds the poses of objects that are not known: with motions H of an object in the world and its reference motions B
+/// in the body frame, L_0 with H_k L_{k-1} = L_{k-1} B_k and L_k = L_{k-1} B_k, in least squares over each stretch of
+/// ten steps or more. Other samples keep no pose. `in_world` returns H of a sample.
+void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(const MotionSample&)>& in_world);
+
+/// Residual over all samples of `data`, m^2; empty for fewer than three.
+std::optional<double> motion_residual(const MotionData& data);
+
+/// The residual of objects that do not move.
+std::optional<double> null_of_motions(MotionData data);
+
+/// Every hypothesis about logged motions, for motions declared in `declared`:
+///
+///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
+///   inverse            from frame k to k-1; also in another frame
+///   centimetres, millimetres, too_small_100, too_small_1000
+///   quaternion_w_first, quaternion_w_last, transposed          rotations read in another order
+///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
+///   lag_-3 .. lag_3    of other frames
+std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
+
+/// What explains the motions of all objects, or of single ones, better than the declared reading.
+std::vector<ObjectExplanation> explain_motions(const MotionData& data);
+
+/// The same from the motions alone, by their rotations: motions between successive frames turn an object by far
+/// less than 90 degrees. Quaternions in another order turn it by about 180.
+std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions);
+
+}  // namespace sextant

@@ -1,0 +1,216 @@
+#include "sextant/eval/diagnosis/motion_readings.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "sextant/eval/diagnosis/pose_readings.h"
+
+namespace sextant {
+namespace {
+
+/// Cars with speeds from `slow_m` a frame on, seen from a camera that drives and turns.
+struct Scene {
+  std::map<ObjectFrame, SE3> L;  // T_world_object
+  std::map<int, SE3> C;          // T_world_camera
+};
+
+SE3 about_y(double angle, const Eigen::Vector3d& t) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())), t};
+}
+
+Scene scene(int n_objects, int n_frames, double slow_m) {
+  Scene out;
+  SE3 camera = about_y(0.3, {4, 0, 2});
+  for (int k = 0; k < n_frames; ++k) {
+    out.C[k] = camera;
+    camera = camera * about_y(0.01 * std::sin(0.3 * k), {0, 0.002 * k, 0.9 + 0.1 * std::sin(0.4 * k)});
+  }
+  for (int id = 1; id <= n_objects; ++id) {
+    SE3 pose = about_y(1.2 * id, {-3.0 + 4 * id, 1, 8.0 + 9 * id});
+    for (int k = 0; k < n_frames; ++k) {
+      out.L[{id, k}] = pose;
+      const double speed = slow_m * (1 + 0.5 * id) * (1 + 0.4 * std::sin(0.7 * k + id));
+      pose = pose * about_y(0.02 * std::cos(0.5 * k), {0, 0, speed});
+    }
+  }
+  return out;
+}
+
+/// Motions in the frame `declared`; the estimate has relative noise `noise` of each step.
+MotionData data_of(const Scene& scene, MotionFrame declared, double noise, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  MotionData data{declared, {}, {}};
+  for (const auto& [key, pose] : scene.L) {
+    const ObjectFrame before(key.first, key.second - 1);
+    if (!scene.L.contains(before)) continue;
+    MotionSample s{key, {}, {}, scene.L.at(before), scene.C.at(key.second - 1), scene.C.at(key.second)};
+    const SE3 body = scene.L.at(before).inverse() * pose;
+    Vector6d xi;
+    for (int i = 0; i < 6; ++i) xi[i] = noise * body.translation().norm() * normal(random) * (i < 3 ? 0.6 : 0.1);
+    s.reference = *change_frame(body, MotionFrame::body, declared, s);
+    s.given = *change_frame(body * SE3::exp(xi), MotionFrame::body, declared, s);
+    data.logged[key] = s.given;
+    data.samples.push_back(s);
+  }
+  return data;
+}
+
+using Plant = std::function<SE3(const SE3&, const MotionSample&)>;
+
+void plant(MotionData& data, const Plant& change, int only = 0) {
+  for (MotionSample& s : data.samples) {
+    if (only != 0 && s.key.first != only) continue;
+    s.given = change(s.given, s);
+    data.logged[s.key] = s.given;
+  }
+}
+
+std::map<std::string, Plant> plants(MotionFrame declared) {
+  std::map<std::string, Plant> all;
+  for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    if (frame != declared)
+      all["frame_" + std::string(to_string(frame))] = [=](const SE3& m, const MotionSample& s) {
+        return *change_frame(m, declared, frame, s);
+      };
+  }
+  all["inverse"] = [](const SE3& m, const MotionSample&) { return m.inverse(); };
+  all["centimetres"] = [](const SE3& m, const MotionSample&) { return SE3(m.rotation(), 100 * m.translation()); };
+  all["millimetres"] = [](const SE3& m, const MotionSample&) { return SE3(m.rotation(), 1000 * m.translation()); };
+  all["quaternion_w_first"] = [](const SE3& m, const MotionSample&) {
+    const Eigen::Quaterniond& q = m.rotation();  // written w x y z, read as x y z w
+    return SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), m.translation());
+  };
+  return all;
+}
+
+class MotionPlants : public testing::TestWithParam<std::tuple<MotionFrame, double>> {};
+
+TEST_P(MotionPlants, AreNamedInShortLogsOfSlowNoisyObjects) {
+  const auto [declared, slow_m] = GetParam();
+  for (const int n_frames : {6, 40}) {
+    for (const auto& [code, change] : plants(declared)) {
+      MotionData data = data_of(scene(3, n_frames, slow_m), declared, 0.05);
+      ASSERT_TRUE(explain_motions(data).empty());
+      plant(data, change);
+      const auto found = explain_motions(data);
+      ASSERT_FALSE(found.empty()) << code << ", " << n_frames << " frames";
+      EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+    }
+  }
+}
+
+TEST_P(MotionPlants, OfOneObjectOfSeveralAreToldOfItAlone) {
+  const auto [declared, slow_m] = GetParam();
+  for (const auto& [code, change] : plants(declared)) {
+    MotionData data = data_of(scene(4, 20, slow_m), declared, 0.05);
+    plant(data, change, 2);
+    const auto found = explain_motions(data);
+    ASSERT_EQ(found.size(), 1u) << code;
+    EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+    EXPECT_EQ(found[0].objects, std::vector<int>{2}) << code;
+    EXPECT_FALSE(found[0].of_all);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Diagnosis, MotionPlants,
+                         testing::Combine(testing::Values(MotionFrame::world, MotionFrame::body),
+                                          testing::Values(0.03, 0.8)));
+
+TEST(MotionReadings, ShiftedFramesAreNamedWithTheirShift) {
+  const MotionData right = data_of(scene(3, 40, 0.8), MotionFrame::world, 0.05);
+  for (const int lag : {-3, -1, 1, 2}) {
+    MotionData data{right.declared, {}, {}};
+    for (const auto& [key, motion] : right.logged) data.logged[{key.first, key.second + lag}] = motion;
+    for (MotionSample s : right.samples) {
+      const auto at = data.logged.find(s.key);
+      if (at == data.logged.end()) continue;
+      s.given = at->second;
+      data.samples.push_back(s);
+    }
+    const auto found = explain_motions(data);
+    ASSERT_FALSE(found.empty()) << lag;
+    EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag));
+  }
+}
+
+TEST(MotionReadings, AbsoluteMotionsAreNamed) {
+  const Scene all = scene(2, 20, 0.8);
+  MotionData data = data_of(all, MotionFrame::world, 0.05);
+  for (MotionSample& s : data.samples) data.logged[s.key] = s.given = all.L.at(s.key);
+  const auto found = explain_motions(data);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].code(), "absolute");
+}
+
+TEST(MotionReadings, NoiseAloneIsNotExplained) {
+  int n = 0, alarms = 0;
+  for (const MotionFrame declared : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    for (const double noise : {0.0, 0.05, 0.5, 2.0, 10.0}) {
+      for (unsigned seed = 0; seed < 40; ++seed, ++n)
+        alarms += explain_motions(data_of(scene(3, 8, 0.1), declared, noise, seed)).empty() ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(alarms, 0) << "of " << n;
+}
+
+TEST(MotionReadings, QuaternionsInAnotherOrderShowWithoutTruth) {
+  MotionData data = data_of(scene(2, 8, 0.3), MotionFrame::world, 0.05);
+  EXPECT_FALSE(explain_rotations(data.logged));
+  plant(data, plants(MotionFrame::world).at("quaternion_w_first"));
+  const auto found = explain_rotations(data.logged);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->best.code, "quaternion_w_first");
+}
+
+using PosePlant = std::function<SE3(const SE3&, int)>;
+
+TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
+  const Scene truth = scene(2, 20, 0.5);
+  const std::map<std::string, PosePlant> plants = {
+      {"inverse", [](const SE3& p, int) { return p.inverse(); }},
+      {"centimetres", [](const SE3& p, int) { return SE3(p.rotation(), 100 * p.translation()); }},
+      {"transposed", [](const SE3& p, int) { return SE3(p.rotation().conjugate(), p.translation()); }},
+      {"quaternion_w_first",
+       [](const SE3& p, int) {
+         const Eigen::Quaterniond& q = p.rotation();
+         return SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), p.translation());
+       }},
+      {"frame_camera", [&](const SE3& p, int k) { return truth.C.at(k).inverse() * p; }},
+  };
+  for (const SharedFrame shared : {SharedFrame::body, SharedFrame::world}) {
+    PoseData right{shared, {}, {}, {}};
+    if (shared == SharedFrame::world) {
+      right.reference = truth.L;
+      right.T_world_camera = truth.C;
+    } else {
+      for (const auto& [k, pose] : truth.C) right.reference[{0, k}] = pose;
+    }
+    right.given = right.reference;
+    for (auto& [key, pose] : right.given)  // 1 cm
+      pose = pose * SE3(Eigen::Quaterniond::Identity(), 0.01 * Eigen::Vector3d(std::sin(17.0 * key.second), 0, 0));
+    EXPECT_TRUE(explain_poses(right).empty());
+    for (const auto& [code, change] : plants) {
+      if (code == "frame_camera" && shared == SharedFrame::body) continue;
+      PoseData data = right;
+      for (auto& [key, pose] : data.given) pose = change(pose, key.second);
+      const auto found = explain_poses(data);
+      ASSERT_FALSE(found.empty()) << code;
+      EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+    }
+    PoseData steps = right;
+    for (auto& [key, pose] : steps.given) {
+      const auto before = right.given.find({key.first, key.second - 1});
+      if (before == right.given.end()) continue;
+      pose = shared == SharedFrame::body ? before->second.inverse() * right.given.at(key)
+                                         : right.given.at(key) * before->second.inverse();
+    }
+    const auto found = explain_poses(steps);
+    ASSERT_FALSE(found.empty());
+    EXPECT_TRUE(found[0].allows("per_step")) << found[0].text("log");
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,52 @@
+#pragma once
+
+// Explanations of the data of several objects: one mistake of the whole log, or mistakes of single objects.
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/diagnosis/hypothesis.h"
+
+namespace sextant {
+
+/// A hypothesis about some objects of a log.
+struct ObjectExplanation {
+  std::vector<int> objects;  ///< ids
+  bool of_all = false;       ///< `objects` are all that the data have
+  Explanation explanation;
+
+  const std::string& code() const { return explanation.best.code; }
+  bool allows(const std::string& code) const;  ///< the reported reading, or one that explains the data alike
+  /// "SUBJECT of objects 1, 2: ...".
+  std::string text(const std::string& subject) const;
+};
+
+/// Groups explanations of single objects: those that one reading explains come together, the reading of the most
+/// objects first. `n_all`: objects of the data.
+std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_object, size_t n_all);
+
+/// Applies the rule of hypothesis.h to all objects `ids` together, then to each object that the hypothesis about
+/// all does not explain. `explain_of(ids)` returns the explanation of the data of these objects.
+template <typename ExplainOf>
+std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const ExplainOf& explain_of) {
+  std::vector<ObjectExplanation> out;
+  std::map<int, Explanation> open;
+  const std::optional<Explanation> all = explain_of(ids);
+  ObjectExplanation of_log{{}, false, all.value_or(Explanation{})};
+  for (const int id : ids) {
+    const std::optional<Explanation> own = explain_of({id});
+    if (all && (!own || ObjectExplanation{{}, false, *own}.allows(all->best.code))) {
+      of_log.objects.push_back(id);
+    } else if (own) {
+      open.emplace(id, *own);
+    }
+  }
+  of_log.of_all = of_log.objects.size() == ids.size();
+  if (!of_log.objects.empty()) out.push_back(std::move(of_log));
+  for (ObjectExplanation& group : group_by_reading(std::move(open), ids.size())) out.push_back(std::move(group));
+  return out;
+}
+
+}  // namespace sextant

@@ -1,0 +1,165 @@
+#include "sextant/eval/diagnosis/pose_readings.h"
+
+#include <cmath>
+
+namespace sextant {
+namespace {
+
+constexpr size_t fewest_steps = 3;
+constexpr int longest_lag = 3;
+constexpr double price_of_lag = 0.2;
+
+using Poses = std::map<ObjectFrame, SE3>;
+
+/// Applies `change`, SE3 and frame -> std::optional<SE3>, to every pose; those without a result are dropped.
+template <typename Change>
+auto each(Change change) {
+  return [change](PoseData& data, double&) {
+    Poses read;
+    for (const auto& [key, pose] : data.given) {
+      if (const std::optional<SE3> changed = change(data, pose, key)) read.emplace(key, *changed);
+    }
+    const bool most = 2 * read.size() >= data.given.size();
+    data.given = std::move(read);
+    return most;
+  };
+}
+
+/// Calls use(g0, g1, r0, r1) for the steps that both sides have.
+template <typename Use>
+void for_each_step(const PoseData& data, const Use& use) {
+  for (const auto& [key, g1] : data.given) {
+    const ObjectFrame before(key.first, key.second - 1);
+    const auto g0 = data.given.find(before), r0 = data.reference.find(before), r1 = data.reference.find(key);
+    if (g0 != data.given.end() && r0 != data.reference.end() && r1 != data.reference.end())
+      use(g0->second, g1, r0->second, r1->second);
+  }
+}
+
+PoseData of_objects(const PoseData& data, const std::set<int>& ids) {
+  PoseData some = data;
+  std::erase_if(some.given, [&](const auto& at) { return !ids.contains(at.first.first); });
+  return some;
+}
+
+}  // namespace
+
+std::optional<double> pose_residual(const PoseData& data) {
+  std::vector<double> squares;
+  for_each_step(data, [&](const SE3& g0, const SE3& g1, const SE3& r0, const SE3& r1) {
+    const SE3 step =
+        data.shared == SharedFrame::body ? g0.inverse() * g1 : r0.inverse() * (g1 * g0.inverse()) * r0;
+    squares.push_back(squared_residual(step, r0.inverse() * r1));
+  });
+  return trimmed_mean(std::move(squares), fewest_steps);
+}
+
+std::optional<double> null_of_poses(const PoseData& data) {
+  std::vector<double> squares;
+  for_each_step(data, [&](const SE3&, const SE3&, const SE3& r0, const SE3& r1) {
+    squares.push_back(squared_residual(SE3(), r0.inverse() * r1));
+  });
+  return trimmed_mean(std::move(squares), fewest_steps);
+}
+
+std::vector<Hypothesis<PoseData>> pose_hypotheses() {
+  std::vector<Hypothesis<PoseData>> table;
+  using Result = std::optional<SE3>;
+  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change) {
+    table.push_back({std::move(code), std::move(cause), std::move(remedy),
+                     each([change](const PoseData&, const SE3& pose, ObjectFrame) { return Result(change(pose)); })});
+  };
+  add("inverse", "the poses look inverted (world to body)", "invert each pose",
+      [](const SE3& pose) { return pose.inverse(); });
+  const auto scaled = [](double factor) {
+    return [factor](const SE3& pose) { return SE3(pose.rotation(), factor * pose.translation()); };
+  };
+  add("centimetres", "the positions look like centimetres, not metres", "divide them by 100", scaled(0.01));
+  add("millimetres", "the positions look like millimetres, not metres", "divide them by 1000", scaled(0.001));
+  add("too_small_100", "the positions are 100 times too small", "multiply them by 100", scaled(100));
+  add("too_small_1000", "the positions are 1000 times too small (kilometres?)", "multiply them by 1000", scaled(1000));
+  const auto turned = [](auto change) {
+    return [change](const SE3& pose) { return SE3(change(pose.rotation()), pose.translation()); };
+  };
+  using Q = Eigen::Quaterniond;
+  add("quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
+      "reorder the columns to qx,qy,qz,qw", turned([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); }));
+  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z", "reorder the columns",
+      turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }));
+  add("transposed", "the rotations look transposed (the inverse rotation beside the right position)",
+      "transpose each rotation", turned([](const Q& q) { return q.conjugate(); }));
+  table.push_back({"per_step", "the values look like motions from frame to frame, not poses", "chain them",
+                   [](PoseData& data, double&) {
+                     SE3 pose;
+                     int object = 0;
+                     for (auto& [key, step] : data.given) {
+                       if (key.first != object) {
+                         const auto start = data.reference.find({key.first, key.second - 1});
+                         pose = start != data.reference.end() ? start->second : SE3();
+                       }
+                       object = key.first;
+                       step = pose = data.shared == SharedFrame::body ? pose * step : step * pose;
+                     }
+                     return true;
+                   },
+                   0.1});
+  table.push_back({"frame_camera", "the poses look like those in the camera frame, not in the world",
+                   "write T_world_camera times each pose",
+                   [](PoseData& data, double& ignored) {
+                     if (data.T_world_camera.empty()) return false;
+                     return each([](const PoseData& all, const SE3& pose, ObjectFrame key) -> Result {
+                       const auto camera = all.T_world_camera.find(key.second);
+                       if (camera == all.T_world_camera.end()) return std::nullopt;
+                       return camera->second * pose;
+                     })(data, ignored);
+                   },
+                   0.1});
+  for (int lag = -longest_lag; lag <= longest_lag; ++lag) {
+    if (lag == 0) continue;
+    table.push_back({fmt::format("lag_{}", lag),
+                     fmt::format("the frame numbers look shifted: the pose of frame k stands at frame k{:+d}", lag),
+                     fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
+                                 lag > 0 ? "from" : "to"),
+                     each([lag](const PoseData& all, const SE3&, ObjectFrame key) -> Result {
+                       const auto other = all.given.find({key.first, key.second + lag});
+                       return other == all.given.end() ? std::nullopt : Result(other->second);
+                     }),
+                     price_of_lag});
+  }
+  return table;
+}
+
+std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
+  std::set<int> ids;
+  for (const auto& [key, pose] : data.given) ids.insert(key.first);
+  const std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
+  return explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+    const PoseData some = of_objects(data, of);
+    const std::optional<double> declared = pose_residual(some);
+    if (!declared) return std::nullopt;
+    return explain(*declared, read_as(table, some, pose_residual),
+                   {.null = null_of_poses(some), .times = explains_times_of(some.given.size())});
+  });
+}
+
+std::optional<Explanation> explain_shift_by_rotations(const PoseData& data) {
+  constexpr size_t fewest_turns = 10;
+  const auto residual = [](const PoseData& read) {
+    std::vector<double> squares;
+    for_each_step(read, [&](const SE3& g0, const SE3& g1, const SE3& r0, const SE3& r1) {
+      const SE3 g((g0.inverse() * g1).rotation(), Eigen::Vector3d::Zero());
+      squares.push_back(squared_residual(g, SE3((r0.inverse() * r1).rotation(), Eigen::Vector3d::Zero())));
+    });
+    return trimmed_mean(std::move(squares), fewest_turns);
+  };
+  const std::optional<double> declared = residual(data);
+  if (!declared) return std::nullopt;
+  PoseData still = data;
+  for (auto& [key, pose] : still.given) pose = SE3();
+  std::vector<Hypothesis<PoseData>> shifts = pose_hypotheses();
+  std::erase_if(shifts, [](const Hypothesis<PoseData>& h) { return !h.code.starts_with("lag_"); });
+  return explain(*declared, read_as(shifts, data, residual),
+                 {.null = residual(still), .times = explains_times_of(data.given.size())});
+}
+
+}  // namespace sextant

@@ -1,0 +1,44 @@
+#pragma once
+
+// Readings of recorded poses T_world_object, or T_world_camera, by frame: inverse, in centimetres, in the camera frame.
+// The steps between successive frames are compared with those of reference poses, as drift hides every mistake
+// in positions; the residual is that of motion_readings.h. Two kinds of poses:
+//
+//   one body    the same body and origin on both sides, worlds may differ (cameras):  inverse(P_{k-1}) P_k
+//   one world   the same world, bodies may have other axes and origins (objects):     P_k inverse(P_{k-1})
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "sextant/eval/diagnosis/motion_readings.h"
+
+namespace sextant {
+
+enum class SharedFrame { body, world };
+
+struct PoseData {
+  SharedFrame shared = SharedFrame::body;
+  std::map<ObjectFrame, SE3> given, reference;  ///< of cameras: under one id
+  std::map<int, SE3> T_world_camera;            ///< for objects; may be empty
+};
+
+/// m^2; empty for fewer than three steps that both sides have.
+std::optional<double> pose_residual(const PoseData& data);
+
+/// The residual of bodies that do not move.
+std::optional<double> null_of_poses(const PoseData& data);
+
+///   inverse, centimetres, millimetres, too_small_100, too_small_1000, quaternion_w_first, quaternion_w_last,
+///   transposed, lag_-3 .. lag_3   as motion_hypotheses()
+///   per_step       motions from frame to frame in place of poses
+///   frame_camera   poses of objects in the camera frame
+std::vector<Hypothesis<PoseData>> pose_hypotheses();
+
+std::vector<ObjectExplanation> explain_poses(const PoseData& data);
+
+/// A shift of the frame numbers of one body's poses from the rotations of its steps alone, which recordings know far
+/// better than their lengths.
+std::optional<Explanation> explain_shift_by_rotations(const PoseData& data);
+
+}  // namespace sextant

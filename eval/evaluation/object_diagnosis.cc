@@ -1,0 +1,387 @@
+#include "sextant/eval/evaluation/object_diagnosis.h"
+
+#include <algorithm>
+#include <set>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/geometry/object_motion.h"
+
+namespace sextant {
+namespace {
+
+constexpr double fastest_mps = 100;
+constexpr double largest_step_m = 50, step_rate_hz = 10;
+
+using Motions = std::map<ObjectFrame, SE3>;
+
+ObjectFrame before(ObjectFrame key) { return {key.first, key.second - 1}; }
+
+std::optional<SE3> find(const Motions& poses, ObjectFrame key) {
+  const auto it = poses.find(key);
+  return it == poses.end() ? std::nullopt : std::optional(it->second);
+}
+
+Motions estimates(const ObjectLog& log) {
+  Motions motions;
+  for (const auto& [key, motion] : log.motions) motions.emplace(key, motion.estimate);
+  return motions;
+}
+
+Motions true_motions(const ObjectLog& log) {
+  Motions motions = log.lost_truth;
+  for (const auto& [key, motion] : log.motions) {
+    if (motion.truth) motions.emplace(key, *motion.truth);
+  }
+  return motions;
+}
+
+/// H of a step of a path, in the frame `to`.
+std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to, const MotionSample& at) {
+  const auto P0 = find(poses, before(key)), P1 = find(poses, key);
+  if (!P0 || !P1) return std::nullopt;
+  return change_frame(*P1 * P0->inverse(), MotionFrame::world, to, at);
+}
+
+/// Compares `given` with `reference`, (key, sample) -> std::optional<SE3>, at poses L of the objects.
+template <typename Reference>
+MotionData motion_data(const Motions& given, MotionFrame declared, const Motions& L, const Trajectory& camera,
+                       const Reference& reference) {
+  MotionData data{declared, {}, given};
+  for (const auto& [key, motion] : given) {
+    MotionSample sample{key, motion, {}, find(L, before(key)), camera.pose(key.second - 1), camera.pose(key.second)};
+    const std::optional<SE3> expected = reference(key, sample);
+    if (!expected) continue;
+    sample.reference = *expected;
+    data.samples.push_back(std::move(sample));
+  }
+  return data;
+}
+
+std::vector<LogDiagnosis> told(const std::vector<ObjectExplanation>& found, const std::string& subject) {
+  std::vector<LogDiagnosis> out;
+  for (const ObjectExplanation& explanation : found)
+    out.push_back({explanation.code(), explanation.text(subject)});
+  return out;
+}
+
+bool any_allows(const std::vector<ObjectExplanation>& found, const std::string& code) {
+  return std::ranges::any_of(found, [&](const ObjectExplanation& e) { return e.allows(code); });
+}
+
+void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
+  std::ranges::move(more, std::back_inserter(all));
+}
+
+Motions of_camera(const Trajectory& camera) {
+  Motions poses;
+  for (const auto& [frame, pose] : camera.poses()) poses.emplace(ObjectFrame(0, frame), pose);
+  return poses;
+}
+
+bool holds_poses(const Trajectory& camera) {
+  return std::ranges::any_of(camera.poses(), [](const auto& at) {
+    return !at.second.translation().isZero(0) || std::abs(at.second.rotation().w()) != 1;
+  });
+}
+
+std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
+                                          const std::string& subject) {
+  if (!holds_poses(truth)) return {};
+  const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
+  std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
+  if (const auto shift = explain_shift_by_rotations(data); shift && out.empty())
+    out.push_back({shift->best.code, message(*shift, subject + ", rotations", "m at 1 m")});
+  return out;
+}
+
+/// The poses of `path` against steps that follow the motions: each path starts where `path` does.
+std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Motions& motions, const ObjectLog& log,
+                                                  const Trajectory& camera) {
+  if (log.frame != MotionFrame::world) return {};
+  PoseData data{SharedFrame::world, path, {}, camera.poses()};
+  for (const auto& [key, H] : motions) {
+    const auto own = find(path, before(key));
+    if (own) data.reference.try_emplace(before(key), *own);
+    const auto start = find(data.reference, before(key));
+    if (start) data.reference[key] = H * *start;
+  }
+  return explain_poses(data);
+}
+
+/// Rotations of motions that no object makes.
+std::vector<LogDiagnosis> diagnose_rotations(const Motions& motions, const std::string& subject) {
+  const auto found = explain_rotations(motions);
+  if (!found) return {};
+  return {{found->best.code, message(*found, subject, "m")}};
+}
+
+// ---- against the truth of a data set
+
+/// Both paths of poses start with the camera pose that the log and the data set share.
+ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
+  move_to_world_of(truth.camera, log);
+  return log;
+}
+
+size_t n_steps(const MotionData& data) { return data.samples.size(); }
+size_t n_steps(const PoseData& data) { return data.given.size(); }
+
+/// For each object of the log the explanation by the true object that each reading fits best.
+template <typename Data, typename DataOf, typename Residual, typename NullOf>
+std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const std::set<int>& true_ids,
+                                                 const std::vector<Hypothesis<Data>>& table,
+                                                 const DataOf& data_of, const Residual& residual,
+                                                 const NullOf& null_of) {
+  std::map<int, Explanation> out;
+  for (const int id : ids) {
+    std::optional<double> declared, declared_own;
+    std::map<std::string, Reading> best, own_best;
+    double times = explains_times;
+    for (const int true_id : true_ids) {
+      const Data data = data_of(id, true_id);
+      const std::optional<double> own = residual(data), null = null_of(data);
+      if (!own || !null) continue;
+      declared = declared ? std::min(*declared, *own) : *own;
+      if (id == true_id) declared_own = own;
+      for (Reading& reading : read_as(table, data, residual)) {
+        times = explains_times_of(n_steps(data));
+        if (times * reading.residual > *null) continue;
+        if (id == true_id) own_best[reading.code] = reading;
+        const auto known = best.find(reading.code);
+        if (known == best.end() || reading.residual < known->second.residual) best[reading.code] = std::move(reading);
+      }
+    }
+    if (!declared) continue;
+    std::vector<Reading> readings;
+    for (const Hypothesis<Data>& hypothesis : table) {  // in the order of the table
+      const auto known = best.find(hypothesis.code);
+      if (known != best.end()) readings.push_back(known->second);
+    }
+    if (const auto found = explain(*declared, readings, {.times = times})) {
+      out.emplace(id, *found);
+    } else if (declared_own) {
+      // Where the log may have the ids of the truth: a reading that fits the object of the same id, and better than the
+      // declared reading fits any other.
+      readings.clear();
+      for (const Hypothesis<Data>& hypothesis : table) {
+        const auto known = own_best.find(hypothesis.code);
+        if (known != own_best.end() && 2 * known->second.residual <= *declared) readings.push_back(known->second);
+      }
+      if (const auto own = explain(*declared_own, readings, {.times = times})) out.emplace(id, *own);
+    }
+  }
+  return out;
+}
+
+std::set<int> ids_of(const Motions& motions) {
+  std::set<int> ids;
+  for (const auto& [key, motion] : motions) ids.insert(key.first);
+  return ids;
+}
+
+Motions of_object(const Motions& motions, int id, int as) {
+  Motions one;
+  for (auto it = motions.lower_bound({id, 0}); it != motions.end() && it->first.first == id; ++it)
+    one.emplace(ObjectFrame(as, it->first.second), it->second);
+  return one;
+}
+
+}  // namespace
+
+std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
+  const std::string& name = log.estimator;
+  const Motions given = estimates(log), truth = true_motions(log);
+  std::vector<LogDiagnosis> out = diagnose_rotations(truth, name + ", true motions");
+  append(out, diagnose_rotations(given, name + ", estimated motions"));
+  if (!out.empty()) return out;  // with such rotations nothing else can be judged
+
+  const Trajectory& true_camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
+  const auto by_poses = [&](const Motions& poses) {
+    return [&](ObjectFrame key, const MotionSample& sample) { return step_motion(poses, key, log.frame, sample); };
+  };
+  const std::vector<ObjectExplanation> of_truth = explain_motions(
+      motion_data(truth, log.frame, log.true_poses, true_camera, by_poses(log.true_poses)));
+  append(out, told(of_truth, name + ", true motions against the true poses"));
+  if (of_truth.empty())
+    append(out, told(explain_by_motions(log.true_poses, truth, log, true_camera), name + ", true poses against the true motions"));
+
+  const Motions& L = log.true_poses.empty() ? log.poses : log.true_poses;
+  const std::vector<ObjectExplanation> of_estimate = explain_motions(
+      motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
+                  [&](ObjectFrame key, const MotionSample&) { return find(truth, key); }));
+  // Where the truth is what looks wrong, the estimates differ from it for that reason.
+  if (of_truth.empty()) append(out, told(of_estimate, name + ", estimated motions"));
+
+  const std::vector<ObjectExplanation> of_poses = explain_poses(
+      {SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
+  append(out, told(of_poses, name + ", estimated poses of objects"));
+
+  if (of_poses.empty() && (truth.empty() || log.true_poses.empty())) {
+    for (const ObjectExplanation& own :
+         explain_motions(motion_data(given, log.frame, log.poses, log.camera, by_poses(log.poses)))) {
+      if (!any_allows(of_estimate, own.code()))
+        out.push_back({own.code(), own.text(name + ", estimated motions against the estimated poses")});
+    }
+  }
+  append(out, diagnose_camera(log.camera, log.true_camera, name + ", estimated camera"));
+  return out;
+}
+
+std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceTruth& truth) {
+  const ObjectLog log = moved(as_read, truth);
+  const std::string& name = log.estimator;
+  const Motions given = estimates(log);
+  std::vector<LogDiagnosis> out = diagnose_rotations(given, name + ", estimated motions");
+  append(out, diagnose_camera(log.camera, truth.camera, name + ", estimated camera"));
+  if (!out.empty() && out.front().code.starts_with("quaternion")) return out;
+
+  const Motions L = true_object_poses(truth);
+  const Trajectory& camera = log.camera.empty() ? truth.camera : log.camera;
+  const std::set<int> ids = ids_of(given), true_ids = ids_of(L);
+  const auto motions_of = [&](int id, int true_id) {
+    const Motions path = of_object(L, true_id, id);
+    return motion_data(of_object(given, id, id), log.frame, path, camera,
+                       [&](ObjectFrame key, const MotionSample& sample) {
+                         return step_motion(path, key, log.frame, sample);
+                       });
+  };
+  append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame), motions_of,
+                                                          motion_residual, null_of_motions),
+                                    ids.size()),
+                   name + ", estimated motions"));
+  const auto poses_of = [&](int id, int true_id) {
+    return PoseData{SharedFrame::world, of_object(log.poses, id, id), of_object(L, true_id, id),
+                    log.camera.poses()};
+  };
+  const std::set<int> with_poses = ids_of(log.poses);
+  append(out, told(group_by_reading(explain_by_best_match(with_poses, true_ids, pose_hypotheses(), poses_of,
+                                                          pose_residual, null_of_poses),
+                                    with_poses.size()),
+                   name + ", estimated poses of objects"));
+  return out;
+}
+
+void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
+  const auto because = [&](double times_too_large) {
+    std::string text;
+    for (const LogDiagnosis& diagnosis : found) text += "; " + diagnosis.text;
+    if (!text.empty()) return text;
+    // Read as another unit the same value is usual.
+    if (times_too_large < 100) return std::string(": are the translations centimetres (divide them by 100), or is --rate wrong?");
+    return std::string(": are the translations millimetres (divide them by 1000), or is --rate wrong?");
+  };
+  for (const auto& [key, motion] : true_motions(log)) {
+    const auto L = find(log.true_poses, before(key));
+    double speed_mps = 0;
+    if (log.frame == MotionFrame::body || L) {
+      const SE3 body = log.frame == MotionFrame::body ? motion : body_motion(motion, *L);
+      speed_mps = body.translation().norm() * rate_hz;
+    } else {
+      // The object is somewhere within 100 m of the camera, or of the origin.
+      constexpr double reach_m = 100;
+      const auto camera = log.true_camera.pose(key.second - 1);
+      const Eigen::Vector3d c = camera ? camera->translation() : Eigen::Vector3d::Zero();
+      const double by_rotation_m = 2 * std::sin(rotation_angle_rad(motion.rotation()) / 2) * reach_m;
+      speed_mps = std::max(0.0, (motion * c - c).norm() - by_rotation_m) * rate_hz;
+    }
+    if (speed_mps > fastest_mps) {
+      fail("{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
+           log.motion_lines.at(key), key.first, key.second, speed_mps, rate_hz, fastest_mps, because(speed_mps / (fastest_mps / 4)));
+    }
+  }
+  const double most_m = largest_step_m * step_rate_hz / rate_hz;
+  const auto check_steps = [&](const Motions& poses, const LogLines& lines, const char* what) {
+    for (const auto& [key, pose] : poses) {
+      const auto last = find(poses, before(key));
+      if (!last) continue;
+      const double step_m = (pose.translation() - last->translation()).norm();
+      if (step_m > most_m) {
+        fail("{}: the true {} moves {:.4g} m from frame {} to {}, expected at most {:.4g} m at {:.4g} Hz{}",
+             lines.at(key), what, step_m, key.second - 1, key.second, most_m, rate_hz, because(step_m / (most_m / 50)));
+      }
+    }
+  };
+  check_steps(log.true_poses, log.pose_lines, "object");
+  check_steps(of_camera(log.true_camera), log.camera_lines, "camera");
+}
+
+std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) {
+  std::map<int, std::vector<double>> speeds;
+  for (const auto& [key, motion] : log.motions) {
+    auto L = find(log.true_poses, before(key));
+    if (!L) L = find(log.poses, before(key));
+    if (log.frame != MotionFrame::body && !L) continue;
+    const SE3 body = log.frame == MotionFrame::body ? motion.estimate : body_motion(motion.estimate, *L);
+    speeds[key.first].push_back(body.translation().norm() * rate_hz);
+  }
+  std::vector<LogDiagnosis> out;
+  for (auto& [id, of_object] : speeds) {
+    const auto middle = of_object.begin() + static_cast<std::ptrdiff_t>(of_object.size() / 2);
+    std::ranges::nth_element(of_object, middle);
+    if (*middle <= fastest_mps) continue;
+    out.push_back({"speed", fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
+                                        "at most {} m/s: are the translations in metres, and is --rate right?",
+                                        log.estimator, id, *middle, rate_hz, fastest_mps)});
+  }
+  return out;
+}
+
+std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
+  constexpr double moves_m = 0.01;
+  const auto is_identity = [](const SE3& T) {
+    return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1;
+  };
+  const auto step_m = [&](ObjectFrame key, const SE3& motion) {
+    const auto L = find(log.true_poses.empty() ? log.poses : log.true_poses, before(key));
+    return log.frame == MotionFrame::world && L ? body_motion(motion, *L).translation().norm()
+                                                : motion.translation().norm();
+  };
+  std::map<int, int> moving, all;
+  for (const auto& [key, motion] : log.motions) {
+    ++all[key.first];
+    moving[key.first] += !is_identity(motion.estimate) && step_m(key, motion.estimate) > moves_m;
+  }
+  std::map<int, std::vector<int>> out;
+  for (const auto& [key, motion] : log.motions) {
+    if (!is_identity(motion.estimate)) continue;
+    // Where the truth is not known: objects that move in most of their other steps.
+    const bool moves = motion.truth ? step_m(key, *motion.truth) > moves_m : 2 * moving[key.first] > all[key.first] / 2;
+    if (moves) out[key.first].push_back(key.second);
+  }
+  return out;
+}
+
+std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
+  std::map<int, std::set<int>> known;  // steps with an estimate or truth
+  for (const auto& [key, motion] : log.motions) known[key.first].insert(key.second);
+  for (const auto& [key, motion] : log.lost_truth) known[key.first].insert(key.second);
+  for (const auto& [key, pose] : log.true_poses) {
+    if (log.true_poses.contains(before(key))) known[key.first].insert(key.second);
+  }
+  std::map<int, std::vector<int>> out;
+  for (const auto& [id, steps] : known) {
+    for (int k = *steps.begin(); k <= *steps.rbegin(); ++k) {
+      // Frames that a data set's truth does not have are none of the object's.
+      const bool counts = !log.truth_of_source || steps.contains(k);
+      if (counts && !log.motions.contains({id, k})) out[id].push_back(k);
+    }
+  }
+  return out;
+}
+
+std::string ranges_text(const std::vector<int>& frames, size_t most) {
+  std::vector<std::string> groups;
+  for (size_t i = 0; i < frames.size();) {
+    size_t j = i;
+    while (j + 1 < frames.size() && frames[j + 1] == frames[j] + 1) ++j;
+    groups.push_back(i == j ? std::to_string(frames[i]) : fmt::format("{}-{}", frames[i], frames[j]));
+    i = j + 1;
+  }
+  if (groups.size() <= most) return fmt::format("{}", fmt::join(groups, ", "));
+  const size_t more = groups.size() - most;
+  groups.resize(most);
+  return fmt::format("{} and {} more", fmt::join(groups, ", "), more);
+}
+
+}  // namespace sextant

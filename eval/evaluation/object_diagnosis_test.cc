@@ -1,0 +1,359 @@
+// Plants in logs that others bring: what was scored without a word must be an error or be named.
+
+#include "sextant/eval/evaluation/object_diagnosis.h"
+
+#include <random>
+
+#include "sextant/base/error.h"
+#include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/recorded_files.h"
+#include "sextant/geometry/object_motion.h"
+
+namespace sextant {
+namespace {
+
+using Plant = std::function<SE3(const SE3& H_world, const SE3& L_prev, int k)>;
+using CameraPlant = std::function<SE3(const SE3&)>;
+
+SE3 about_y(double angle, const Eigen::Vector3d& t) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())), t};
+}
+
+/// Two cars in front of a camera that drives; estimates are 5 % off. Logs of it in both formats, with plants.
+struct Drive {
+  static constexpr int n_frames = 30;
+  std::map<ObjectFrame, SE3> L;         // T_world_object
+  std::map<ObjectFrame, SE3> estimate;  // H in the world, of k-1 to k
+  Trajectory camera;
+
+  explicit Drive(double slow = 1) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    SE3 C = about_y(0.2, {1, 0, 0});
+    for (int k = 0; k < n_frames; ++k) {
+      camera.set(k, C);
+      C = C * about_y(0.01 * std::sin(0.3 * k), {0, 0, 0.8 + 0.2 * std::sin(0.4 * k)});
+    }
+    for (const int id : {1, 4}) {
+      SE3 pose = about_y(0.7 * id, {-2.0 + 2 * id, 1, 10.0 + 3 * id});
+      for (int k = 0; k < n_frames; ++k) {
+        L[{id, k}] = pose;
+        const double speed = slow * (0.5 + 0.1 * id) * (1 + 0.5 * std::sin(0.9 * k + id));
+        const SE3 step = about_y(0.02 * std::cos(0.5 * k), {0, 0, speed});
+        Vector6d xi;
+        for (int i = 0; i < 6; ++i) xi[i] = 0.05 * speed * normal(random) * (i < 3 ? 0.6 : 0.1);
+        const SE3 next = pose * step;
+        if (k + 1 < n_frames) estimate[{id, k + 1}] = pose * (step * SE3::exp(xi)) * pose.inverse();
+        pose = next;
+      }
+    }
+  }
+  SE3 truth(ObjectFrame key) const { return L.at(key) * L.at({key.first, key.second - 1}).inverse(); }
+};
+
+const Plant as_is = [](const SE3& H, const SE3&, int) { return H; };
+
+std::string csv(const SE3& T) {
+  const Eigen::Vector3d& t = T.translation();
+  const Eigen::Quaterniond& q = T.rotation();
+  return fmt::format("{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}", t.x(), t.y(), t.z(), q.x(), q.y(),
+                     q.z(), q.w());
+}
+std::string row(const SE3& T, bool transposed = false) {
+  std::string text;
+  for (int i = 0; i < 16; ++i) text += fmt::format(" {:.12g}", transposed ? T.matrix()(i % 4, i / 4) : T.matrix()(i / 4, i % 4));
+  return text;
+}
+
+/// What is planted where.
+struct Plants {
+  Plant estimate = as_is, truth = as_is;
+  CameraPlant camera = [](const SE3& C) { return C; };
+  std::function<bool(int)> keep = [](int) { return true; };
+  int shift = 0;         ///< of the estimates against the truth
+  bool with_poses = true;
+  bool transposed = false;
+};
+
+class ObjectDiagnosis : public testing::TestWithParam<LogFormat> {
+ protected:
+  ObjectScores evaluate(const Drive& drive, const Plants& plants) {
+    const bool vdo = GetParam() == LogFormat::vdo;
+    std::string motions, truth, poses, cameras, true_cameras;
+    for (const auto& [key, unused] : drive.estimate) {
+      const auto [id, k] = key;
+      const auto estimated = drive.estimate.find({id, k - plants.shift});
+      if (!plants.keep(k) || estimated == drive.estimate.end()) continue;
+      const SE3& L = drive.L.at({id, k - 1});
+      const auto declared = [&](const SE3& H) { return vdo ? body_motion(H, L) : H; };
+      const SE3 e = declared(plants.estimate(estimated->second, L, k)),
+                t = declared(plants.truth(drive.truth(key), L, k));
+      if (vdo) {
+        motions += fmt::format("{} {}{}\n", k, id, row(e, plants.transposed));
+        truth += fmt::format("{} {}{}\n", k, id, row(t));
+      } else {
+        motions += fmt::format("{},{},{},{}\n", k, id, csv(e), csv(t));
+      }
+    }
+    for (const auto& [key, L] : drive.L) {
+      if (plants.with_poses && !vdo) poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(L), csv(L));
+    }
+    for (const auto& [k, C] : drive.camera.poses()) {
+      cameras += vdo ? fmt::format("{}{}\n", k, row(plants.camera(C)))
+                     : fmt::format("{},{},{}\n", k, csv(plants.camera(C)), csv(C));
+      true_cameras += fmt::format("{}{}\n", k, row(C));
+    }
+    if (vdo) {
+      folder_.write("obj_mot_rgbd_new.txt", motions);
+      folder_.write("obj_mot_gt.txt", truth);
+      folder_.write("initial_rgbd_new.txt", cameras);
+      folder_.write("cam_pose_gt_rgbd_new.txt", true_cameras);
+    } else {
+      folder_.write("m_object_motion_log.csv", motions);
+      if (!poses.empty()) folder_.write("m_object_pose_log.csv", poses);
+      folder_.write("m_camera_pose_log.csv", cameras);
+    }
+    ObjectFiles files;
+    files.folders = {folder_.path()};
+    files.format = GetParam();
+    return evaluate_object_files(files);
+  }
+
+  void expect_named(const ObjectScores& scores, const std::string& code) {
+    ASSERT_EQ(scores.diagnoses.size(), 1u) << fmt::format("{}", fmt::join(scores.warnings, "\n"));
+    EXPECT_EQ(scores.diagnoses[0].code, code) << scores.diagnoses[0].text;
+  }
+  void expect_error(const Drive& drive, const Plants& plants, const std::string& text) {
+    try {
+      evaluate(drive, plants);
+      FAIL() << "expected an Error with: " << text;
+    } catch (const Error& error) {
+      EXPECT_THAT(std::string(error.what()), HasSubstr(text));
+    }
+  }
+
+  TempFolder folder_;
+};
+
+/// Translations as the format writes them, `factor` times too large.
+Plant scaled(LogFormat format, double factor) {
+  return [=](const SE3& H, const SE3& L, int) {
+    if (format != LogFormat::vdo) return SE3(H.rotation(), factor * H.translation());
+    const SE3 body = body_motion(H, L);
+    return L * SE3(body.rotation(), factor * body.translation()) * L.inverse();
+  };
+}
+
+TEST_P(ObjectDiagnosis, RightLogsAreReadAsTheyAre) {
+  for (const double slow : {1.0, 0.05}) {
+    const ObjectScores scores = evaluate(Drive(slow), {});
+    EXPECT_TRUE(scores.diagnoses.empty()) << scores.diagnoses[0].text;
+    EXPECT_EQ(scores.rate_text(), "Frame rate: 10 Hz (default, --rate changes it)");
+  }
+}
+
+TEST_P(ObjectDiagnosis, InverseEstimatesAreNamed) {
+  for (const double slow : {1.0, 0.05})
+    expect_named(evaluate(Drive(slow), {.estimate = [](const SE3& H, const SE3&, int) { return H.inverse(); }}), "inverse");
+}
+
+TEST_P(ObjectDiagnosis, EstimatesInAnotherFrameAreNamed) {
+  const Drive drive;
+  if (GetParam() == LogFormat::vdo) {
+    expect_named(evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return L * H * L.inverse(); }}),
+                 "frame_world");
+  } else {
+    expect_named(evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return body_motion(H, L); }}),
+                 "frame_body");
+    expect_named(evaluate(drive, {.estimate =
+                                      [&](const SE3& H, const SE3&, int k) {
+                                        return drive.camera.pose(k)->inverse() * H * *drive.camera.pose(k - 1);
+                                      }}),
+                 "frame_camera");
+  }
+}
+
+TEST_P(ObjectDiagnosis, TruthAndEstimateInAnotherFrameContradictThePoses) {
+  if (GetParam() == LogFormat::vdo) GTEST_SKIP() << "logs of format vdo hold no poses of objects";
+  const Plant body = [](const SE3& H, const SE3& L, int) { return body_motion(H, L); };
+  const ObjectScores scores = evaluate(Drive(), {.estimate = body, .truth = body});
+  expect_named(scores, "frame_body");
+  EXPECT_THAT(scores.warnings[0], HasSubstr("true motions against the true poses"));
+  EXPECT_THAT(scores.warnings[0], HasSubstr("--frame body"));
+}
+
+TEST_P(ObjectDiagnosis, CentimetresOfTheEstimateAreNamed) {
+  const ObjectScores scores = evaluate(Drive(0.1), {.estimate = scaled(GetParam(), 100)});
+  ASSERT_FALSE(scores.diagnoses.empty());
+  EXPECT_THAT(scores.diagnoses[0].text, HasSubstr("centimetres"));
+}
+
+TEST_P(ObjectDiagnosis, AbsurdTruthIsAnErrorThatNamesTheLine) {
+  expect_error(Drive(), {.estimate = scaled(GetParam(), 100), .truth = scaled(GetParam(), 100)}, "the true speed of object 1 at frame ");
+  expect_error(Drive(), {.truth = scaled(GetParam(), 1000)}, GetParam() == LogFormat::vdo ? "obj_mot_gt.txt:" : "motion_log.csv:");
+}
+
+TEST_P(ObjectDiagnosis, ShiftedEstimatesAreNamed) {
+  for (const int shift : {1, 2, 3}) expect_named(evaluate(Drive(), {.shift = shift}), fmt::format("lag_{}", shift));
+}
+
+TEST_P(ObjectDiagnosis, AnInvertedCameraIsNamed) {
+  expect_named(evaluate(Drive(), {.camera = [](const SE3& C) { return C.inverse(); }}), "inverse");
+}
+
+TEST_P(ObjectDiagnosis, MissingFramesCountAndAreListed) {
+  const ObjectScores scores =
+      evaluate(Drive(), {.keep = [](int k) { return k < 20 || k > 24; }, .with_poses = false});
+  EXPECT_TRUE(scores.diagnoses.empty());
+  EXPECT_THAT(scores.warnings, Contains(HasSubstr("object 4: 5 of 29 steps have no estimate, frames 20-24")));
+  const Json rows = rows_to_json(object_table(scores.records, {&find_preset("vdo_slam"), 1}));
+  EXPECT_NEAR(rows[0]["coverage_percent"], 100.0 * 24 / 29, 1e-9);
+}
+
+TEST_P(ObjectDiagnosis, IdentitiesOfAMovingObjectAreListed) {
+  const Plants plants{.estimate = [](const SE3& H, const SE3&, int k) { return k > 26 ? SE3() : H; }};
+  const ObjectScores scores = evaluate(Drive(), plants);
+  EXPECT_THAT(scores.warnings, Contains(HasSubstr("object 1: 3 estimates are exactly the identity while the object "
+                                                  "moves, frames 27-29")));
+  EXPECT_THAT(scores.warnings, Contains(HasSubstr("--identity lost")));
+}
+
+TEST_P(ObjectDiagnosis, StructuralFaultsAreErrors) {
+  if (GetParam() == LogFormat::vdo) expect_error(Drive(), {.transposed = true}, "looks transposed");
+  TempFolder folder;
+  const bool vdo = GetParam() == LogFormat::vdo;
+  const std::string name = vdo ? "obj_mot_x.txt" : "m_object_motion_log.csv";
+  const auto line = [&](int k) {
+    const SE3 T = about_y(0.1, {0, 0, 1});
+    return vdo ? fmt::format("{} 1{}\n", k, row(T)) : fmt::format("{},1,{},{}\n", k, csv(T), csv(T));
+  };
+  const auto refused = [&](const std::string& text) {
+    folder.write(name, text);
+    try {
+      read_object_logs(folder.path(), {.format = GetParam()});
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refused(line(1) + line(3) + line(2)), HasSubstr(":3: "));
+  EXPECT_THAT(refused(line(1) + line(2) + line(2)), HasSubstr("is given twice in frame 2"));
+  EXPECT_EQ(refused(line(1) + line(2)), "accepted");
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, ObjectDiagnosis, testing::Values(LogFormat::dynosam, LogFormat::vdo),
+                         [](const auto& info) { return std::string(to_string(info.param)); });
+
+TEST(QuaternionOrder, ShowsInBothColumnsAtOnce) {
+  const TempFolder folder;
+  std::string motions;
+  for (int k = 1; k < 8; ++k) {
+    const SE3 T = about_y(0.01 * k, {0, 0, 0.5 + 0.1 * k});
+    const Eigen::Quaterniond& q = T.rotation();
+    const std::string pose = fmt::format("0,0,{},{},{},{},{}", T.translation().z(), q.w(), q.x(), q.y(), q.z());
+    motions += fmt::format("{},1,{},{}\n", k, pose, pose);
+  }
+  folder.write("m_object_motion_log.csv", motions);
+  const auto found = diagnose_log(read_object_logs(folder.path(), {LogFormat::dynosam}).front());
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].code, "quaternion_w_first");
+  EXPECT_THAT(found[0].text, HasSubstr("true motions"));
+}
+
+TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
+  const Drive drive;
+  for (const bool tum : {false, true}) {
+    const TempFolder folder;
+    for (const int id : {1, 4}) {
+      std::string motions, truth;
+      for (int k = 1; k < Drive::n_frames; ++k) {
+        const auto text = [&](const SE3& T) {
+          const Eigen::Quaterniond& q = T.rotation();
+          if (tum)
+            return fmt::format("{} {} {} {} {} {} {} {}\n", k / 20.0, T.translation().x(), T.translation().y(),
+                               T.translation().z(), q.x(), q.y(), q.z(), q.w());
+          std::string line = std::to_string(k);
+          for (int i = 0; i < 12; ++i) line += fmt::format(" {}", T.matrix()(i / 4, i % 4));
+          return line + "\n";
+        };
+        motions += text(drive.estimate.at({id, k}));
+        truth += text(drive.truth({id, k}));
+      }
+      folder.write(fmt::format("obj_{}_motion.txt", id), motions);
+      folder.write(fmt::format("obj_{}_motion_gt.txt", id), truth);
+    }
+    ObjectFiles files;
+    files.folders = {folder.path()};
+    files.format = LogFormat::motions;
+    const ObjectScores scores = evaluate_object_files(files);
+    EXPECT_TRUE(scores.diagnoses.empty());
+    EXPECT_EQ(scores.records.size(), 2u * (Drive::n_frames - 1));
+    EXPECT_EQ(scores.rate_text(), tum ? "Frame rate: 20 Hz (time stamps of the log)"
+                                      : "Frame rate: 10 Hz (default, --rate changes it)");
+    for (const Record& record : scores.records) EXPECT_EQ(record.status, Status::ok);
+  }
+}
+
+TEST(ObjectPaths, AreAlignedAnObjectAtATime) {
+  const Drive drive;
+  const SE3 moved = about_y(0.4, {3, 2, 1});
+  ObjectLog log;
+  log.true_poses = drive.L;
+  for (const auto& [key, L] : drive.L) log.poses[key] = (key.first == 1 ? moved : moved.inverse()) * L;
+  for (const auto& [key, H] : drive.estimate) log.motions[key].estimate = drive.truth(key);
+  const std::vector<ObjectPathErrors> errors = object_path_errors(log);
+  ASSERT_EQ(errors.size(), 2u);
+  for (const ObjectPathErrors& e : errors) {
+    EXPECT_NEAR(e.ape->Et_m, 0, 1e-9);
+    EXPECT_NEAR(e.ape->ER_deg, 0, 1e-6);
+    EXPECT_NEAR(e.rpe->Et_m, 0, 1e-9);
+    EXPECT_NEAR(e.chained_rpe->Et_m, 0, 1e-9);
+  }
+  // Errors per axis are relative to the first pose: another origin of the body is none.
+  for (const auto& [key, L] : drive.L) log.poses[key] = L * moved;
+  for (const ObjectPathErrors& e : object_path_errors(log)) EXPECT_NEAR(e.axes->largest_m, 0, 1e-9);
+}
+
+TEST(ObjectPaths, EqualThoseOfTheSavedFilesAsTrajectories) {
+  // evaluate_ego equals evo to 1e-12 (eval/cli/evaluate_ego_oracle.py).
+  const Drive drive;
+  const TempFolder logs, saved;
+  std::string motions, poses;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (const auto& [key, L] : drive.L) {
+    Vector6d xi;
+    for (int i = 0; i < 6; ++i) xi[i] = 0.05 * normal(random);
+    poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(SE3::exp(xi) * L), csv(L));
+  }
+  for (const auto& [key, H] : drive.estimate)
+    motions += fmt::format("{},{},{},{}\n", key.second, key.first, csv(H), csv(drive.truth(key)));
+  logs.write("m_object_motion_log.csv", motions);
+  logs.write("m_object_pose_log.csv", poses);
+  ObjectFiles files;
+  files.folders = {logs.path()};
+  files.format = LogFormat::dynosam;
+  files.tum = saved.path();
+  for (const ObjectPathErrors& errors : evaluate_object_files(files).paths) {
+    EgoFiles paths;
+    const std::string stem = (saved.path() / "m" / fmt::format("obj_{}", errors.object)).string();
+    paths.reference = stem + "_gt.tum";
+    paths.estimates = {stem + ".tum"};
+    paths.format = "tum";
+    EgoOptions options;
+    options.alignment = Alignment::se3;
+    EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.ape->Et_m, 1e-9);
+    options.rpe = PairSelection{};
+    EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.rpe->Et_m, 1e-9);
+    options.relation = PoseRelation::angle_deg;
+    EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.rpe->ER_deg, 1e-9);
+  }
+}
+
+TEST(Ranges, SuccessiveFramesAreOneGroup) {
+  EXPECT_EQ(ranges_text({1, 2, 3, 7, 9, 10}), "1-3, 7, 9-10");
+  EXPECT_EQ(ranges_text({1, 3, 5, 7}, 2), "1, 3 and 2 more");
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,217 @@
+#include "sextant/eval/logs/plain_object_logs.h"
+
+#include <charconv>
+#include <filesystem>
+#include <limits>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+/// What a line begins with.
+enum class Key { frame, time, row };
+
+struct Row {
+  double key = 0;
+  int64_t line = 0;
+  SE3 pose;
+};
+
+struct PlainFile {
+  std::string path;
+  Key key = Key::row;
+  std::vector<Row> rows;
+};
+
+PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  PlainFile file;
+  bool whole_numbers = true, is_tum = false;
+  for_each_record(folder, name, NumberFile::either, out, [&](const NumberFile& lines, RepairLog& repairs) {
+    const size_t n = lines.values().size();
+    Row row{lines.values()[0], lines.line(), {}};
+    const bool tum = n == 8 || n == 8 + 21 || n == 8 + 36;
+    if (tum) {
+      row.pose = quaternion_pose(lines, 1, repairs);
+    } else if (n == 13 || n == 17) {
+      row.pose = matrix_pose(lines, 1, repairs);
+    } else if (n == 12 || n == 16) {
+      row.key = static_cast<double>(file.rows.size());
+      row.pose = matrix_pose(lines, 0, repairs);
+    } else {
+      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values", n);
+    }
+    const Key key = tum ? Key::time : n == 12 || n == 16 ? Key::row : Key::frame;
+    if (!file.rows.empty() && key != file.key) lines.fail_here("expected as many values as in the lines before");
+    if (!file.rows.empty() && !(row.key > file.rows.back().key)) {
+      lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once", tum ? "time" : "frame",
+                      row.key, file.rows.back().key);
+    }
+    file.key = key;
+    is_tum = tum;
+    whole_numbers = whole_numbers && row.key == std::trunc(row.key);
+    file.rows.push_back(row);
+  });
+  file.path = (std::filesystem::path(folder.path()) / name).string();
+  // Whole numbers in the place of the time are frame numbers.
+  if (is_tum && whole_numbers) file.key = Key::frame;
+  return file;
+}
+
+/// The rate at which all times are those of frames: 1 / the least step.
+std::optional<double> rate_of(const std::vector<PlainFile>& files) {
+  double least_s = std::numeric_limits<double>::infinity();
+  for (const PlainFile& file : files) {
+    if (file.key != Key::time) continue;
+    for (size_t i = 1; i < file.rows.size(); ++i)
+      least_s = std::min(least_s, file.rows[i].key - file.rows[i - 1].key);
+  }
+  if (!std::isfinite(least_s)) return std::nullopt;
+  const double rate = 1 / least_s;
+  // Times are written with a few digits.
+  const double rounded = std::round(rate);
+  return rounded > 0 && std::abs(rate - rounded) < 1e-3 * rate ? rounded : rate;
+}
+
+/// Calls use(frame, row) for each row.
+template <typename Use>
+void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
+  std::optional<int> last;
+  for (const Row& row : file.rows) {
+    const double at = file.key == Key::time ? row.key * rate_hz : row.key;
+    const double frame = std::round(at);
+    constexpr double nearest = 0.25;
+    if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
+      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line, file.key == Key::time ? "time" : "frame", row.key,
+           file.key == Key::time
+               ? fmt::format(" at {:.6g} Hz: give --rate, or frame numbers in the first column", rate_hz)
+               : ": expected a whole number from 0 to 1e9");
+    }
+    if (last == static_cast<int>(frame))
+      fail("{}:{}: frame {} is given twice at {:.6g} Hz: give --rate", file.path, row.line, frame, rate_hz);
+    last = static_cast<int>(frame);
+    use(*last, row);
+  }
+}
+
+struct ObjectFile {
+  std::string name;
+  int id = 0;
+  bool is_truth = false;
+};
+
+/// "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt": those of the kind, "motion" or "pose".
+std::optional<ObjectFile> object_file(const std::string& name, std::string_view kind) {
+  std::string_view rest = name;
+  if (rest.starts_with("object_"))
+    rest.remove_prefix(7);
+  else if (rest.starts_with("obj_"))
+    rest.remove_prefix(4);
+  else
+    return std::nullopt;
+  ObjectFile file{name};
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), file.id);
+  if (error != std::errc() || file.id < 0 || file.id > 1'000'000'000) return std::nullopt;
+  rest.remove_prefix(static_cast<size_t>(end - rest.data()));
+  const size_t dot = rest.rfind('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  rest = rest.substr(0, dot);
+  if (rest.ends_with("_gt")) {
+    file.is_truth = true;
+    rest.remove_suffix(3);
+  }
+  const std::string plural = fmt::format("_{}s", kind), singular = fmt::format("_{}", kind);
+  if (!rest.empty() && rest != singular && rest != plural) return std::nullopt;
+  return file;
+}
+
+/// Of the cameras; empty: none.
+std::string first_of(const LogFolder& folder, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (folder.has(name)) return name;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::vector<ObjectLog> read_plain(const LogFolder& folder) {
+  const bool poses = folder.request().format == LogFormat::poses;
+  ObjectLog log;
+  log.estimator = std::filesystem::path(folder.path()).lexically_normal().filename().string();
+  if (log.estimator.empty())
+    log.estimator = std::filesystem::path(folder.path()).lexically_normal().parent_path().filename().string();
+  std::vector<ObjectFile> names;
+  std::vector<PlainFile> files;
+  for (const std::string& name : folder.names()) {
+    const auto found = object_file(name, poses ? "pose" : "motion");
+    if (!found) continue;
+    for (const ObjectFile& other : names) {
+      if (other.id == found->id && other.is_truth == found->is_truth)
+        fail("{}: both {} and {} are of object {}: keep one", folder.path(), other.name, name, found->id);
+    }
+    files.push_back(read_rows(folder, name, log));
+    if (!poses && files.back().key == Key::row && !files.back().rows.empty()) {
+      fail("{}:{}: expected a frame number before the matrix: a motion without one belongs to no frame",
+           files.back().path, files.back().rows.front().line);
+    }
+    names.push_back(*found);
+  }
+  const size_t n_objects = files.size();
+  const std::string camera = first_of(folder, {"est_camera_tum.txt", "camera.txt", "camera.tum"}),
+                    true_camera = first_of(folder, {"gt_camera_tum.txt", "camera_gt.txt", "camera_gt.tum"});
+  for (const std::string& name : {camera, true_camera})
+    files.push_back(name.empty() ? PlainFile() : read_rows(folder, name, log));
+  log.rate_hz = rate_of(files);
+  const double rate_hz = folder.request().rate_hz.value_or(log.rate_hz.value_or(10));
+
+  std::map<ObjectFrame, SE3> motions, truth;
+  for (size_t i = 0; i < n_objects; ++i) {
+    const int id = names[i].id;
+    LogLines& lines = poses ? log.pose_lines : log.motion_lines;
+    for_each_frame(files[i], rate_hz, [&](int frame, const Row& row) {
+      const ObjectFrame key(id, frame);
+      if (names[i].is_truth) {
+        lines.object_path[id] = files[i].path;
+        lines.lines[key] = row.line;
+        if (is_identity(row.pose) && !poses)
+          log.warnings.push_back(lines.at(key) + ": truth is an exact identity: taken as missing");
+        else
+          (poses ? log.true_poses : truth).emplace(key, row.pose);
+      } else {
+        (poses ? log.poses : motions).emplace(key, row.pose);
+      }
+    });
+  }
+  const auto before = [](ObjectFrame key) { return ObjectFrame(key.first, key.second - 1); };
+  for (const auto& [key, pose] : log.poses) {  // format poses
+    const auto previous = log.poses.find(before(key));
+    if (previous != log.poses.end()) motions.emplace(key, pose * previous->second.inverse());
+  }
+  for (const auto& [key, pose] : log.true_poses) {
+    const auto previous = log.true_poses.find(before(key));
+    if (previous != log.true_poses.end()) truth.emplace(key, pose * previous->second.inverse());
+  }
+  for (const auto& [key, motion] : motions) log.motions[key].estimate = motion;
+  for (const auto& [key, motion] : truth) {
+    const auto known = log.motions.find(key);
+    if (known != log.motions.end()) {
+      known->second.truth = motion;
+    } else {
+      log.lost_truth.emplace(key, motion);
+    }
+  }
+  for_each_frame(files[n_objects], rate_hz, [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
+  for_each_frame(files[n_objects + 1], rate_hz, [&](int frame, const Row& row) {
+    log.true_camera.set(frame, row.pose);
+    log.camera_lines.path = files[n_objects + 1].path;
+    log.camera_lines.lines[{0, frame}] = row.line;
+  });
+  if (log.motions.empty()) {
+    fail("{}: holds no {} of objects: expected files obj_<id>{}.txt of two frames or more", folder.path(),
+         poses ? "poses" : "motions", poses ? "" : "_motion");
+  }
+  return {log};
+}
+
+}  // namespace sextant

@@ -1,0 +1,14 @@
+#pragma once
+
+// The formats `motions` and `poses` of object_logs.h: one file an object.
+
+#include <vector>
+
+#include "sextant/eval/logs/object_log_files.h"
+
+namespace sextant {
+
+/// One log, of all objects of the folder. Throws Error on a folder without such files.
+std::vector<ObjectLog> read_plain(const LogFolder& folder);
+
+}  // namespace sextant
