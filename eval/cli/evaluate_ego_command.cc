@@ -22,6 +22,7 @@ struct EgoFlags : CommonFlags {
   std::optional<double> start_s, end_s;
   std::string up, body_from_camera, reference_body_from_camera;
   std::string zip, tum, out;
+  std::string covariance, columns = "main";
 };
 
 EgoOptions options_of(const EgoFlags& flags) {
@@ -48,10 +49,20 @@ EgoOptions options_of(const EgoFlags& flags) {
       fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
   }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
+  if (!(options.max_speed_m_s > 0)) fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
+  if (!flags.covariance.empty())
+    options.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   if (!flags.rpe.empty()) {
-    options.rpe = PairSelection::parse(flags.rpe);
-    options.rpe->all_pairs = flags.all_pairs;
-    options.rpe->relative_tolerance = flags.delta_tolerance;
+    std::vector<PairSelection> lengths;
+    for (size_t at = 0; at <= flags.rpe.size();) {
+      const size_t end = std::min(flags.rpe.find(',', at), flags.rpe.size());
+      lengths.push_back(PairSelection::parse(flags.rpe.substr(at, end - at)));
+      lengths.back().all_pairs = flags.all_pairs;
+      lengths.back().relative_tolerance = flags.delta_tolerance;
+      at = end + 1;
+    }
+    options.rpe = lengths.front();
+    if (lengths.size() > 1) options.rpe_lengths = std::move(lengths);
   } else if (flags.all_pairs || options.pairs_from_reference) {
     fail(
         "--all-pairs and --pairs-from-reference select pairs of relative errors: "
@@ -69,10 +80,16 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   if (flags.quiet) return;
   for (const std::string& text : reference.warnings) tell("warning", text);
   for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& w : run.warnings) tell("warning", fmt::format("{}: {}", run.name, w.text));
+    for (const TrajectoryWarning& w : run.warnings)  // what was repaired begins with the file
+      tell("warning", w.code == "repaired" ? w.text : fmt::format("{}: {}", run.name, w.text));
   }
-  fmt::print("{}\n{}", to_text(ego_error_table(runs, reference, options)),
-             to_text(ego_step_table(runs, reference)));
+  const bool all = flags.columns == "all";
+  const Table lengths = ego_length_table(runs, options);
+  if (lengths.rows.empty() || all) fmt::print("{}", to_text(ego_error_table(runs, reference, options, !all)));
+  if (!lengths.rows.empty()) fmt::print("{}{}", all ? "\n" : "", to_text(lengths));
+  const Table consistency = ego_consistency_table(runs);
+  if (!consistency.rows.empty()) fmt::print("\n{}", to_text(consistency));
+  if (all) fmt::print("\n{}", to_text(ego_step_table(runs, reference)));
   const Table comparison = ego_comparison_table(runs, options);
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
@@ -104,7 +121,7 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
   add_choice(command, "--relation", flags.options.relation,
              "What of a pose is compared, point_distance_error_ratio with --rpe only");
   add_value(command, "--rpe", flags.rpe, "DISTANCE",
-            "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s");
+            "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s; several: 1m,5m,10m,50m");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
   command
       .add_option("--delta-tolerance", flags.delta_tolerance,
@@ -132,6 +149,9 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
 }
 
 void add_frame_flags(CLI::App& command, EgoFlags& flags) {
+  command.add_flag("--inverse", flags.options.estimate_frame.inverse,
+                   "The estimates are inverse poses, T_camera_world");
+  command.add_flag("--ref-inverse", flags.options.reference_frame.inverse, "The same of the reference");
   add_choice(command, "--axes", flags.options.estimate_frame.axes, "Axes of the estimates' worlds and bodies");
   add_choice(command, "--ref-axes", flags.options.reference_frame.axes, "The same of the reference");
   command
@@ -156,7 +176,7 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       ->required();
   command->add_option(
       "EST", flags->files.estimates,
-      "Estimates, each FILE or SYSTEM=FILE; none: those that the log GT holds beside its truth");
+      "Estimates, each FILE, a system of its own, or SYSTEM=FILE, a run of it; none: those that the log GT holds beside its truth");
   add_value(*command, "--format", flags->files.format, "FORMAT",
             "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
@@ -171,6 +191,16 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   add_frame_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
+  add_value(*command, "--covariance", flags->covariance, "CONVENTION",
+            "Of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
+            "body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, ros for 21 or 36");
+  command
+      ->add_option("--max-speed", flags->options.max_speed_m_s,
+                   "A true step that is faster is an error, m/s (without time stamps: 50 m a frame)")
+      ->capture_default_str();
+  command->add_option("--columns", flags->columns, "main: one table; all: also columns and tables for specialists")
+      ->check(CLI::IsMember({"main", "all"}))
+      ->capture_default_str();
   add_value(*command, "--save-zip", flags->zip, "FILE", "Write the result as evo does (evo_res reads it)");
   add_value(*command, "--save-tum", flags->tum, "DIR",
             "Write the matched, aligned trajectories as TUM files");
@@ -182,6 +212,7 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       "Examples:\n"
       "  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3\n"
       "  sextant evaluate ego --format tum gt.txt estimate.txt --align sim3 --rpe 1s --all-pairs --json\n"
+      "  sextant evaluate ego gt.txt estimate.txt --align se3 --rpe 1m,5m,10m,50m --out report\n"
       "  sextant evaluate ego kitti:kitti_tracking#0003 orbslam3.txt --est-format kitti\n"
       "  sextant evaluate ego gt.txt orb=orb_1.txt orb=orb_2.txt vdo=vdo_1.txt vdo=vdo_2.txt\n"
       "  sextant evaluate ego gt.txt orb=orb_1.txt vdo=vdo_1.txt --out report\n"

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "sextant/eval/evaluation/trajectory_checks.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/geometry/pose_interpolation.h"
 
@@ -75,10 +76,12 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   }
   if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");
   if (reference.size() != estimate.size()) {
+    const bool steps = estimate.size() + 1 == reference.size();
     fail(
         "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have as many; "
-        "put the frame number before the 12 values of each line",
-        name, estimate.size(), reference.size());
+        "put the frame number before the 12 values of each line{}",
+        name, estimate.size(), reference.size(),
+        steps ? "; one pose less is what a file of steps has: chain them from the identity on" : "");
   }
   return {counted(reference.size()), counted(estimate.size())};
 }
@@ -132,6 +135,7 @@ std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<
 /// Pairs of neighbours in the reference's numbering that the estimate has both.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
+  if (!r.reference.has_rotations() || !r.estimate.has_rotations()) return out;
   std::vector<PosePair> pairs;
   const std::vector<int> frames = r.reference.frames.empty() ? r.reference_rows : r.reference.frames;
   const bool by_time = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
@@ -213,10 +217,74 @@ bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
   return true;
 }
 
+bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string& code) {
+  return std::ranges::any_of(warnings, [&](const TrajectoryWarning& w) { return w.code == code; });
+}
+
+/// Throws where too few poses match to mean anything.
+void check_matched(const EgoResult& r, const EgoReference& reference, const PoseSeries& estimate,
+                   const EgoOptions& options, const AssociationOptions& association) {
+  const auto in_range = [&](double t) {
+    return !(association.start_s && t < *association.start_s) && !(association.end_s && t > *association.end_s);
+  };
+  size_t n_reference = reference.poses.size();
+  if (!reference.poses.stamps_s.empty())
+    n_reference = static_cast<size_t>(std::ranges::count_if(reference.poses.stamps_s, in_range));
+  const size_t shorter = std::min(n_reference, r.n_estimate);
+  if (r.estimate.size() >= fewest_matched(shorter)) return;
+  const std::string what =
+      r.estimate.empty() ? fmt::format("no pose matches the reference {}", reference.side.name)
+                         : fmt::format("only {} of {} poses match the reference {}, at least {} are needed",
+                                       r.estimate.size(), shorter, reference.side.name, fewest_matched(shorter));
+  const bool stamped = !reference.poses.stamps_s.empty() && !estimate.stamps_s.empty();
+  if (!stamped) fail("{}: {}: check the frame numbers", r.name, what);
+  fail("{}: {} within --{} s: {}", r.name, what,
+       options.interpolate_max_gap_s ? fmt::format("interpolate {}", *options.interpolate_max_gap_s)
+                                     : fmt::format("max-difference {}", association.max_difference_s),
+       explain_unmatched(reference.poses, estimate, association));
+}
+
+/// What is left over rows that are neighbours on both sides.
+std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const AlignmentChoice& choice,
+                                                  double offset_s) {
+  const bool stamped = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
+  const std::vector<int> frames = frames_of(r.reference);
+  for (size_t i = 1; !stamped && i < frames.size(); ++i) {
+    if (frames[i] != frames[i - 1] + 1) return std::nullopt;
+  }
+  if (!stamped)
+    return warning_of_rows_shifted(r.reference, r.estimate, choice, [](int frames) {
+      return fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)", frames);
+    });
+  const double step_s = median_step(r.reference.stamps_s);
+  return warning_of_rows_shifted(r.reference, r.estimate, choice, [&](int frames) {
+    return fmt::format("give --offset {:.6g}, or --estimate-offset", offset_s + frames * step_s);
+  });
+}
+
+void put_errors(EgoResult& r, const EgoOptions& options) {
+  const PoseSeries& paired = options.pairs_from_reference ? r.reference : r.estimate;
+  for (const PairSelection& length : options.rpe_lengths) {
+    ErrorsOverLength over{length, {}, {}};
+    try {
+      std::vector<PosePair> pairs = select_pairs(paired, length);
+      if (options.relation == PoseRelation::point_distance_error_ratio)
+        std::erase_if(pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
+      over.errors = relative_errors(r.estimate, r.reference, pairs, options.relation);
+    } catch (const Error&) {
+      if (needs_rotations(options.relation, true) && (!r.reference.has_rotations() || !r.estimate.has_rotations()))
+        throw;
+    }
+    if (!over.errors.empty()) over.statistics = error_statistics(over.errors);
+    r.by_length.push_back(std::move(over));
+  }
+}
+
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  if (!scaled && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+  const bool is_told = has_code(warnings, "unit") || has_code(warnings, "steps") || has_code(warnings, "inverse");
+  if (!scaled && !is_told && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
                               "scale; a system without metric scale needs --align sim3",
@@ -254,7 +322,7 @@ int EgoResult::row_of(size_t i) const {
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   std::vector<RunErrors> out;
   for (const EgoResult& r : runs) {
-    RunErrors run{r.system, std::filesystem::path(r.name).stem().string(), r.errors, {}};
+    RunErrors run{r.system, std::filesystem::path(r.file).stem().string(), r.errors, {}};
     for (size_t i = 0; i < r.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
     out.push_back(std::move(run));
   }
@@ -263,7 +331,11 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
 
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options) {
-  EgoResult r{.name = name, .n_reference = reference.poses.size(), .n_estimate = estimate.poses.size()};
+  EgoResult r{.name = name,
+              .file = name,
+              .system = name,
+              .n_reference = reference.poses.size(),
+              .n_estimate = estimate.poses.size()};
   for (const std::string& text : estimate.warnings) r.warnings.push_back({"repaired", text});
   const auto add = [&](std::vector<TrajectoryWarning> more) {
     std::move(more.begin(), more.end(), std::back_inserter(r.warnings));
@@ -282,16 +354,10 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   const bool clock_is_told = warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
                              options.estimate_offset;
   if (options.interpolate_max_gap_s)
-    match_interpolated(reference.poses, std::move(estimate.poses), association,
-                       *options.interpolate_max_gap_s, r);
+    match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
   else
-    match(reference.poses, std::move(estimate.poses), association, r);
-  if (r.estimate.empty()) {
-    fail("{}: no pose matches the reference {}: check the clocks, --offset and --max-difference ({} s){}",
-         name, reference.side.name, association.max_difference_s,
-         options.interpolate_max_gap_s ? fmt::format(", --interpolate ({} s)", *options.interpolate_max_gap_s)
-                                       : "");
-  }
+    match(reference.poses, estimate.poses, association, r);
+  check_matched(r, reference, estimate.poses, options, association);
   warn_of_share(r, reference.poses, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 
@@ -303,7 +369,18 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
                          ? std::nullopt
                          : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
   if (clock) add({*clock});  // with another clock nothing else can be judged
-  if (!clock) add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame));
+  if (!clock) {
+    const size_t n = r.warnings.size();
+    add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame,
+                                 options.reference_frame));
+    const bool explained = r.warnings.size() > n;
+    const auto shift = clock_is_told || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
+    if (shift) add({*shift});
+    const bool by_convention = explained && !has_code(r.warnings, "lever_arm") && !has_code(r.warnings, "yaw") &&
+                               !has_code(r.warnings, "world");
+    const auto kind = by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
+    if (kind) add({*kind});
+  }
   r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {
@@ -313,9 +390,12 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   } else {
     r.errors = absolute_errors(r.estimate, r.reference, options.relation);
   }
+  put_errors(r, options);
   r.statistics = error_statistics(r.errors);
   r.per_frame = per_frame_errors(r);
-  r.kitti = kitti_odometry_errors(r.estimate, r.reference);
+  r.consistency = trajectory_consistency(r.estimate, r.reference, name);
+  if (r.reference.has_rotations() && r.estimate.has_rotations())
+    r.kitti = kitti_odometry_errors(r.estimate, r.reference);
   return r;
 }
 

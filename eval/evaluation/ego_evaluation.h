@@ -17,6 +17,7 @@
 
 #include "sextant/eval/evaluation/pose_frames.h"
 #include "sextant/eval/evaluation/run_statistics.h"
+#include "sextant/eval/evaluation/trajectory_consistency.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/trajectory_files.h"
@@ -30,7 +31,10 @@ struct EgoOptions {
   Alignment alignment = Alignment::none;
   int n_to_align = 0;  ///< 0: all poses
   PoseRelation relation = PoseRelation::trans_part;
-  std::optional<PairSelection> rpe;  ///< empty: absolute errors
+  std::optional<PairSelection> rpe;          ///< empty: absolute errors
+  std::vector<PairSelection> rpe_lengths;    ///< where several were given: all of them, `rpe` is the first
+  double max_speed_m_s = 100;                ///< of the reference; faster is an error
+  std::optional<CovarianceConvention> covariance;  ///< of the estimates' files; empty: by how many numbers
   bool pairs_from_reference = false;
   AssociationOptions association;
   PoseFrame estimate_frame;                     ///< applied to every estimate first
@@ -67,9 +71,17 @@ struct PerFrameErrors {
   std::vector<int> row;                       ///< of the reference: the current frame of each pair
 };
 
+/// Relative errors over one of several lengths; without errors where no pair is that far apart.
+struct ErrorsOverLength {
+  PairSelection length;
+  std::vector<double> errors;
+  std::optional<ErrorStatistics> statistics;
+};
+
 struct EgoResult {
-  std::string name;    ///< of the estimate: file
-  std::string system;  ///< to which this run belongs
+  std::string name;    ///< of the estimate, as tables print it
+  std::string file{};    ///< of the estimate
+  std::string system{};  ///< to which this run belongs
   size_t n_reference = 0, n_estimate = 0;
   PoseSeries reference, estimate;  ///< matched; estimate aligned
   std::vector<int>
@@ -81,6 +93,8 @@ struct EgoResult {
   std::vector<PosePair> pairs;  ///< of relative errors, one per error
   std::vector<double> errors;   ///< one per matched pose, or per pair
   ErrorStatistics statistics;
+  std::vector<ErrorsOverLength> by_length;  ///< one for each of EgoOptions::rpe_lengths
+  std::optional<TrajectoryConsistency> consistency;
   PerFrameErrors per_frame;  ///< may be empty
   KittiOdometryErrors kitti;
   std::vector<TrajectoryWarning> warnings;
@@ -92,7 +106,7 @@ struct EgoResult {
 /// The errors of runs for comparison; each belongs to the row row_of() of the reference.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 
-/// Throws Error where nothing matches or the trajectories cannot be aligned.
+/// Throws Error where less than 3 poses or 10 % match, or the trajectories cannot be aligned.
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options);
 

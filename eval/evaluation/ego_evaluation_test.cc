@@ -242,7 +242,7 @@ TEST(EgoEvaluation, AnInterpolatedReferenceIsAtTheEstimatesTimes) {
   EXPECT_EQ(r.reference_rows[1], 1) << "0.053 s: the pose at 0.1 s is nearer than that at 0";
   EXPECT_EQ(r.reference_rows[0], 0);
   options.interpolate_max_gap_s = 0.05;
-  expect_error([&] { evaluate(drive(300, 10), estimate, options); }, "--interpolate (0.05 s)");
+  expect_error([&] { evaluate(drive(300, 10), estimate, options); }, "--interpolate 0.05 s");
   options.interpolate_max_gap_s = 0.11;
   options.association.start_s = 105;
   options.association.end_s = 110;
@@ -339,28 +339,30 @@ TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {
 
 TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
   std::vector<EgoResult> runs;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 10; ++i) {
     PoseSeries estimate = drive(300, 10);
-    const double amplitude = (i < 3 ? 0.1 : 0.2) * (1 + 0.1 * (i % 3));
+    const double amplitude = (i < 5 ? 0.1 : 0.2) * (1 + 0.1 * (i % 5));
     for (size_t k = 0; k < estimate.size(); ++k)
       estimate.positions_m[k][0] += amplitude * (1.5 + std::sin(37.0 * static_cast<double>(k)));
     runs.push_back(evaluate(drive(300, 10), estimate));
-    runs.back().system = i < 3 ? "good" : "bad";
+    runs.back().system = i < 5 ? "good" : "bad";
   }
   const std::vector<SystemSummary> systems = summarize_systems(run_errors(runs));
   ASSERT_EQ(systems.size(), 2);
   double sse = 0;
-  for (int i = 0; i < 3; ++i) sse += runs[static_cast<size_t>(i)].statistics.sse;
-  EXPECT_NEAR(systems[0].pooled.rmse, std::sqrt(sse / 900), 1e-12);
-  EXPECT_EQ(systems[0].n_errors, 900);
+  for (int i = 0; i < 5; ++i) sse += runs[static_cast<size_t>(i)].statistics.sse;
+  EXPECT_NEAR(systems[0].pooled.rmse, std::sqrt(sse / 1500), 1e-12);
+  EXPECT_EQ(systems[0].n_errors, 1500);
   ASSERT_TRUE(systems[0].rmse_interval);
   EXPECT_LT(systems[0].rmse_interval->low, systems[0].pooled.rmse);
   EXPECT_GT(systems[0].rmse_interval->high, systems[0].pooled.rmse);
 
   const std::vector<SystemComparison> comparisons = compare_systems(run_errors(runs));
   ASSERT_EQ(comparisons.size(), 1);
-  EXPECT_NEAR(comparisons[0].difference, -0.165, 0.002);  // 0.11 * 1.5 - 0.22 * 1.5
+  EXPECT_NEAR(comparisons[0].difference, -0.18, 0.002);  // 0.12 * 1.5 - 0.24 * 1.5
   EXPECT_LT(comparisons[0].p_corrected.value(), 0.001);
+  EXPECT_FALSE(summarize_systems(run_errors({runs.begin(), runs.begin() + 4}))[0].rmse_interval)
+      << "four runs tell too little of their spread";
   runs[3] = runs[0];
   runs[3].system = "same";
   runs.resize(4);

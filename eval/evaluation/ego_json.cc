@@ -1,5 +1,9 @@
 #include "sextant/eval/evaluation/ego_json.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "sextant/eval/report/step_errors.h"
 
 namespace sextant {
@@ -56,6 +60,7 @@ Json matrix_json(const Eigen::Matrix4d& m) {
 void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
   if (frame.is_default()) return;
   json["frames"][prefix + "axes"] = to_string(frame.axes);
+  if (frame.inverse) json["frames"][prefix + "inverse"] = true;
   json["frames"][prefix + "body_from_camera"] = matrix_json(frame.matrix());
 }
 
@@ -94,7 +99,8 @@ void put_run(Json& json, const EgoResult& r, const EgoReference& reference, cons
   json["n"] = r.errors.size();
   json["stats"] = to_json(r.statistics);
   json["reference"] = reference.side.name;
-  json["estimate"] = r.name;
+  json["estimate"] = r.file;
+  json["name"] = r.name;
   json["n_reference"] = r.n_reference;
   json["n_estimate"] = r.n_estimate;
   json["n_matched"] = r.estimate.size();
@@ -103,6 +109,21 @@ void put_run(Json& json, const EgoResult& r, const EgoReference& reference, cons
   json["alignment"] = matrix_json(r.alignment.ref_from_est.matrix());
   json["per_frame"] = per_frame_json(r.per_frame, reference);
   json["kitti_odometry"] = kitti_json(r.kitti);
+  for (const ErrorsOverLength& over : r.by_length) {
+    Json row = {{"delta", over.length.text()}, {"n", over.errors.size()}};
+    if (over.statistics) row["stats"] = to_json(*over.statistics);
+    json["rpe"].push_back(std::move(row));
+  }
+  if (r.consistency) {
+    const TrajectoryConsistency& c = *r.consistency;
+    json["nees"] = {{"n", c.n},
+                    {"dof", c.dof},
+                    {"mean", c.nees},
+                    {"interval", interval_json(c.interval)},
+                    {"consistent", c.is_consistent()},
+                    {"position", c.position_nees}};
+    if (c.rotation_nees) json["nees"]["rotation"] = *c.rotation_nees;
+  }
   json["warnings"] = Json::array();
   for (const std::string& text : reference.warnings)
     json["warnings"].push_back({{"code", "repaired"}, {"text", text}});
@@ -155,7 +176,7 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
 }
 
 Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
-                      const EgoOptions& options) {
+                      const EgoOptions& options, bool steps) {
   Table table;
   table.title = fmt::format("{} {} [{}]{}", options.rpe ? "RPE" : "APE", to_string(options.relation),
                             unit_of(options.relation), options.rpe ? " over " + options.rpe->text() : "");
@@ -167,12 +188,44 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
                    Column::number("mean", 6), Column::number("median", 6),
                    Column::number("std", 6),  Column::number("min", 6),
                    Column::number("max", 6),  Column::number("sse", 6)};
-  const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s) {
-    std::vector<Cell> row = {name, std::move(matched), n};
-    for (const double x : {s.rmse, s.mean, s.median, s.std, s.min, s.max, s.sse}) row.emplace_back(x);
+  if (steps) {
+    table.columns.pop_back();
+    if (!options.rpe) table.columns.erase(table.columns.begin() + 2);
+    const auto any = [&](const auto& has) { return std::ranges::any_of(runs, has); };
+    if (any([](const EgoResult& r) { return !r.per_frame.Et_m.empty(); })) {
+      table.columns.push_back(Column::number("Et_mean_m", "E_t [m]", 4));
+      table.columns.push_back(Column::number("ER_mean_deg", "E_R [deg]", 4));
+    }
+    if (any([](const EgoResult& r) { return r.kitti.all.n > 0; })) {
+      table.columns.push_back(Column::number("translation_percent", "t_rel [%]", 4));
+      table.columns.push_back(Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6));
+    }
+  }
+  const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s,
+                       const EgoResult* run) {
+    std::vector<Cell> row;
+    for (const Column& column : table.columns) {
+      const std::string& key = column.key;
+      if (key == "estimate") row.emplace_back(name);
+      if (key == "n_matched") row.push_back(matched);
+      if (key == "n") row.emplace_back(n);
+      if (key == "rmse") row.emplace_back(s.rmse);
+      if (key == "mean") row.emplace_back(s.mean);
+      if (key == "median") row.emplace_back(s.median);
+      if (key == "std") row.emplace_back(s.std);
+      if (key == "min") row.emplace_back(s.min);
+      if (key == "max") row.emplace_back(s.max);
+      if (key == "sse") row.emplace_back(s.sse);
+      const bool stepped = run && !run->per_frame.Et_m.empty();
+      if (key == "Et_mean_m") row.push_back(stepped ? Cell(error_statistics(run->per_frame.Et_m).mean) : Cell());
+      if (key == "ER_mean_deg")
+        row.push_back(stepped ? Cell(error_statistics(run->per_frame.ER_deg).mean) : Cell());
+      if (key == "translation_percent") row.push_back(run ? Cell(run->kitti.all.translation_percent) : Cell());
+      if (key == "rotation_deg_per_m") row.push_back(run ? Cell(run->kitti.all.rotation_deg_per_m) : Cell());
+    }
     table.add_row(std::move(row));
   };
-  for (const EgoResult& r : runs) add(r.name, r.estimate.size(), r.errors.size(), r.statistics);
+  for (const EgoResult& r : runs) add(r.name, r.estimate.size(), r.errors.size(), r.statistics, &r);
   for (const EgoResult& r : runs) {
     if (r.offset) {
       table.notes.push_back(
@@ -189,13 +242,93 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
   }
   if (runs.size() == 1) return table;
   for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
-    add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled);
+    if (s.n_runs < 2) continue;
+    add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled, nullptr);
     if (s.rmse_interval) {
       table.notes.push_back(fmt::format(
           "{}: 95 % interval over runs of rmse {:.6f} .. {:.6f}, of mean {:.6f} .. {:.6f}", s.name,
           s.rmse_interval->low, s.rmse_interval->high, s.mean_interval->low, s.mean_interval->high));
     }
   }
+  return table;
+}
+
+Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options) {
+  Table table;
+  if (options.rpe_lengths.empty()) return table;
+  table.title = fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
+                            unit_of(options.relation), options.rpe->all_pairs ? ", all pairs" : "");
+  table.columns = {Column::text("estimate"),      Column::text("length"),    Column::count("n"),
+                   Column::number("rmse", 6),     Column::number("mean", 6), Column::number("median", 6),
+                   Column::number("std", 6),      Column::number("min", 6),  Column::number("max", 6)};
+  bool has_none = false;
+  for (const EgoResult& r : runs) {
+    for (const ErrorsOverLength& over : r.by_length) {
+      std::vector<Cell> row = {r.name, over.length.text(), over.errors.size()};
+      for (double ErrorStatistics::*what :
+           {&ErrorStatistics::rmse, &ErrorStatistics::mean, &ErrorStatistics::median, &ErrorStatistics::std,
+            &ErrorStatistics::min, &ErrorStatistics::max})
+        row.push_back(over.statistics ? Cell((*over.statistics).*what) : Cell());
+      has_none = has_none || !over.statistics;
+      table.add_row(std::move(row));
+    }
+  }
+  if (has_none) table.notes.push_back("-: no pair of poses is that far apart.");
+  return table;
+}
+
+Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
+  Figure figure;
+  figure.name = "rpe_lengths";
+  figure.width_cm = 12;
+  const DeltaUnit unit = options.rpe_lengths.front().unit;
+  const bool is_one_unit =
+      std::ranges::all_of(options.rpe_lengths, [&](const PairSelection& s) { return s.unit == unit; });
+  figure.caption = fmt::format("RMSE of the relative errors ({}) against the length between the poses.",
+                               to_string(options.relation));
+  figure.data.columns = {Column::number("length", 6)};
+  for (size_t k = 0; k < runs.size(); ++k)
+    figure.data.columns.push_back(Column::number(fmt::format("rmse_{}", k + 1), 9));
+  for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {
+    std::vector<Cell> row = {is_one_unit ? options.rpe_lengths[i].delta : static_cast<double>(i + 1)};
+    for (const EgoResult& r : runs) {
+      const auto& statistics = r.by_length[i].statistics;
+      row.push_back(statistics ? Cell(statistics->rmse) : Cell());
+    }
+    figure.data.add_row(std::move(row));
+  }
+  const std::string unit_text = is_one_unit ? std::string(to_string(unit)) : "number in the list";
+  figure.script = fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside right\n",
+                              gp_text(fmt::format("length [{}]", unit_text)),
+                              gp_text(fmt::format("RPE {} RMSE [{}]", to_string(options.relation),
+                                                  unit_of(options.relation))));
+  std::vector<std::string> lines;
+  for (size_t k = 0; k < runs.size(); ++k) {
+    lines.push_back(fmt::format(
+        "data using (column(\"length\")):(column(\"rmse_{}\")) with linespoints lc rgb '{}' pt {} title {} noenhanced",
+        k + 1, line_colour(k), filled_point(k), gp_text(runs[k].name)));
+  }
+  figure.script += fmt::format("plot {}\n", fmt::join(lines, ", \\\n     "));
+  return figure;
+}
+
+Table ego_consistency_table(const std::vector<EgoResult>& runs) {
+  Table table;
+  table.title = "Consistency of the covariances: NEES after the alignment";
+  table.columns = {Column::text("estimate"), Column::count("n"), Column::count("dof", "expected"),
+                   Column::number("nees", "mean", 3)};
+  for (Column& column : range_columns("nees_low", "nees_high", 3, "95 % if consistent"))
+    table.columns.push_back(std::move(column));
+  table.columns.push_back(Column::number("position", "position (3)", 3));
+  table.columns.push_back(Column::number("rotation", "rotation (3)", 3));
+  for (const EgoResult& r : runs) {
+    if (!r.consistency) continue;
+    const TrajectoryConsistency& c = *r.consistency;
+    table.add_row({r.name, c.n, c.dof, c.nees, c.interval.low, c.interval.high, c.position_nees, c.rotation_nees});
+  }
+  table.notes.push_back(
+      "The interval is that of independent errors; those of neighbouring poses depend on each other, which makes it "
+      "wider.");
   return table;
 }
 
@@ -225,7 +358,7 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
                    of(a, &ErrorStatistics::mean), of(a, &ErrorStatistics::rmse),
                    of(in_floats, &ErrorStatistics::mean), r.kitti.all.n, r.kitti.all.translation_percent,
                    r.kitti.all.rotation_deg_per_m, r.umeyama_scale});
-    if (r.kitti.all.n == 0) {
+    if (r.kitti.all.n == 0 && r.reference.has_rotations() && r.estimate.has_rotations()) {
       table.notes.push_back(
           fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
                       r.kitti.path_m));

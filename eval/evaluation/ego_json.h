@@ -10,6 +10,8 @@
 //    "n_estimate","n_matched", "umeyama_scale", "alignment":[[4x4]],
 //    "per_frame":{"n","Et_m":{"mean",..},"ER_deg":{..},"ER_float_acos_deg":{..},"step_floor_m"},
 //    "kitti_odometry":{"n","path_m","translation_percent","rotation_deg_per_m","by_length":[..]},
+//    "rpe":[{"delta","n","stats"}] (several lengths; "n" and "stats" are then those of the first),
+//    "nees":{"n","dof","mean","interval","consistent","position","rotation"} (covariances in the estimate),
 //    "warnings":[{"code","text"}]}
 //
 // What does not exist is left out: never 0, NaN or null. Several runs add "runs":[...], "systems":[...] and
@@ -20,6 +22,7 @@
 
 #include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -27,9 +30,16 @@ namespace sextant {
 Json to_json(const ErrorStatistics& statistics);
 Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options);
 
-/// The statistics of the relation asked for, per run and, with several, pooled per system.
+/// The statistics of the relation asked for, per run and, with several, pooled per system; with `steps` also the
+/// means of the errors per frame and of KITTI odometry.
 Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
-                      const EgoOptions& options);
+                      const EgoOptions& options, bool steps = false);
+/// Relative errors over each of several lengths; without rows where one was asked for.
+Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
+/// RMSE and median against the length, a line for each run.
+Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options);
+/// NEES of the runs that have covariances; may be without rows.
+Table ego_consistency_table(const std::vector<EgoResult>& runs);
 /// Per-frame and KITTI odometry errors.
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference);
 /// Paired comparisons; without rows when there is nothing to compare.

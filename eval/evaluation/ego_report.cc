@@ -48,6 +48,12 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
   ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
   section.figures.push_back(cumulative_figure("error_cdf", axis, systems));
   section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs)));
+  if (const Table lengths = ego_length_table(runs, options); !lengths.rows.empty()) {
+    section.tables.push_back({"lengths", lengths});
+    section.figures.push_back(ego_length_figure(runs, options));
+  }
+  if (const Table consistency = ego_consistency_table(runs); !consistency.rows.empty())
+    section.tables.push_back({"consistency", consistency});
   const Table comparison = ego_comparison_table(runs, options);
   if (!comparison.rows.empty()) section.tables.push_back({"comparison", comparison});
   document.sections.push_back(std::move(section));
@@ -63,7 +69,7 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
   if (!warnings.paragraphs.empty()) document.sections.push_back(std::move(warnings));
   document.provenance = {{"sextant", fmt::format("{} ({})", version(), git_commit())},
                          {"reference", reference.side.name}};
-  for (const EgoResult& run : runs) document.provenance.emplace_back("estimate of " + run.system, run.name);
+  for (const EgoResult& run : runs) document.provenance.emplace_back("estimate of " + run.system, run.file);
   document.citation = citation();
   return document;
 }

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/geometry/axes.h"
 
@@ -99,8 +100,20 @@ void to_camera(PoseSeries& poses, const PoseFrame& frame) {
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Matrix3d R_body_camera = T.topLeftCorner<3, 3>();
   const Eigen::Vector3d lever_m = T.topRightCorner<3, 1>();
+  if (frame.inverse) {
+    if (!poses.has_rotations()) fail("--inverse: positions without rotations have no inverse");
+    invert(poses);
+    if (frame.axes == Axes::opencv && !frame.body_from_camera) return;
+  }
+  if (!poses.has_rotations()) {
+    if (frame.body_from_camera)
+      fail("--body-from-camera moves positions along the body's axes, but this recording has no rotations");
+    for (Eigen::Vector3d& p : poses.positions_m) p = C * p;
+    return;
+  }
   for (size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Matrix3d R = C * poses.rotations[i];
+    poses.transform_covariance(i, C, 1, R * lever_m);
     poses.positions_m[i] = C * poses.positions_m[i] + R * lever_m;
     poses.rotations[i] = R * R_body_camera;
   }

@@ -4,7 +4,7 @@
 //
 //   T_world_camera = C * T_world_body * T_body_camera
 //
-//   T_world_body    the pose in the file, world and body in the axes named (lib/geometry/axes.h)
+//   T_world_body    the pose in the file, or with `inverse` its inverse, world and body in the axes named (lib/geometry/axes.h)
 //   C               those axes to opencv, applied to the world (C p_world)
 //   T_body_camera   pose of the camera in the body: p_body = T_body_camera p_camera. Its translation is the
 //                   lever arm, in m along the body's own axes. Its rotation, where none is given, is C^-1: a
@@ -31,8 +31,9 @@ struct BodyFromCamera {
 struct PoseFrame {
   Axes axes = Axes::opencv;
   std::optional<BodyFromCamera> body_from_camera;
+  bool inverse = false;  ///< the file holds T_body_world
 
-  bool is_default() const { return axes == Axes::opencv && !body_from_camera; }
+  bool is_default() const { return axes == Axes::opencv && !body_from_camera && !inverse; }
   /// T_body_camera as it is applied.
   Eigen::Matrix4d matrix() const;
 };

@@ -9,6 +9,7 @@
 #include "sextant/base/folder_lock.h"
 #include "sextant/base/safe_paths.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/evaluation/trajectory_checks.h"
 #include "sextant/eval/logs/object_logs.h"
 
 namespace sextant {
@@ -25,6 +26,36 @@ Estimate parse_estimate(const std::string& text) {
   std::error_code ignored;
   if (equals == std::string::npos || equals == 0 || fs::exists(text, ignored)) return {"", text};
   return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// What tables call the estimates: NAME, with the number of the run where it has several; without a name the end of
+/// the path that no other has.
+std::vector<std::string> labels_of(const std::vector<Estimate>& estimates) {
+  std::map<std::string, int> runs, seen;
+  for (const Estimate& e : estimates) ++runs[e.system];
+  std::vector<std::string> labels;
+  for (const Estimate& e : estimates) {
+    if (!e.system.empty()) {
+      labels.push_back(runs[e.system] > 1 ? fmt::format("{} {}", e.system, ++seen[e.system]) : e.system);
+      continue;
+    }
+    fs::path path = fs::path(e.path).lexically_normal();
+    std::string label = path.filename().string();
+    const auto is_taken = [&] {
+      return std::ranges::any_of(estimates, [&](const Estimate& other) {
+        const std::string text = fs::path(other.path).lexically_normal().string();
+        return &other != &e && other.system.empty() && other.path != e.path &&
+               (text == label || text.ends_with("/" + label));
+      });
+    };
+    while (is_taken() && path.has_parent_path() && path.parent_path() != path) {
+      path = path.parent_path();
+      label = path.filename().string() + "/" + label;
+    }
+    const int n = ++seen["\n" + label];
+    labels.push_back(n > 1 ? fmt::format("{} {}", label, n) : label);
+  }
+  return labels;
 }
 
 /// Whether `text` has the form "adapter:path" and is not the name of a file.
@@ -159,21 +190,33 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
   if (estimates.empty()) estimates.push_back({"", files.reference});
 
   const auto read = [&](const std::string& path) {
-    return read_trajectory(path, format_of_estimate(files, path));
+    ReadRules rules;
+    rules.covariance = options.covariance;
+    return read_trajectory(path, format_of_estimate(files, path), rules);
   };
   std::future<TrajectoryFile> first = std::async(std::launch::async, read, estimates.front().path);
   EgoScores scores;
   scores.reference = reference_of(files);
   bool used_rate = add_stamps(scores.reference.poses, files.rate_hz);
   to_camera(scores.reference.poses, options.reference_frame);
+  check_physical(scores.reference.poses, scores.reference.side.name, options.max_speed_m_s);
+  const std::vector<std::string> labels = labels_of(estimates);
+  std::string problems;  // of every estimate: a table never leaves one out
   for (size_t i = 0; i < estimates.size(); ++i) {
-    TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
-    used_rate |= add_stamps(file.poses, files.rate_hz);
-    if (files.estimates.empty() && !file.truth)
-      fail("{}: holds no truth of its own: give the estimate after the reference", files.reference);
-    scores.runs.push_back(evaluate_ego(scores.reference, std::move(file), estimates[i].path, options));
-    scores.runs.back().system = estimates[i].system.empty() ? "estimate" : estimates[i].system;
+    try {
+      TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
+      used_rate |= add_stamps(file.poses, files.rate_hz);
+      if (files.estimates.empty() && !file.truth)
+        fail("{}: holds no truth of its own: give the estimate after the reference", files.reference);
+      scores.runs.push_back(evaluate_ego(scores.reference, std::move(file), estimates[i].path, options));
+      EgoResult& run = scores.runs.back();
+      run.name = labels[i];
+      run.system = estimates[i].system.empty() ? labels[i] : estimates[i].system;
+    } catch (const Error& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    }
   }
+  if (!problems.empty()) fail("{}", problems);
   if (files.rate_hz && !used_rate) {
     fail("--rate {}: gives times to files without time stamps, but all of these have some: leave it out",
          *files.rate_hz);

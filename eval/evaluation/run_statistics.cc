@@ -42,6 +42,8 @@ std::optional<Interval> interval(const std::vector<ErrorStatistics>& runs, const
     }
     return statistic(n, sum, squares);
   };
+  constexpr size_t fewest_runs = 5;
+  if (runs.size() < fewest_runs) return std::nullopt;
   return cluster_bootstrap(runs.size(), pooled);
 }
 

@@ -4,7 +4,7 @@
 //
 //   pooled      statistics of the errors of all runs of a system together: never a mean of RMSEs
 //   intervals   of the pooled RMSE and mean, 95 %, bootstrap over runs (lib/stats/bootstrap.h): a run is what
-//               was drawn independently, its errors are not. Needs 2 runs
+//               was drawn independently, its errors are not. Needs 5 runs
 //   comparison  of two systems over the steps both have, each system's errors averaged over its runs there.
 //               Neighbouring errors depend on each other, so the differences are averaged over up to 20
 //               stretches as long as each other, and the sign-flip test (lib/stats/tests.h) judges their mean

@@ -1,11 +1,13 @@
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/pose_interpolation.h"
@@ -36,8 +38,10 @@ struct Agreement {
 
 Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
   Agreement out;
+  const bool rotations = reference.has_rotations() && estimate.has_rotations();
   for (size_t i = 0; i < reference.size(); ++i) {
     out.squares += (reference.positions_m[i] - estimate.positions_m[i]).squaredNorm();
+    if (!rotations) continue;
     out.angle_deg += degrees(rotation_angle_rad(Eigen::Quaterniond(
                          Eigen::Matrix3d(reference.rotations[i].transpose() * estimate.rotations[i])))) /
                      static_cast<double>(reference.size());
@@ -45,9 +49,17 @@ Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
   return out;
 }
 
+Eigen::Vector3d mean_position(const PoseSeries& series) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : series.positions_m) mean += p / static_cast<double>(series.size());
+  return mean;
+}
+
 /// After alignment; empty where that is not determined.
-std::optional<Agreement> aligned_agreement(const PoseSeries& reference, PoseSeries estimate,
+std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, PoseSeries estimate,
                                            const AlignmentChoice& choice) {
+  const PoseSeries reference = thinned(all_reference);
+  estimate = thinned(std::move(estimate));
   try {
     align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
   } catch (const Error&) {
@@ -73,7 +85,14 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   PoseSeries moved = estimate;
   for (size_t i = 0; i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *l;
   const auto then = aligned_agreement(reference, moved, choice);
-  if (!then || then->squares > (1 - most) * now.squares) return std::nullopt;
+  // A longer one, as of an orbit, is nearly a shift or a scale: it must explain as much as another convention.
+  constexpr double share_of_extent = 0.1;
+  double squares = 0;
+  const Eigen::Vector3d mean = mean_position(reference);
+  for (const Eigen::Vector3d& p : reference.positions_m) squares += (p - mean).squaredNorm();
+  const double extent_m = std::sqrt(squares / static_cast<double>(reference.size()));
+  const double left = l->norm() < share_of_extent * extent_m ? 1 - most : 1 / explains_times;
+  if (!then || then->squares > left * now.squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
   return TrajectoryWarning{
@@ -138,78 +157,160 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
   return found->squares / static_cast<double>(at.asked.size());
 }
 
-// ---- axes and columns
+// ---- conventions, by the rule of hypothesis.h
 
-/// One of them holds a quaternion q; the same four numbers read with w at the other end.
-void reorder_quaternions(PoseSeries& series, bool w_is_first) {
-  for (Eigen::Matrix3d& R : series.rotations) {
-    const Eigen::Quaterniond q(R);
-    R = (w_is_first ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())   // read as x y z w, is w x y z
-                    : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()))  // read as w x y z, is x y z w
-            .toRotationMatrix();
-  }
+bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
+bool scales(Alignment a) { return a == Alignment::sim3 || a == Alignment::scale; }
+
+/// Whether the positions leave the rotation about their line open after an alignment to them.
+bool leaves_roll_open(const PoseSeries& reference, Alignment alignment) {
+  constexpr double flat = 1e-3;
+  if (!turns_world(alignment)) return false;
+  const auto u = umeyama(reference.positions_m, reference.positions_m, false);
+  return !u || u->flatness < flat;
 }
 
-struct Candidate {
-  std::string code, text;
-  PoseSeries reference, estimate;
-  bool of_reference = false;
-};
+/// Squares of the position error over the path's extent and of the rotation error in rad.
+double residual(const Agreement& agreement, const PoseSeries& reference, bool with_rotations) {
+  constexpr double least_m2 = 1e-6;
+  const auto n = static_cast<double>(reference.size());
+  const Eigen::Vector3d mean = mean_position(reference);
+  double variance = 0;
+  for (const Eigen::Vector3d& p : reference.positions_m) variance += (p - mean).squaredNorm() / n;
+  const double angle = agreement.angle_deg * std::numbers::pi / 180;
+  return agreement.squares / n / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
+}
 
-std::vector<Candidate> conventions(const PoseSeries& reference, const PoseSeries& estimate,
+/// The constant rotation from the right that is nearest to all, after the alignment.
+std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                    const PoseFrame& frame) {
-  std::vector<Candidate> out;
-  for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
-    const std::string name(to_string(axes));
-    Candidate of_estimate{"axes", "the estimate seems to be in the axes " + name + ": try --axes " + name,
-                          reference, estimate};
-    Candidate of_reference{"axes",
-                           "the reference seems to be in the axes " + name + ": try --ref-axes " + name,
-                           reference, estimate, true};
-    to_camera(of_estimate.estimate, {axes, {}});
-    to_camera(of_reference.reference, {axes, {}});
-    if (frame.is_default()) out.push_back(std::move(of_estimate));
-    out.push_back(std::move(of_reference));
+  constexpr double least_rad = 10 * std::numbers::pi / 180;
+  constexpr double price = 0.6;
+  PoseSeries estimate = pair.estimate;
+  try {
+    align(estimate, pair.reference, choice.alignment, choice.n_to_align, choice.up);
+  } catch (const Error&) {
+    return std::nullopt;
   }
-  for (const bool w_first : {true, false}) {
-    const std::string text = fmt::format(
-        "'s quaternions seem to have w {}: check the order of its columns; a header with a name each decides "
-        "it (--format table), or --format",
-        w_first ? "first" : "last");
-    Candidate of_estimate{"columns", "the estimate" + text, reference, estimate};
-    Candidate of_reference{"columns", "the reference" + text, reference, estimate, true};
-    reorder_quaternions(of_estimate.estimate, w_first);
-    reorder_quaternions(of_reference.reference, w_first);
-    if (frame.is_default()) out.push_back(std::move(of_estimate));
-    out.push_back(std::move(of_reference));
-  }
-  return out;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < estimate.size(); ++i)
+    sum += estimate.rotations[i].transpose() * pair.reference.rotations[i];
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
+  const Eigen::Matrix3d B = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const double angle = rotation_angle_rad(Eigen::Quaterniond(B));
+  if (is_near_axes(B, least_rad)) return std::nullopt;  // the others of the table
+  for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
+  const std::string remedy =
+      frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B) : "correct --body-from-camera";
+  return Reading{"body",
+                 fmt::format("the estimate is of a body turned by {:.1f} deg against the camera", degrees(angle)),
+                 remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
 }
 
-std::optional<TrajectoryWarning> convention(const PoseSeries& reference, const PoseSeries& estimate,
-                                            const AlignmentChoice& choice, const PoseFrame& frame,
-                                            const Agreement& now) {
-  constexpr double turned_deg = 30, agrees_deg = 20, quarter = 0.25, tenth = 0.1;
-  std::optional<TrajectoryWarning> best;
-  double least = agrees_deg;
-  for (Candidate& c : conventions(reference, estimate, frame)) {
-    const auto then = aligned_agreement(c.reference, std::move(c.estimate), choice);
-    // Where both sides would do, it is the estimate.
-    constexpr double clearly = 0.5;
-    if (!then || then->angle_deg >= (c.of_reference ? clearly : 1) * least) continue;
-    const bool rotations = now.angle_deg > turned_deg && then->angle_deg < quarter * now.angle_deg &&
-                           then->squares <= 1.01 * now.squares + 1e-9;
-    const bool positions = c.code == "axes" && then->squares < tenth * now.squares;
-    if (!rotations && !positions) continue;
-    least = then->angle_deg;
-    best = {
-        c.code,
-        fmt::format("{} (mean rotation error {:.1f} deg, {:.1f} then; position RMSE {:.3g} m, {:.3g} then)",
-                    c.text, now.angle_deg, then->angle_deg,
-                    std::sqrt(now.squares / static_cast<double>(reference.size())),
-                    std::sqrt(then->squares / static_cast<double>(reference.size())))};
+/// Of two readings that explain the pair alike, one of each side: the side that looks wrong by itself. Inverse poses
+/// move more than those of a camera.
+Reading chosen(const Explanation& found, const TrajectoryPair& pair) {
+  for (const Reading& other : found.alike) {
+    if (other.code != found.best.code || other.cause.starts_with("the estimate")) continue;
+    bool of_reference = explain_alone(pair.reference) && !explain_alone(pair.estimate);
+    if (other.code == "inverse" && !explain_alone(pair.estimate))
+      of_reference = of_reference || path_in_pieces_m(pair.reference) > 1.02 * path_in_pieces_m(pair.estimate);
+    Reading best = of_reference ? other : found.best;
+    best.remedy += fmt::format("; the other way round, {}: {}", of_reference ? found.best.cause : other.cause,
+                               of_reference ? found.best.remedy : other.remedy);
+    return best;
   }
-  return best;
+  return found.best;
+}
+
+std::string agreement_text(const Agreement& a, size_t n, bool with_rotations) {
+  std::string text = fmt::format("position RMSE {:.3g} m", std::sqrt(a.squares / static_cast<double>(n)));
+  if (with_rotations) text += fmt::format(", mean rotation error {:.1f} deg", a.angle_deg);
+  return text;
+}
+
+std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                                  Alignment given, const PoseFrame& frame,
+                                                  const PoseFrame& reference_frame) {
+  constexpr double negligible = 0.03, explained = 0.05;  // 3 %: 17 % of the extent, or 10 deg
+  const auto now = aligned_agreement(pair.reference, pair.estimate, choice);
+  if (!now) return std::nullopt;
+  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations() &&
+                         !leaves_roll_open(pair.reference, choice.alignment);
+  const double declared = residual(*now, pair.reference, rotations);
+  if (declared <= negligible) return std::nullopt;
+  const auto residual_of = [&](const TrajectoryPair& read) -> std::optional<double> {
+    const auto then = aligned_agreement(read.reference, read.estimate, choice);
+    if (!then) return std::nullopt;
+    return residual(*then, read.reference, rotations);
+  };
+  std::vector<Reading> readings =
+      read_as(trajectory_hypotheses({!frame.is_default(), !reference_frame.is_default(),
+                                     turns_world(choice.alignment), scales(choice.alignment)}),
+              pair, residual_of);
+  if (rotations) {
+    if (auto body = fitted_body(pair, choice, frame)) readings.push_back(*body);
+  }
+  std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });
+  const auto found = explain(declared, readings, {.negligible = negligible});
+  if (!found) return std::nullopt;
+  const Reading best = chosen(*found, pair);
+  std::string with;
+  if (choice.alignment != given) with = fmt::format(", with --align {}", to_string(choice.alignment));
+  std::string rest = agreement_text(*now, pair.estimate.size(), rotations);
+  return TrajectoryWarning{
+      best.code,
+      fmt::format("{}: {}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)", best.cause,
+                  best.remedy, with, with, rest, declared / std::max(best.residual, 1e-12 * declared))};
+}
+
+std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                            const PoseFrame& frame, const PoseFrame& reference_frame) {
+  std::vector<Alignment> tried = {choice.alignment};
+  if (!turns_world(choice.alignment)) tried.push_back(Alignment::se3);
+  if (choice.alignment != Alignment::sim3) tried.push_back(Alignment::sim3);
+  for (const Alignment alignment : tried) {
+    AlignmentChoice other = choice;
+    other.alignment = alignment;
+    if (auto found = convention_after(pair, other, choice.alignment, frame, reference_frame)) return found;
+  }
+  return std::nullopt;
+}
+
+/// What each side alone says, where both say the same.
+std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const PoseSeries& estimate) {
+  const auto a = explain_alone(reference);
+  if (!a) return std::nullopt;
+  const auto b = explain_alone(estimate);
+  if (!b || a->best.code != b->best.code) return std::nullopt;
+  const std::string what = a->best.code == "inverse"      ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
+                           : a->best.code == "transposed" ? "hold transposed rotations: transpose the rotation of each line"
+                                                          : "have quaternions with w at the other end: check the order of the columns";
+  return TrajectoryWarning{
+      a->best.code,
+      fmt::format("both files seem to {} (the reference moves along one direction of its own axes within {:.1f} deg "
+                  "when read so, {:.1f} deg as declared; the estimate within {:.1f} and {:.1f} deg)",
+                  what, std::sqrt(a->best.residual), std::sqrt(a->declared), std::sqrt(b->best.residual),
+                  std::sqrt(b->declared))};
+}
+
+// ---- shifted rows
+
+/// Sum of squares of steps' differences: translations in m, rotations in rad times their typical lever of 10 m.
+double step_squares(const PoseSeries& reference, const PoseSeries& estimate, size_t shift_r, size_t shift_e,
+                    size_t n) {
+  constexpr double lever_m = 10;
+  double sum = 0;
+  for (size_t i = 1; i < n; ++i) {
+    const RelativePose r = relative_pose(reference, shift_r + i - 1, shift_r + i);
+    const RelativePose e = relative_pose(estimate, shift_e + i - 1, shift_e + i);
+    const double angle =
+        rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(r.rotation.transpose() * e.rotation)));
+    const double length = r.translation_m.norm() - e.translation_m.norm();
+    sum += length * length + lever_m * lever_m * angle * angle;
+  }
+  return sum / static_cast<double>(n - 1);
 }
 
 }  // namespace
@@ -295,19 +396,106 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   return l;
 }
 
+std::optional<TrajectoryWarning> warning_of_rows_shifted(const PoseSeries& reference, const PoseSeries& estimate,
+                                                         const AlignmentChoice& choice,
+                                                         const std::function<std::string(int frames)>& remedy) {
+  constexpr int most_rows = 3;
+  constexpr size_t least_poses = 20;
+  constexpr double confirmed = 1.5;
+  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses) return std::nullopt;
+  AlignmentChoice all = choice;
+  all.n_to_align = 0;
+  const size_t n = estimate.size() - most_rows;
+  const auto shifted = [&](int k) {  // the estimate's row i + k belongs to row i
+    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0, of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
+    std::vector<int> a(n), b(n);
+    for (size_t i = 0; i < n; ++i) {
+      a[i] = static_cast<int>(of_reference + i);
+      b[i] = static_cast<int>(of_estimate + i);
+    }
+    PoseSeries r = reference, e = estimate;
+    r.keep(a);
+    e.keep(b);
+    const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
+    const auto found = aligned_agreement(thinned(std::move(r)), thinned(std::move(e)), all);
+    return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
+  };
+  const auto [squares_0, steps_0] = shifted(0);
+  std::vector<Reading> readings;
+  for (int k = -most_rows; k <= most_rows; ++k) {
+    if (k == 0) continue;
+    const auto [squares, steps] = shifted(k);
+    const std::string cause =
+        fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early", std::abs(k), std::abs(k) > 1 ? "s" : "");
+    const bool by_path = squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
+    const bool by_steps = explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
+    if (by_path || by_steps)
+      readings.push_back({"lag", cause, remedy(-k), steps, 0});
+  }
+  const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
+  if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
+  return TrajectoryWarning{"lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
+                                              best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
+}
+
+std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference, const PoseSeries& all_estimate,
+                                                      const AlignmentChoice& choice) {
+  constexpr double times = 10;
+  if ((choice.alignment != Alignment::none && choice.alignment != Alignment::origin) || all_estimate.size() < 3)
+    return std::nullopt;
+  const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
+  const auto rmse = [&](Alignment alignment, const Eigen::Vector3d& up) -> std::optional<double> {
+    const auto found = aligned_agreement(reference, estimate, {alignment, 0, up});
+    if (!found) return std::nullopt;
+    return std::sqrt(found->squares / static_cast<double>(reference.size()));
+  };
+  const auto now = rmse(choice.alignment, choice.up);
+  const auto se3 = rmse(Alignment::se3, {}), sim3 = rmse(Alignment::sim3, {});
+  if (!now || !se3 || !sim3) return std::nullopt;
+  std::optional<double> yaw;
+  std::string up;
+  for (const auto& [name, direction] : {std::pair("z", Eigen::Vector3d(Eigen::Vector3d::UnitZ())),
+                                        std::pair("-y", Eigen::Vector3d(-Eigen::Vector3d::UnitY()))}) {
+    const auto found = rmse(Alignment::yaw, direction);
+    if (found && (!yaw || *found < *yaw)) {
+      yaw = found;
+      up = name;
+    }
+  }
+  double extent = 0;
+  for (const Eigen::Vector3d& p : reference.positions_m)
+    extent = std::max(extent, (p - reference.positions_m[0]).norm());
+  // A scale within 10 % is an error of the estimate, which sim3 would hide.
+  const auto u = umeyama(estimate.positions_m, reference.positions_m, true);
+  const bool rescales = u && std::abs(std::log(u->y_from_x.scale)) > std::log(1.1);
+  const double least = std::min({*se3, rescales ? *sim3 : *se3, yaw.value_or(*se3)});
+  if (*now <= times * least || *now <= 1e-4 * extent) return std::nullopt;
+  std::string text = fmt::format("--align {} leaves an RMSE of {:.3g} m; --align se3 would leave {:.3g} m, sim3 {:.3g} m",
+                                 to_string(choice.alignment), *now, *se3, *sim3);
+  if (yaw) text += fmt::format(", yaw --up {} {:.3g} m", up, *yaw);
+  return TrajectoryWarning{"alignment", text + ": are both in one world?"};
+}
+
 std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_reference,
                                                         const PoseSeries& all_estimate,
                                                         const AlignmentChoice& choice,
-                                                        const PoseFrame& frame) {
+                                                        const PoseFrame& frame,
+                                                        const PoseFrame& reference_frame) {
   if (all_estimate.size() < fewest) return {};
+  const bool rotations = all_reference.has_rotations() && all_estimate.has_rotations();
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   AlignmentChoice all = choice;
   all.n_to_align = 0;
   const auto now = aligned_agreement(reference, estimate, all);
   if (!now) return {};
-  // In other axes nothing else can be judged.
-  if (auto found = convention(reference, estimate, all, frame, *now)) return {*found};
-  if (!(now->squares > 0)) return {};
+  // In other axes nothing else can be judged. Steps are chained before poses are left out.
+  constexpr size_t most_poses = 20'000;
+  const bool few = all_estimate.size() <= most_poses;
+  const TrajectoryPair pair =
+      few ? TrajectoryPair{all_reference, all_estimate} : TrajectoryPair{reference, estimate};
+  if (auto found = convention(pair, all, frame, reference_frame)) return {*found};
+  if (!rotations || !(now->squares > 0)) return {};
+  if (auto found = both_alone(all_reference, all_estimate)) return {*found};
   std::vector<TrajectoryWarning> out;
   if (auto found = yaw(reference, estimate, all)) out.push_back(*found);
   if (auto found = lever_arm(reference, estimate, all, frame, *now)) out.push_back(*found);

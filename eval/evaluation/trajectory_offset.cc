@@ -19,6 +19,13 @@ double median_step(const std::vector<double>& times) {
 
 namespace {
 
+/// Length (m) and angle (rad) of the step to pose i; no angle without rotations.
+std::array<double, 2> step_of(const PoseSeries& series, size_t i) {
+  if (!series.has_rotations()) return {(series.positions_m[i] - series.positions_m[i - 1]).norm(), 0};
+  const RelativePose step = relative_pose(series, i - 1, i);
+  return {step.translation_m.norm(), rotation_angle_rad(Eigen::Quaterniond(step.rotation))};
+}
+
 /// Length of path and sum of angles up to each time: differences of them give motion over any interval.
 struct Motion {
   std::vector<double> times, path_m, angle_rad;
@@ -45,11 +52,10 @@ int shifts(double duration_s, double width_s) {
 Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double until) {
   Motion motion{{times[0]}, {0.0}, {0.0}};
   for (size_t i = 1; i < series.size() && times[i - 1] <= until; ++i) {
-    const RelativePose step = relative_pose(series, i - 1, i);
+    const auto [length_m, angle_rad] = step_of(series, i);
     motion.times.push_back(times[i]);
-    motion.path_m.push_back(motion.path_m.back() + step.translation_m.norm());
-    motion.angle_rad.push_back(motion.angle_rad.back() +
-                               rotation_angle_rad(Eigen::Quaterniond(step.rotation)));
+    motion.path_m.push_back(motion.path_m.back() + length_m);
+    motion.angle_rad.push_back(motion.angle_rad.back() + angle_rad);
   }
   return motion;
 }
@@ -101,11 +107,11 @@ Rates rates_of(const PoseSeries& series) {
   for (size_t i = 1; i < series.size(); ++i) {
     const double duration = series.stamps_s[i] - series.stamps_s[i - 1];
     if (!(duration > 0)) continue;
-    const RelativePose step = relative_pose(series, i - 1, i);
+    const auto [length_m, angle_rad] = step_of(series, i);
     out.times.push_back(0.5 * (series.stamps_s[i] + series.stamps_s[i - 1]));
     out.durations.push_back(duration);
-    out.values[0].push_back(step.translation_m.norm() / duration);
-    out.values[1].push_back(rotation_angle_rad(Eigen::Quaterniond(step.rotation)) / duration);
+    out.values[0].push_back(length_m / duration);
+    out.values[1].push_back(angle_rad / duration);
   }
   return out;
 }
@@ -248,10 +254,12 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const auto shift_count = static_cast<size_t>(2 * n_shifts + 1);
   const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
                                    width, width, n + shift_count);
+  const bool rotations = reference.has_rotations() && estimate.has_rotations();
   std::vector<double> scores;
   for (size_t shift = 0; shift < shift_count; ++shift) {
     double score = 0;
-    for (size_t k = 0; k < 2; ++k) score += 0.5 * correlation(r[k], std::span(e[k]).subspan(shift, n));
+    for (size_t k = 0; k < (rotations ? 2 : 1); ++k)
+      score += (rotations ? 0.5 : 1) * correlation(r[k], std::span(e[k]).subspan(shift, n));
     scores.push_back(score);
   }
   const auto best = std::max_element(scores.begin(), scores.end());

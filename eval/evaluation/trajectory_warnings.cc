@@ -88,6 +88,7 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
   std::vector<TrajectoryWarning> warnings;
+  if (!reference.has_rotations() || !estimate.has_rotations()) return warnings;
   const auto is_identity = [&](size_t i) {
     return reference.positions_m[i].isZero(0) && reference.rotations[i] == Eigen::Matrix3d::Identity();
   };

@@ -342,11 +342,11 @@ void dataset(const std::string& adapter, Bytes bytes) {
 
 void check_poses(const PoseSeries& poses) {
   const size_t n = poses.size();
-  SEXTANT_CHECK(n > 0 && poses.rotations.size() == n);
+  SEXTANT_CHECK(n > 0 && (poses.rotations.empty() || poses.rotations.size() == n));
   SEXTANT_CHECK(poses.stamps_s.empty() || poses.stamps_s.size() == n);
   SEXTANT_CHECK(poses.frames.empty() || poses.frames.size() == n);
   for (size_t i = 0; i < n; ++i)
-    SEXTANT_CHECK(poses.positions_m[i].allFinite() && poses.rotations[i].allFinite());
+    SEXTANT_CHECK(poses.positions_m[i].allFinite() && (poses.rotations.empty() || poses.rotations[i].allFinite()));
   for (const double t : poses.stamps_s) SEXTANT_CHECK(std::isfinite(t));
 }
 

@@ -8,7 +8,7 @@ namespace sextant {
 namespace {
 
 constexpr double farthest_m = 1e7;
-constexpr double norm_silent = 1e-3, norm_limit = 0.1;
+constexpr double norm_silent = 1e-3, norm_limit = 0.02;
 constexpr double matrix_silent = 1e-5, matrix_limit = 1e-2;
 
 template <typename T>
@@ -38,6 +38,33 @@ void sort_by(const std::vector<T>& keys, PoseSeries& series, PoseSeries* truth, 
   }
   if (truth) truth->keep(order);
   series.keep(order);
+}
+
+/// Whether all numbers have at most the seven digits of "%.6e".
+bool has_seven_digits(const std::vector<double>& stamps) {
+  return std::ranges::all_of(stamps, [](double t) { return std::stod(fmt::format("{:.6e}", t)) == t; });
+}
+
+template <typename T>
+void check_rising(const std::vector<T>& keys, const std::vector<int>& lines, const char* what,
+                  const std::string& path) {
+  const auto at = std::adjacent_find(keys.begin(), keys.end(), [](T a, T b) { return !(a < b); });
+  if (at == keys.end()) return;
+  const auto i = static_cast<size_t>(at - keys.begin());
+  if (keys[i] != keys[i + 1]) {
+    fail("{}:{}: {} {} comes after {} of line {}: expected {}s that rise; sort the lines", path, lines[i + 1],
+         what, keys[i + 1], keys[i], lines[i], what);
+  }
+  if constexpr (std::is_same_v<T, double>) {
+    if (has_seven_digits(keys)) {
+      fail(
+          "{}:{}: time stamp {} stands in line {} too: all stamps have seven digits, as \"%.6e\" prints them, and "
+          "collapse; print them with all digits, as \"%.9f\" does",
+          path, lines[i + 1], keys[i + 1], lines[i]);
+    }
+  }
+  fail("{}:{}: {} {} stands in line {} too: expected one pose each; remove one of the lines", path, lines[i + 1],
+       what, keys[i + 1], lines[i]);
 }
 
 }  // namespace
@@ -120,6 +147,13 @@ void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log) {
   } else if (!series.frames.empty()) {
     sort_by(std::vector<int>(series.frames), series, truth, "frame number", log);
   }
+}
+
+void check_order(const PoseSeries& series, const std::string& path) {
+  if (!series.stamps_s.empty())
+    check_rising(series.stamps_s, series.lines, "time stamp", path);
+  else if (!series.frames.empty())
+    check_rising(series.frames, series.lines, "frame number", path);
 }
 
 void note_cut(const NumberFile& file, RepairLog& log) {

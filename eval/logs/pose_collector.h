@@ -41,7 +41,10 @@ void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, Repair
 /// Checks R R' = I within limits; `where` begins the message.
 void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log);
 
-/// Sorts by stamp, or by frame, and drops what comes twice; `truth` (may be null) goes along.
+/// Throws Error "PATH:LINE: ..." where the stamps, or the frame numbers, of a text file do not rise.
+void check_order(const PoseSeries& series, const std::string& path);
+
+/// Of recordings: sorts by stamp, or by frame, and drops what comes twice; `truth` (may be null) goes along.
 void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log);
 
 /// Says that the last line of the file was left out, where it was.

@@ -105,11 +105,26 @@ int component(const Name& name) {
   return -1;
 }
 
+/// Where the twelve names of OpenVINS stand; empty where one is missing.
+std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>& names) {
+  constexpr std::array<std::string_view, 12> expected = {"pr11", "pr12", "pr13", "pr22", "pr23", "pr33",
+                                                         "pt11", "pt12", "pt13", "pt22", "pt23", "pt33"};
+  std::array<size_t, 12> out{};
+  for (size_t k = 0; k < expected.size(); ++k) {
+    const auto at = std::ranges::find_if(names, [&](const Name& name) {
+      return name.words.size() == 1 && name.words[0] == expected[k];
+    });
+    if (at == names.end()) return std::nullopt;
+    out[k] = static_cast<size_t>(at - names.begin());
+  }
+  return out;
+}
+
 }  // namespace
 
 bool PoseColumns::in_order(bool w_first) const {
   const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};
-  return time == 0 && position == std::array<size_t, 3>{1, 2, 3} && quaternion == (w_first ? first : last);
+  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} && quaternion == (w_first ? first : last);
 }
 
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place) {
@@ -135,7 +150,12 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
       out.quaternion[static_cast<size_t>(k - 3)] = i;
     }
   }
-  if (!std::all_of(found.begin(), found.end(), [](int n) { return n == 1; })) return std::nullopt;
+  const auto once = [](int n) { return n == 1; };
+  const auto none = [](int n) { return n == 0; };
+  out.has_quaternion = !std::all_of(found.begin() + 3, found.begin() + 7, none);
+  if (out.has_quaternion && !std::all_of(found.begin(), found.end(), once)) return std::nullopt;
+  if (!std::all_of(found.begin(), found.begin() + 3, once) || !once(found[7])) return std::nullopt;
+  out.covariance = covariance_columns(names);
   if (!unit.empty()) fail("{}: the header gives positions in [{}]: expected metres", place, unit);
   return out;
 }

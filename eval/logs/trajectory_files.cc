@@ -9,6 +9,7 @@
 
 #include "sextant/base/registry.h"
 #include "sextant/eval/logs/pose_collector.h"
+#include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_columns.h"
 #include "sextant/eval/logs/trajectory_message.h"
@@ -48,10 +49,13 @@ class TextReader {
         file_.fail_here("expected {} values as in the lines before, got {}", n, count);
       n = count;
       add(file_, result_, log_);
+      result_.poses.lines.push_back(static_cast<int>(file_.line()));
+      if (result_.truth) result_.truth->lines.push_back(static_cast<int>(file_.line()));
     }
     note_cut(file_, log_);
     if (result_.poses.empty()) fail("{}: holds no pose: expected lines of {}", file_.path(), expected);
-    sort_and_unite(result_.poses, result_.truth ? &*result_.truth : nullptr, log_);
+    finish_covariances(result_.poses, file_.path(), log_);
+    check_order(result_.poses, file_.path());
     result_.warnings = log_.warnings(file_.path());
     result_.comments = file_.comments() + file_.header();
     std::transform(result_.comments.begin(), result_.comments.end(), result_.comments.begin(),
@@ -72,12 +76,14 @@ struct StampedFormat {
   const char* expected;
   std::optional<bool> w_first;  ///< empty: by the header alone
   double seconds_per_unit;      ///< 0: by the header
+  bool has_quaternion = true;
 };
 constexpr StampedFormat tum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
 constexpr StampedFormat tum_ns = {"tum_ns", "t[ns] tx ty tz qx qy qz qw", false, 1e-9};
 constexpr StampedFormat euroc = {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", true, 1e-9};
 constexpr StampedFormat table_format = {"table", "a header that names time, x y z, qx qy qz qw", std::nullopt,
                                         0};
+constexpr StampedFormat positions = {"positions", "t x y z", std::nullopt, 1, false};
 
 /// From here on stamps can only be nanoseconds: in microseconds they lie beyond the year 5000.
 constexpr double only_nanoseconds = 1e17;
@@ -91,6 +97,7 @@ std::optional<PoseColumns> named_columns(const NumberFile& file) {
 PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   const auto named = named_columns(file);
   if (!named) {
+    if (!format.has_quaternion) return {0, format.seconds_per_unit, {1, 2, 3}, {}, false};
     if (!format.w_first) file.fail_here("expected {}", format.expected);
     if (*format.w_first) return {0, format.seconds_per_unit, {1, 2, 3}, {5, 6, 7, 4}};
     return {0, format.seconds_per_unit, {1, 2, 3}, {4, 5, 6, 7}};
@@ -112,7 +119,10 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
         : columns.in_order(true) ? ", or give --format euroc (ns)"
                                  : "");
   }
-  if (format.seconds_per_unit > 0 && columns.seconds_per_unit != format.seconds_per_unit) {
+  if (!format.has_quaternion && columns.has_quaternion)
+    file.fail_here("the header names a quaternion, but the format is positions: give --format table");
+  if (format.has_quaternion && format.seconds_per_unit > 0 &&
+      columns.seconds_per_unit != format.seconds_per_unit) {
     file.fail_here(
         "the header gives another unit of time than {}, {}: give "
         "the format as table, or delete a header that is wrong",
@@ -128,8 +138,16 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
     file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, least_ns);
   // A division where it is one: 1e-9 has no exact double.
   const double t_s = columns.seconds_per_unit == 1 ? t : t / std::round(1 / columns.seconds_per_unit);
-  if (!(std::abs(t_s) <= latest_s))
-    file.fail_here("time stamp {} is no number of seconds; of nanoseconds the format is tum_ns", t);
+  if (!(std::abs(t_s) <= latest_s)) {
+    const double epochs = std::abs(t) / 1.7e9;  // of today in s
+    if (epochs > 1e8)
+      file.fail_here("time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
+    const char* unit = epochs > 1e5 ? "us" : "ms";
+    file.fail_here(
+        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the first "
+        "line, as '# t [{}] tx ty tz qx qy qz qw'",
+        t, unit, unit);
+  }
   return t_s;
 }
 
@@ -139,7 +157,11 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
   return TextReader(path, NumberFile::either, rules)
       .read(
           format.expected,
-          [&](size_t n, char separator) { return separator == ',' || !format.w_first ? n >= 8 : n == 8; },
+          [&](size_t n, char separator) {
+            if (!format.has_quaternion) return n >= 4;
+            const bool any = separator == ',' || !format.w_first;
+            return any ? n >= (format.w_first ? 8 : 4) : n == 8 || (n > 8 && is_covariance_size(n - 8));
+          },
           [&](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             if (n_records++ == 0) columns = columns_in(file, format);
             const auto v = file.values();
@@ -148,7 +170,15 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
             const Eigen::Vector3d p(v[x], v[y], v[z]);
             out.poses.stamps_s.push_back(stamp_at(file, columns));
             check_position(p, file.path(), file.line());
+            if (!columns.has_quaternion) return out.poses.positions_m.push_back(p);
             out.poses.add(checked_rotation({v[qw], v[qx], v[qy], v[qz]}, file.path(), file.line(), log), p);
+            if (columns.covariance) {
+              std::array<double, 12> numbers{};
+              for (size_t k = 0; k < numbers.size(); ++k) numbers[k] = v[(*columns.covariance)[k]];
+              add_covariance(out.poses, numbers, rules.covariance, file.path(), file.line());
+            } else if (format.w_first == false && v.size() > 8 && is_covariance_size(v.size() - 8)) {
+              add_covariance(out.poses, v.subspan(8), rules.covariance, file.path(), file.line());
+            }
           });
 }
 
@@ -237,6 +267,7 @@ const std::vector<TrajectoryFormat>& table() {
   static const std::vector<TrajectoryFormat> formats = {
       {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<tum>},
       {"tum_ns", "the same with t in ns, as ORB-SLAM3 writes it", read_as<tum_ns>},
+      {"positions", "t x y z without rotations, as of GNSS or a prism", read_as<positions>},
       {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
       {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<euroc>},
       {"table", "columns in any order, by the names in the header", read_as<table_format>},
@@ -266,7 +297,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
     const bool only_ns = std::abs(file.values()[named->time]) >= only_nanoseconds;
     const bool ns = named->seconds_per_unit == 1e-9 || (named->seconds_per_unit == 0 && only_ns);
     const bool s = named->seconds_per_unit == 1 || (named->seconds_per_unit == 0 && !commas);
-    if (named->in_order(false) && (n == 8 || commas) && (ns || s)) return {{ns ? "tum_ns" : "tum"}, ""};
+    const bool plain = n == 8 || (n > 8 && is_covariance_size(n - 8));
+    if (named->in_order(false) && (plain || commas) && (ns || s)) return {{ns ? "tum_ns" : "tum"}, ""};
     if (named->in_order(true) && commas && ns) return {{"euroc"}, ""};
     return {{"table"}, ""};
   }
@@ -274,7 +306,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
     return {{"euroc", "tum"},
             "its columns have no header with a name each, so it may be euroc "
             "(t in ns, quaternion w first) or tum (t in s, quaternion w last)"};
-  if (!commas && n == 8) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
+  if (n == 4) return {{"positions"}, ""};
+  if (!commas && (n == 8 || (n > 8 && is_covariance_size(n - 8)))) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
   if (!commas && n == 17) return {{"vdo"}, ""};
   if (n == 7) return {{"tartanair"}, ""};
@@ -345,14 +378,16 @@ TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& form
 std::string encode_tum(const PoseSeries& poses) {
   std::string out;
   for (size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Quaterniond q = poses.pose(i).rotation();
     const Eigen::Vector3d& p = poses.positions_m[i];
     const double t = !poses.stamps_s.empty() ? poses.stamps_s[i]
                      : !poses.frames.empty() ? poses.frames[i]
                                              : static_cast<double>(i);
-    fmt::format_to(std::back_inserter(out),
-                   "{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", t, p[0], p[1], p[2],
-                   q.x(), q.y(), q.z(), q.w());
+    fmt::format_to(std::back_inserter(out), "{:.17g} {:.17g} {:.17g} {:.17g}", t, p[0], p[1], p[2]);
+    if (poses.has_rotations()) {
+      const Eigen::Quaterniond q = poses.pose(i).rotation();
+      fmt::format_to(std::back_inserter(out), " {:.17g} {:.17g} {:.17g} {:.17g}", q.x(), q.y(), q.z(), q.w());
+    }
+    out.push_back('\n');
   }
   return out;
 }

@@ -5,9 +5,12 @@
 //
 //   tum      t tx ty tz qx qy qz qw                                  s, m; blanks or commas between them
 //   tum_ns   the same with t in ns, as ORB-SLAM3 writes for EuRoC
+//            both with 12, 21 or 36 numbers of a covariance behind (pose_covariance.h)
+//   positions  t x y z                                             s, m; no rotations: GNSS, a prism
 //   kitti    r11 r12 r13 tx r21 .. tz, or a frame number before them
 //   euroc    t[ns],px,py,pz,qw,qx,qy,qz[,...]                        ground truth and state estimates
-//   table    the eight columns by the names in the header (trajectory_columns.h), among any others
+//   table    the eight columns, or the four of positions alone, by the names in the header
+//            (trajectory_columns.h), among any others
 //   tartanair  tx ty tz qx qy qz qw                                no time: the row counts, or --rate
 //   vdo      frame and 16 values of T_world_camera
 //   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; holds the truth too
@@ -21,9 +24,9 @@
 //
 // What damaged files give (line numbers in every message):
 //   not a finite number, too few or too many values, no pose at all     Error
-//   quaternion        normalised; a warning when its norm is off 1 by more than 1e-3, Error > 0.1
+//   quaternion        normalised; a warning when its norm is off 1 by more than 1e-3, Error > 0.02
 //   rotation matrix   taken as it is; a warning when R R' is off I by more than 1e-5, Error > 1e-2
-//   stamps or frames out of order  sorted, a warning; given twice: the first is kept, a warning
+//   stamps or frames out of order, or given twice  Error; stamps of recordings: sorted, the first kept, a warning
 //   stamps beyond 1e11 s           Error: that is another unit
 // Positions must be within 1e7 m of 0.
 
@@ -74,7 +77,7 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules =
 /// The only one of these. Throws Error where none fits, or several: naming them and the flag.
 std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
 
-/// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row.
+/// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row, without rotations t x y z.
 std::string encode_tum(const PoseSeries& poses);
 
 }  // namespace sextant

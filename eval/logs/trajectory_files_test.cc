@@ -109,9 +109,10 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
 
 TEST_F(TrajectoryFiles, QuaternionsOffUnitNorm) {
   EXPECT_THAT(read("1 1 2 3 0 0 0 1.0009\n").warnings, IsEmpty());
-  const TrajectoryFile rounded = read("1 1 2 3 0 0 0.6 0.83\n");
+  const TrajectoryFile rounded = read("1 1 2 3 0 0 0.6 0.81\n");
   EXPECT_THAT(rounded.warnings, ElementsAre(HasSubstr("normalised")));
   EXPECT_NEAR(rounded.poses.rotations[0].determinant(), 1, 1e-15);
+  EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 1 2 3 0 0 0 1.03\n", "tum"), HasSubstr(":2: quaternion"));
   EXPECT_THAT(error("1 1 2 3 0 0 0 1.2\n", "tum"), HasSubstr("has norm 1.2"));
   EXPECT_THAT(error("1 1 2 3 0 0 0 0\n", "tum"), HasSubstr("has norm 0"));
 }
@@ -123,15 +124,90 @@ TEST_F(TrajectoryFiles, MatricesOffOrthonormal) {
   EXPECT_THAT(error("-1 0 0 1 0 1 0 2 0 0 1 3\n", "kitti"), HasSubstr("reflection"));
 }
 
-TEST_F(TrajectoryFiles, StampsOutOfOrderAndTwice) {
-  const TrajectoryFile sorted = read("2 2 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n3 3 0 0 0 0 0 1\n");
-  EXPECT_THAT(sorted.poses.stamps_s, ElementsAre(1, 2, 3));
-  EXPECT_EQ(sorted.poses.positions_m[0][0], 1);
-  EXPECT_THAT(sorted.warnings, ElementsAre(HasSubstr("from pose 2 on: sorted")));
-  const TrajectoryFile twice = read("1 1 0 0 0 0 0 1\n1 9 0 0 0 0 0 1\n3 3 0 0 0 0 0 1\n");
-  EXPECT_THAT(twice.poses.stamps_s, ElementsAre(1, 3));
-  EXPECT_EQ(twice.poses.positions_m[0][0], 1);
-  EXPECT_THAT(twice.warnings, ElementsAre(HasSubstr("1 poses have the time stamp of an earlier one")));
+TEST_F(TrajectoryFiles, StampsAndFramesMustRise) {
+  const std::string rest = " 2 0 0 0 0 0 1\n";
+  EXPECT_THAT(error("# t\n2" + rest + "1" + rest + "3" + rest, "tum"),
+              HasSubstr(":3: time stamp 1 comes after 2 of line 2"));
+  EXPECT_THAT(error("1" + rest + "1" + rest + "3.00000123" + rest, "tum"),
+              HasSubstr(":2: time stamp 1 stands in line 1 too"));
+  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest + "1.403638e+09" + rest, "tum"),
+              HasSubstr("as \"%.6e\" prints them"));
+  const std::string matrix = " 1 0 0 1 0 1 0 2 0 0 1 3\n";
+  EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 stands in line 1 too"));
+  EXPECT_THAT(error("5" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 comes after 5"));
+}
+
+TEST_F(TrajectoryFiles, PositionsAlone) {
+  for (const char* text : {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
+                           "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
+    const TrajectoryFile file = read(text);
+    EXPECT_FALSE(file.poses.has_rotations()) << text;
+    EXPECT_THAT(file.poses.stamps_s, ElementsAre(1, 2)) << text;
+    EXPECT_EQ(file.poses.positions_m[1], Eigen::Vector3d(4, 5, 6)) << text;
+  }
+  EXPECT_THAT(error("1 2 3\n", "positions"), HasSubstr("expected t x y z, got 3"));
+}
+
+std::string numbers(const Eigen::VectorXd& v) {
+  std::string text;
+  for (const double x : v) text += fmt::format(" {:.12g}", x);
+  return text;
+}
+
+/// Positive definite, with all elements different.
+PoseCovariance covariance() {
+  PoseCovariance A;
+  for (int i = 0; i < 36; ++i) A(i / 6, i % 6) = std::sin(1.0 + i * i);
+  return 0.01 * (A * A.transpose() + PoseCovariance::Identity());
+}
+
+TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
+  const PoseCovariance P = covariance();
+  const std::string pose = "1 1 2 3 0 0 0.6 0.8";  // a turn about z
+  Eigen::VectorXd triangle(21), blocks(12), full(36);
+  int k = 0, b = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) full[6 * i + j] = P(i, j);
+    for (int j = i; j < 6; ++j) triangle[k++] = P(i, j);
+  }
+  for (const int at : {3, 0}) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) blocks[b++] = P(at + i, at + j);
+    }
+  }
+  for (const Eigen::VectorXd& v : {triangle, full}) {
+    const TrajectoryFile file = read(pose + numbers(v) + "\n");
+    EXPECT_EQ(file.format, "tum");
+    EXPECT_LT((file.poses.covariances.at(0) - P).norm(), 1e-12);
+  }
+  const TrajectoryFile openvins = read(pose + numbers(blocks) + "\n");
+  const Eigen::Matrix3d R = openvins.poses.rotations[0];
+  EXPECT_LT((openvins.poses.covariances.at(0).topLeftCorner<3, 3>() - P.topLeftCorner<3, 3>()).norm(), 1e-12);
+  const Eigen::Matrix3d turned = R * P.bottomRightCorner<3, 3>() * R.transpose();
+  EXPECT_LT((openvins.poses.covariances.at(0).bottomRightCorner<3, 3>() - turned).norm(), 1e-12);
+  const std::string header =
+      "# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33\n";
+  EXPECT_EQ(read(header + pose + numbers(blocks) + "\n").poses.covariances.at(0), openvins.poses.covariances[0]);
+}
+
+TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
+  const std::string first = "1 1 2 3 0 0 0 1", second = "2 1 2 3 0 0 0 1";
+  PoseCovariance P = covariance(), transposed = P;
+  transposed.topRightCorner<3, 3>() = P.bottomLeftCorner<3, 3>();
+  transposed.bottomLeftCorner<3, 3>() = P.topRightCorner<3, 3>();
+  const auto lines = [&](const PoseCovariance& a, const PoseCovariance& b) {
+    return first + numbers(Eigen::Map<const Eigen::VectorXd>(a.data(), 36)) + "\n" + second +
+           numbers(Eigen::Map<const Eigen::VectorXd>(b.data(), 36)) + "\n";
+  };
+  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
+  transposed.topRightCorner<3, 3>() = P.topRightCorner<3, 3>();
+  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not symmetric"));
+  PoseCovariance negative = P;
+  negative(4, 4) = -1e-3;
+  EXPECT_THAT(error(lines(P, negative), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
+  const PoseCovariance zero = PoseCovariance::Zero();
+  EXPECT_THAT(error(lines(P, zero), "tum"), HasSubstr(":2: the covariance of the pose is all zeros"));
+  EXPECT_TRUE(read(lines(zero, zero), "tum").poses.covariances.empty()) << "unknown, as ROS has it";
 }
 
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {

@@ -11,8 +11,9 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
   const std::vector<double>& stamps = series.stamps_s;
   SEXTANT_CHECK(!stamps.empty() && stamps.size() == series.size());
   InterpolatedPoses out;
-  const auto add = [&](size_t asked, size_t row, const Eigen::Matrix3d& R, const Eigen::Vector3d& p) {
-    out.poses.add(R, p);
+  const bool has_rotations = series.has_rotations();
+  const auto add = [&](size_t asked, size_t row, const Eigen::Vector3d& p) {
+    out.poses.positions_m.push_back(p);
     out.poses.stamps_s.push_back(times_s[asked]);
     out.rows.push_back(static_cast<int>(row));
     out.asked.push_back(static_cast<int>(asked));
@@ -22,7 +23,8 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
     const double t = times_s[k];
     while (j < stamps.size() && stamps[j] < t) ++j;
     if (j < stamps.size() && stamps[j] == t) {
-      add(k, j, series.rotations[j], series.positions_m[j]);
+      add(k, j, series.positions_m[j]);
+      if (has_rotations) out.poses.rotations.push_back(series.rotations[j]);
       continue;
     }
     if (j == 0 || j == stamps.size()) {
@@ -37,9 +39,11 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
     }
     out.largest_gap_s = std::max(out.largest_gap_s, gap);
     const double w = (t - stamps[i]) / gap;
+    add(k, w <= 0.5 ? i : j, (1 - w) * series.positions_m[i] + w * series.positions_m[j]);
+    if (!has_rotations) continue;
     const Eigen::Quaterniond a(series.rotations[i]), b(series.rotations[j]);
-    add(k, w <= 0.5 ? i : j, a.normalized().slerp(w, b.normalized()).normalized().toRotationMatrix(),
-        (1 - w) * series.positions_m[i] + w * series.positions_m[j]);
+    out.poses.rotations.push_back(
+        a.normalized().slerp(w, b.normalized()).normalized().toRotationMatrix());
   }
   return out;
 }

@@ -24,6 +24,16 @@ void PoseSeries::add(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& pos
   positions_m.push_back(position_m);
 }
 
+void PoseSeries::transform_covariance(size_t i, const Eigen::Matrix3d& R, double s,
+                                      const Eigen::Vector3d& lever_world_m) {
+  if (covariances.empty()) return;
+  PoseCovariance J = PoseCovariance::Zero();
+  J.topLeftCorner<3, 3>() = s * R;
+  J.bottomRightCorner<3, 3>() = R;
+  J.topRightCorner<3, 3>() = -skew(lever_world_m) * R;
+  covariances[i] = J * covariances[i] * J.transpose();
+}
+
 void PoseSeries::keep(std::span<const int> indices) {
   bool all = indices.size() == size();
   for (size_t i = 0; all && i < indices.size(); ++i) all = indices[i] == static_cast<int>(i);
@@ -32,6 +42,8 @@ void PoseSeries::keep(std::span<const int> indices) {
   keep_in(positions_m, indices);
   keep_in(stamps_s, indices);
   keep_in(frames, indices);
+  keep_in(covariances, indices);
+  keep_in(lines, indices);
 }
 
 SE3 PoseSeries::pose(size_t i) const { return {Eigen::Quaterniond(rotations[i]), positions_m[i]}; }

@@ -48,6 +48,8 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
     case Alignment::none:
       return result;
     case Alignment::origin:
+      if (!estimate.has_rotations() || !reference.has_rotations())
+        fail("--align origin needs rotations, but a side has positions alone; use se3, sim3 or yaw");
       result.ref_from_est.rotation = reference.rotations[0] * estimate.rotations[0].transpose();
       result.ref_from_est.translation_m =
           reference.positions_m[0] - result.ref_from_est.rotation * estimate.positions_m[0];
@@ -63,6 +65,8 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
       result.ref_from_est.scale = u.y_from_x.scale;
       result.flatness = u.flatness;
       for (Eigen::Vector3d& p : estimate.positions_m) p *= u.y_from_x.scale;
+      for (size_t i = 0; i < estimate.covariances.size(); ++i)
+        estimate.transform_covariance(i, Eigen::Matrix3d::Identity(), u.y_from_x.scale);
       return result;
     }
     case Alignment::yaw:
@@ -73,6 +77,8 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
   const Similarity& s = result.ref_from_est;
   for (Eigen::Vector3d& p : estimate.positions_m) p = s.rotation * (s.scale * p) + s.translation_m;
   for (Eigen::Matrix3d& r : estimate.rotations) r = s.rotation * r;
+  for (size_t i = 0; i < estimate.covariances.size(); ++i)
+    estimate.transform_covariance(i, s.rotation, s.scale);
   return result;
 }
 

@@ -42,6 +42,23 @@ std::string_view unit_of(PoseRelation relation) {
   return units.at(static_cast<size_t>(relation));
 }
 
+bool needs_rotations(PoseRelation relation, bool relative) {
+  if (relation == PoseRelation::trans_part) return relative;
+  return relation != PoseRelation::point_distance && relation != PoseRelation::point_distance_error_ratio;
+}
+
+namespace {
+
+void check_rotations(const PoseSeries& estimate, const PoseSeries& reference, PoseRelation relation,
+                     bool relative) {
+  if (!needs_rotations(relation, relative) || (estimate.has_rotations() && reference.has_rotations())) return;
+  fail("{} of {} poses needs rotations, but the {} has positions alone: use --relation {}", to_string(relation),
+       relative ? "relative" : "absolute", reference.has_rotations() ? "estimate" : "reference",
+       relative ? "point_distance" : "trans_part or point_distance");
+}
+
+}  // namespace
+
 double pair_distance_m(const PoseSeries& series, const PosePair& pair) {
   return (series.positions_m[static_cast<size_t>(pair.first)] -
           series.positions_m[static_cast<size_t>(pair.second)])
@@ -54,8 +71,8 @@ std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries
   if (relation == PoseRelation::point_distance_error_ratio)
     fail("{} is a share of the distance between two poses: give --rpe too, e.g. --rpe 10m",
          to_string(relation));
-  const bool positions_alone =
-      relation == PoseRelation::trans_part || relation == PoseRelation::point_distance;
+  check_rotations(estimate, reference, relation, false);
+  const bool positions_alone = !needs_rotations(relation, false);
   std::vector<double> errors(estimate.size());
   for (size_t i = 0; i < errors.size(); ++i) {
     if (positions_alone) {
@@ -72,6 +89,7 @@ std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries
 std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     std::span<const PosePair> pairs, PoseRelation relation) {
   SEXTANT_CHECK(estimate.size() == reference.size());
+  check_rotations(estimate, reference, relation, true);
   std::vector<double> errors;
   errors.reserve(pairs.size());
   for (const PosePair& pair : pairs) {

@@ -45,10 +45,13 @@ constexpr Names<7> names_of(PoseRelation) {
           "point_distance_error_ratio"};
 }
 std::string_view unit_of(PoseRelation relation);
+/// Whether the relation is one of rotations too; `relative`: as RPE.
+bool needs_rotations(PoseRelation relation, bool relative);
 
 /// Distance of the positions of a pair.
 double pair_distance_m(const PoseSeries& series, const PosePair& pair);
 
+/// Both throw Error where the relation needs rotations and a side has none.
 std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     PoseRelation relation);
 std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries& reference,

@@ -1,0 +1,317 @@
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "sextant/geometry/axes.h"
+
+namespace sextant {
+namespace {
+
+double degrees(double radians) { return radians * 180 / std::numbers::pi; }
+
+/// The 24 rotations that map axes to axes, the identity first.
+std::vector<Eigen::Matrix3d> axis_rotations() {
+  std::vector<Eigen::Matrix3d> out = {Eigen::Matrix3d::Identity()};
+  std::array<int, 3> order = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Eigen::Matrix3d R = Eigen::Matrix3d::Zero();
+      for (int i = 0; i < 3; ++i) R(i, order[static_cast<size_t>(i)]) = (signs >> i) & 1 ? -1 : 1;
+      if (R.determinant() > 0 && !R.isIdentity()) out.push_back(R);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return out;
+}
+
+void reorder_quaternions(PoseSeries& series, bool w_is_first) {
+  for (Eigen::Matrix3d& R : series.rotations) {
+    const Eigen::Quaterniond q(R);
+    R = (w_is_first ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())   // read as x y z w, is w x y z
+                    : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()))  // read as w x y z, is x y z w
+            .toRotationMatrix();
+  }
+}
+
+void transpose_rotations(PoseSeries& series) {
+  for (Eigen::Matrix3d& R : series.rotations) R.transposeInPlace();
+}
+
+/// Whether the extents of both paths agree within a factor of 3: otherwise a smaller unit merely shrinks noise.
+bool has_same_extent(const TrajectoryPair& pair) {
+  constexpr double factor = 3;
+  const auto extent_m = [](const PoseSeries& poses) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : poses.positions_m) mean += p / static_cast<double>(poses.size());
+    double squares = 0;
+    for (const Eigen::Vector3d& p : poses.positions_m) squares += (p - mean).squaredNorm();
+    return std::sqrt(squares);
+  };
+  const double a = extent_m(pair.reference), b = extent_m(pair.estimate);
+  return a > 0 && b > 0 && a < factor * b && b < factor * a;
+}
+
+/// Which side of a pair a hypothesis is about.
+struct Side {
+  PoseSeries TrajectoryPair::*poses;
+  std::string name;    ///< "estimate"
+  std::string prefix;  ///< of its flags: "" or "ref-"
+  double price;        ///< where both sides would do, it is the estimate
+};
+
+/// Adds hypotheses about one side; `change` says whether it applies.
+class Table {
+ public:
+  explicit Table(const Side& side) : side_(side) {}
+
+  template <typename Change>
+  void add_of_pair(std::string code, std::string cause, std::string remedy, double price, const Change& change) {
+    list_.push_back({std::move(code), "the " + side_.name + " " + std::move(cause), std::move(remedy),
+                     [change](TrajectoryPair& pair, double&) { return change(pair); }, price + side_.price, false});
+  }
+  template <typename Change>
+  void add(std::string code, std::string cause, std::string remedy, double price, const Change& change) {
+    const auto poses = side_.poses;
+    add_of_pair(std::move(code), std::move(cause), std::move(remedy), price,
+                [poses, change](TrajectoryPair& pair) { return change(pair.*poses); });
+  }
+  std::vector<Hypothesis<TrajectoryPair>> take() { return std::move(list_); }
+
+ private:
+  const Side& side_;
+  std::vector<Hypothesis<TrajectoryPair>> list_;
+};
+
+/// Applies to poses with rotations alone.
+template <typename Change>
+auto of_rotations(const Change& change) {
+  return [change](PoseSeries& poses) {
+    if (!poses.has_rotations()) return false;
+    change(poses);
+    return true;
+  };
+}
+
+void turn_body(PoseSeries& poses, const Eigen::Matrix3d& B) {
+  for (Eigen::Matrix3d& R : poses.rotations) R = R * B;
+}
+void turn_world(PoseSeries& poses, const Eigen::Matrix3d& W) {
+  for (Eigen::Matrix3d& R : poses.rotations) R = W * R;
+  for (Eigen::Vector3d& p : poses.positions_m) p = W * p;
+}
+
+/// Where the axes x, y, z point, in opencv's words.
+std::string directions(const Eigen::Matrix3d& opencv_from_named) {
+  constexpr std::array<const char*, 6> names = {"right", "down", "forward", "left", "up", "backward"};
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Index k = 0;
+    opencv_from_named.col(i).cwiseAbs().maxCoeff(&k);
+    const auto name = static_cast<size_t>(opencv_from_named(k, i) > 0 ? k : k + 3);
+    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", "xyz"[i], names[name]);
+  }
+  return text;
+}
+
+void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOptions& options,
+                 std::vector<Hypothesis<TrajectoryPair>>& out) {
+  Table table(side);
+  table.add("inverse", "holds inverse poses, T_camera_world instead of T_world_camera",
+            "give --" + side.prefix + "inverse", 0, of_rotations([](PoseSeries& poses) { invert(poses); }));
+  for (const bool w_first : {true, false}) {
+    table.add("columns", fmt::format("'s quaternions seem to have w {}", w_first ? "first" : "last"),
+              "check the order of its columns; a header with a name each decides it (--format table), or --format",
+              0.1, of_rotations([w_first](PoseSeries& poses) { reorder_quaternions(poses, w_first); }));
+  }
+  table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
+            "transpose the rotation of each line and keep the position", 0.2, of_rotations(transpose_rotations));
+  for (const bool inverse : {false, true}) {
+    table.add("steps",
+              fmt::format("holds the step of each frame ({}) instead of poses in one world",
+                          inverse ? "T_k,k-1" : "T_k-1,k"),
+              inverse ? "write T_0,k = T_0,k-1 inverse(T_k,k-1)" : "write T_0,k = T_0,k-1 T_k-1,k", 0.3,
+              of_rotations([inverse](PoseSeries& poses) { poses = chained(poses, inverse); }));
+  }
+  if (!options.scales) {
+    for (const auto& [factor, text] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")}) {
+      table.add_of_pair("unit", fmt::format("'s positions are in {}", text),
+                        fmt::format("multiply them by {}, or give --align sim3", factor), 0.1,
+                        [factor, side](TrajectoryPair& pair) {
+                          for (Eigen::Vector3d& p : (pair.*side.poses).positions_m) p *= factor;
+                          return has_same_extent(pair);
+                        });
+    }
+  }
+  if (!converted) {
+    for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
+      const std::string name(to_string(axes));
+      table.add("axes", "seems to be in the axes " + name, "give --" + side.prefix + "axes " + name, 0,
+                of_rotations([axes](PoseSeries& poses) {
+                  const Eigen::Matrix3d C = opencv_from_axes(axes);
+                  turn_world(poses, C);
+                  turn_body(poses, C.transpose());
+                }));
+    }
+    for (const Eigen::Matrix3d& B : axis_rotations()) {
+      if (B.isIdentity()) continue;
+      table.add("body", fmt::format("is of a body whose axes are {} of the camera", directions(B.transpose())),
+                "give --" + side.prefix + "body-from-camera " + body_from_camera_numbers(B), 0.5,
+                of_rotations([B](PoseSeries& poses) { turn_body(poses, B); }));
+    }
+  }
+  if (!options.turns_world) {
+    for (const Eigen::Matrix3d& W : axis_rotations()) {
+      if (W.isIdentity()) continue;
+      table.add("world", fmt::format("'s world has its axes {} of the other one", directions(W)),
+                "give --align se3", 0.5, [W](PoseSeries& poses) {
+                  turn_world(poses, W);
+                  return true;
+                });
+    }
+  }
+  for (Hypothesis<TrajectoryPair>& hypothesis : table.take()) {
+    const size_t at = hypothesis.cause.find(" '");  // "the estimate 's positions"
+    if (at != std::string::npos) hypothesis.cause.erase(at, 1);
+    out.push_back(std::move(hypothesis));
+  }
+}
+
+// ---- each alone
+
+/// Poses about a hundredth of the path apart: first, middle and last index of each piece.
+std::vector<std::array<size_t, 3>> pieces_of(const PoseSeries& poses) {
+  double path_m = 0;
+  std::vector<double> at = {0};
+  for (size_t i = 1; i < poses.size(); ++i)
+    at.push_back(path_m += (poses.positions_m[i] - poses.positions_m[i - 1]).norm());
+  std::vector<std::array<size_t, 3>> pieces;
+  constexpr double n_pieces = 100;
+  if (!(path_m > 0)) return pieces;
+  for (size_t first = 0, i = 1; i < poses.size(); ++i) {
+    if (at[i] - at[first] < path_m / n_pieces) continue;
+    size_t middle = first;
+    while (at[middle + 1] - at[first] < at[i] - at[middle + 1]) ++middle;
+    pieces.push_back({first, middle, i});
+    first = i;
+  }
+  return pieces;
+}
+
+double length_m(const PoseSeries& poses, const std::vector<std::array<size_t, 3>>& pieces) {
+  double sum = 0;
+  for (const auto& [first, middle, last] : pieces)
+    sum += (poses.positions_m[last] - poses.positions_m[first]).norm();
+  return sum;
+}
+
+std::optional<double> scatter_deg(const PoseSeries& poses, const std::vector<std::array<size_t, 3>>& pieces) {
+  constexpr size_t fewest = 20;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Vector3d> directions;
+  for (const auto& [first, middle, last] : pieces) {
+    const Eigen::Vector3d d = poses.positions_m[last] - poses.positions_m[first];
+    if (!(d.norm() > 0)) continue;
+    directions.push_back(poses.rotations[middle].transpose() * d.normalized());
+    sum += directions.back() * directions.back().transpose();
+  }
+  if (directions.size() < fewest) return std::nullopt;
+  const Eigen::Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(2);
+  double squares = 0;
+  for (const Eigen::Vector3d& u : directions) {
+    const double angle = std::acos(std::min(1.0, std::abs(u.dot(axis))));
+    squares += angle * angle / static_cast<double>(directions.size());
+  }
+  return degrees(std::sqrt(squares));
+}
+
+}  // namespace
+
+std::vector<Hypothesis<TrajectoryPair>> trajectory_hypotheses(const TrajectoryHypothesisOptions& options) {
+  std::vector<Hypothesis<TrajectoryPair>> out;
+  constexpr double of_reference = 0.3;
+  add_of_side({&TrajectoryPair::estimate, "estimate", "", 0}, options.converted_estimate, options, out);
+  add_of_side({&TrajectoryPair::reference, "reference", "ref-", of_reference}, options.converted_reference,
+              options, out);
+  return out;
+}
+
+PoseSeries chained(const PoseSeries& steps, bool inverse) {
+  PoseSeries out = steps;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < steps.size(); ++i) {
+    const Eigen::Matrix3d& E = steps.rotations[i];
+    const Eigen::Matrix3d S = inverse ? Eigen::Matrix3d(E.transpose()) : E;
+    const Eigen::Vector3d s =
+        inverse ? Eigen::Vector3d(-S * steps.positions_m[i]) : Eigen::Vector3d(steps.positions_m[i]);
+    p += R * s;
+    R = Eigen::Quaterniond(R * S).normalized().toRotationMatrix();
+    out.rotations[i] = R;
+    out.positions_m[i] = p;
+  }
+  return out;
+}
+
+void invert(PoseSeries& poses) {
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Matrix3d R = poses.rotations[i].transpose();
+    if (!poses.covariances.empty()) {
+      PoseCovariance J = PoseCovariance::Zero();
+      J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = -R;
+      J.topRightCorner<3, 3>() = -R * skew(poses.positions_m[i]);
+      poses.covariances[i] = J * poses.covariances[i] * J.transpose();
+    }
+    poses.positions_m[i] = -R * poses.positions_m[i];
+    poses.rotations[i] = R;
+  }
+}
+
+double path_in_pieces_m(const PoseSeries& poses) { return length_m(poses, pieces_of(poses)); }
+
+std::optional<double> direction_scatter_deg(const PoseSeries& poses) {
+  if (!poses.has_rotations()) return std::nullopt;
+  return scatter_deg(poses, pieces_of(poses));
+}
+
+std::optional<Explanation> explain_alone(const PoseSeries& poses) {
+  constexpr double least_deg = 20, most_deg = 10;
+  if (!poses.has_rotations() || poses.size() < 20) return std::nullopt;
+  const auto declared = direction_scatter_deg(poses);
+  if (!declared || *declared < least_deg) return std::nullopt;
+  const double path_m = length_m(poses, pieces_of(poses));
+  std::vector<Reading> readings;
+  for (const Hypothesis<TrajectoryPair>& hypothesis : trajectory_hypotheses({})) {
+    if (hypothesis.code != "inverse" && hypothesis.code != "columns" && hypothesis.code != "transposed") continue;
+    TrajectoryPair pair{{}, poses};
+    double ignored = 0;
+    if (hypothesis.cause.starts_with("the reference") || !hypothesis.undo(pair, ignored)) continue;
+    const auto pieces = pieces_of(pair.estimate);
+    const auto left = scatter_deg(pair.estimate, pieces);
+    if (!left || *left > most_deg || length_m(pair.estimate, pieces) > 1.01 * path_m) continue;
+    readings.push_back({hypothesis.code, hypothesis.cause, hypothesis.remedy, *left * *left, hypothesis.price});
+  }
+  return explain(*declared * *declared, readings);
+}
+
+bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad) {
+  return std::ranges::any_of(axis_rotations(), [&](const Eigen::Matrix3d& A) {
+    return rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(A.transpose() * R))) < angle_rad;
+  });
+}
+
+std::string body_from_camera_numbers(const Eigen::Matrix3d& R) {
+  std::string text = "\"";
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double value = std::abs(R(i, j)) < 5e-7 ? 0 : R(i, j);
+      text += fmt::format("{:.6g} ", value);
+    }
+    text += i < 2 ? "0 " : "0\"";
+  }
+  return text;
+}
+
+}  // namespace sextant

@@ -1,0 +1,123 @@
+#include "sextant/eval/evaluation/trajectory_consistency.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/diagnosis/hypothesis.h"
+#include "sextant/stats/trend.h"
+
+namespace sextant {
+namespace {
+
+Vector6d error_of(const PoseSeries& estimate, const PoseSeries& reference, size_t i) {
+  Vector6d e;
+  e.head<3>() = reference.positions_m[i] - estimate.positions_m[i];
+  e.tail<3>() = so3_log(
+      Eigen::Quaterniond(Eigen::Matrix3d(reference.rotations[i] * estimate.rotations[i].transpose())).normalized());
+  return e;
+}
+
+/// Position and rotation exchanged, as where rotation stands first in the file.
+PoseCovariance exchanged(const PoseCovariance& P) {
+  PoseCovariance Q;
+  Q << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(), P.topRightCorner<3, 3>(), P.topLeftCorner<3, 3>();
+  return Q;
+}
+
+PoseCovariance cross_transposed(const PoseCovariance& P) {
+  PoseCovariance Q = P;
+  Q.topRightCorner<3, 3>() = P.topRightCorner<3, 3>().transpose();
+  Q.bottomLeftCorner<3, 3>() = P.bottomLeftCorner<3, 3>().transpose();
+  return Q;
+}
+
+/// e' P^-1 e, and with log det P twice the negative log-likelihood; empty where P is not positive definite.
+struct Score {
+  double nees = 0, twice_neg_log = 0;
+};
+std::optional<Score> score(const Vector6d& e, const PoseCovariance& P) {
+  const Eigen::LLT<PoseCovariance> llt(P);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix<double, 6, 6> L = llt.matrixL();
+  const double nees = e.dot(llt.solve(e));
+  return Score{nees, nees + 2 * L.diagonal().array().log().sum()};
+}
+
+std::string place(const PoseSeries& poses, size_t i, const std::string& name) {
+  return poses.lines.empty() ? fmt::format("{}: pose {}", name, i + 1) : fmt::format("{}:{}", name, poses.lines[i]);
+}
+
+/// Throws where another order explains the errors; the pose named is the one that shows it most.
+void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& reference, const std::string& name) {
+  const auto n = static_cast<double>(estimate.size());
+  struct Other {
+    PoseCovariance (*read)(const PoseCovariance&);
+    const char* cause;
+  };
+  for (const auto& [read, cause] :
+       {Other{exchanged, "rotation seems to stand before position: give --covariance openvins, or gtsam, or write "
+                         "position first"},
+        Other{cross_transposed, "the blocks between position and rotation seem to be transposed: write the matrix row "
+                                "by row"}}) {
+    double declared = 0, other = 0, gain = 0, largest = 0;
+    size_t at = 0;
+    bool possible = true;
+    for (size_t i = 0; i < estimate.size() && possible; ++i) {
+      const Vector6d e = error_of(estimate, reference, i);
+      const auto a = score(e, estimate.covariances[i]), b = score(e, read(estimate.covariances[i]));
+      possible = b.has_value();
+      if (!a || !b) continue;
+      declared += a->nees / n;
+      other += b->nees / n;
+      gain += a->twice_neg_log - b->twice_neg_log;
+      if (a->twice_neg_log - b->twice_neg_log > largest) {
+        largest = a->twice_neg_log - b->twice_neg_log;
+        at = i;
+      }
+    }
+    constexpr double sure = 25, a_pose = 1;
+    const bool better = read == exchanged ? declared >= explains_times * other && declared > 6
+                                          : gain > sure && gain > a_pose * n;
+    if (!possible || !better) continue;
+    fail("{}: the covariances do not fit the errors, NEES {:.4g} instead of 6, but {:.4g} read otherwise: {}",
+         place(estimate, at, name), declared, other, cause);
+  }
+}
+
+}  // namespace
+
+std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& estimate, const PoseSeries& reference,
+                                                            const std::string& name) {
+  if (estimate.covariances.empty()) return std::nullopt;
+  const bool rotations = reference.has_rotations();
+  if (rotations) check_order_of_blocks(estimate, reference, name);
+  TrajectoryConsistency out;
+  out.n = estimate.size();
+  out.dof = rotations ? 6 : 3;
+  const auto n = static_cast<double>(out.n);
+  double rotation = 0;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    const PoseCovariance& P = estimate.covariances[i];
+    const Eigen::Vector3d e_p = reference.positions_m[i] - estimate.positions_m[i];
+    const Eigen::Matrix3d P_p = P.topLeftCorner<3, 3>();
+    out.position_nees += e_p.dot(P_p.llt().solve(e_p)) / n;
+    if (!rotations) continue;
+    const Vector6d e = error_of(estimate, reference, i);
+    const auto found = score(e, P);
+    if (!found) fail("{}: the covariance is not positive definite", place(estimate, i, name));
+    out.nees += found->nees / n;
+    const Eigen::Vector3d e_R = e.tail<3>();
+    const Eigen::Matrix3d P_R = P.bottomRightCorner<3, 3>();
+    rotation += e_R.dot(P_R.llt().solve(e_R)) / n;
+  }
+  if (rotations)
+    out.rotation_nees = rotation;
+  else
+    out.nees = out.position_nees;
+  out.interval = nees_interval(static_cast<int>(out.n), out.dof);
+  return out;
+}
+
+}  // namespace sextant
