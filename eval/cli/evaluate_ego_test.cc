@@ -48,7 +48,7 @@ TEST_F(EvaluateEgo, RelativeErrorsAndText) {
   const Outcome json = sextant({gt.c_str(), est.c_str(), "--rpe", "1f", "--json"});
   EXPECT_EQ(Json::parse(json.out)["metric"], "rpe");
   EXPECT_EQ(Json::parse(json.out)["n"], 3);
-  const Outcome text = sextant({gt.c_str(), est.c_str()});
+  const Outcome text = sextant({gt.c_str(), est.c_str(), "--columns", "all"});
   EXPECT_EQ(text.code, 0);
   EXPECT_THAT(text.out, HasSubstr("APE trans_part [m]"));
   EXPECT_THAT(text.out, HasSubstr("need 100 m of path"));
