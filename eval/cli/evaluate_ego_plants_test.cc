@@ -83,8 +83,8 @@ TEST_F(EvaluateEgoPlants, StampsInAnotherUnitAreAnErrorThatNamesIt) {
       std::vector<std::string> arguments = {of_estimate ? seconds : other, of_estimate ? other : seconds};
       for (const std::vector<std::string>& more :
            std::vector<std::vector<std::string>>{{}, {"--json"}, {"--rpe", "1m"}, {"--interpolate", "0.3"}}) {
-        if (plant.t0 > 0 && plant.unit == "ns") arguments.insert(arguments.end(), {"--format", "tum"});
         std::vector<std::string> all = arguments;
+        if (plant.t0 > 0 && plant.unit == "ns") all.insert(all.end(), {"--format", "tum"});
         all.insert(all.end(), more.begin(), more.end());
         const Outcome r = sextant(all);
         EXPECT_EQ(r.code, 2) << r.out;
