@@ -3,7 +3,7 @@
 //
 // usage: gate_simulation BASE REORDERED MORE_POINTS [TRIALS]
 //   BASE          folder of a sweep with 40 seeds or more
-//   REORDERED     the same with another order of RANSAC's samples
+//   REORDERED     the same with another start of the refinement, as after points in another order
 //   MORE_POINTS   the same with 10 % more points
 
 #include <fmt/format.h>

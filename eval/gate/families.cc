@@ -93,7 +93,9 @@ std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, co
     const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
     if (decided && !(row.p_corrected && *row.p_corrected <= policy.alpha)) row.p = row.p_corrected = std::nullopt;
   }
-  std::ranges::stable_sort(rows, {}, [](const FamilyRow& row) { return std::pair(row.verdict, -row.worse); });
+  std::ranges::stable_sort(rows, {}, [](const FamilyRow& row) {
+    return std::pair(row.verdict, row.verdict == GateVerdict::improved ? row.worse : -row.worse);
+  });
   return rows;
 }
 

@@ -55,7 +55,7 @@ struct FamilyRow : RatioChange {
 };
 
 /// Of metrics whose minimum_effect is above 0: the exact gate judges every row by itself. In order of weight: worst verdict
-/// first, then the largest change for the worse.
+/// first, then the largest change for the worse, or for the better where it is improved.
 std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, const AccuracyPolicy& policy);
 
 /// The change of the mean over these samples, under a policy.
