@@ -6,6 +6,7 @@ README.md, CHANGELOG.md and docs/*.md, as a reader meets them:
 - Every command in a block ```console, a line that begins with `$ `, is run, those of a file one after the other in an
   empty folder. What it prints, lines on progress and times apart, must be what stands below it; a line `...` stands for any number of lines. A command that
   fails must show its message there.
+  A block ```python whose first line is `# NAME.py` is that file there.
 - Every flag of `sextant` in any block is one that SEXTANT knows.
 - Every link to a file or a heading of the repository leads somewhere.
 - Sentences have at most 32 words; code and a formula are one.
@@ -64,6 +65,9 @@ def console_problems(file, sextant, update):
     text = file.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as home:
         def block(match):
+            name = re.match(r"# (\w+\.py)\n", match[2]) if match[1] == "python" else None
+            if name:
+                (pathlib.Path(folder) / name[1]).write_text(match[2], encoding="utf-8")
             if match[1] != "console":
                 return match[0]
             line, out = text.count("\n", 0, match.start()) + 1, []

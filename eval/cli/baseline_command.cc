@@ -54,6 +54,9 @@ void add_baseline_command(CLI::App& app) {
   const auto flags = std::make_shared<BaselineFlags>();
   CLI::App* command = app.add_subcommand("baseline", "The result that `compare` is given as BASE");
   command->require_subcommand(1);
+  command->footer(
+      "Examples:\n  sextant baseline update out --baseline baseline          (look)\n"
+      "  sextant baseline update out --baseline baseline --yes");
   CLI::App* update =
       command->add_subcommand("update", "Show what accepting NEW changes; with --yes accept it");
   add_value(*update, "new", flags->fresh, "NEW", "Folder of a run or sweep")->required();
@@ -63,7 +66,7 @@ void add_baseline_command(CLI::App& app) {
   add_jobs_flag(*update, *flags);
   update->add_flag("--quiet", flags->quiet, "Do not show the changes");
   update->footer(
-      "Example:\n  sextant baseline update out          (look)\n  sextant baseline update out --yes");
+      "Examples:\n  sextant baseline update out          (look)\n  sextant baseline update out --yes");
   update->callback([flags] { run_update(*flags); });
 }
 

@@ -38,7 +38,7 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
 /// With every command.
 int program(int argc, const char* const* argv);
 
-/// "sextant: KIND: TEXT" on stderr, KIND being error or warning: one line of bounded length, whatever TEXT holds.
+/// "sextant: KIND: TEXT" on stderr, KIND being error, warning or note: one line of bounded length, whatever TEXT holds.
 void tell(std::string_view kind, const std::string& text);
 
 void add_run_command(CLI::App& app);
@@ -133,7 +133,7 @@ RunResult run_into_folder(const RunConfig& config, const RunOutput& output);
 /// The same, and prints the summary.
 void run_and_write(const RunConfig& config, const RunOutput& output);
 /// Sweeps, prints what was done.
-void sweep_and_print(const SweepConfig& config, bool json);
+void sweep_and_print(SweepConfig config, bool json);
 
 /// What --set and --options take with an estimator, apart from the data set's adapter (`source.*`).
 std::vector<OptionHelp> run_options(const std::string& estimator);

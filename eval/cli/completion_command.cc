@@ -47,6 +47,7 @@ void add_completion_command(CLI::App& app) {
   add_value(*command, "shell", *name, names, "Which shell")->required();
   command->footer(
       "A package of Sextant installs all three. By hand:\n"
+      "Examples:\n"
       "  sextant completion bash > ~/.local/share/bash-completion/completions/sextant\n"
       "  sextant completion zsh > _sextant        (in a folder of $fpath)\n"
       "  sextant completion fish > ~/.config/fish/completions/sextant.fish");

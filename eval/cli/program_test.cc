@@ -179,12 +179,47 @@ TEST(Program, RefusesBadUsageInOneLine) {
   expect_bad_input(sextant_program("run nowhere --out " + out), "nowhere");
 }
 
-TEST(Program, EveryHelpHasAnExample) {
-  for (const char* command : {"", "run", "data", "data list", "data check", "overlay", "options"}) {
-    const Outcome outcome = sextant_program(std::string(command) + " --help");
-    EXPECT_EQ(outcome.code, 0) << command;
-    EXPECT_THAT(outcome.out, HasSubstr("Example")) << command;
+/// The words of every command, from the man pages: "evaluate ego".
+std::vector<std::string> all_command_words() {
+  const TempFolder temp;
+  const std::string folder = (temp.path() / "man").string();
+  EXPECT_EQ(sextant_program("man --out " + folder).code, 0);
+  std::vector<std::string> commands;
+  for (const auto& page : fs::directory_iterator(folder)) {
+    std::string words = page.path().stem().string();
+    std::ranges::replace(words, '-', ' ');
+    commands.push_back(words.substr(std::string("sextant").size()));
   }
+  return commands;
+}
+
+/// The commands that a help text shows as examples: indented lines below "Example:" or "Examples:".
+std::vector<std::string> examples_in(const std::string& help) {
+  std::vector<std::string> examples;
+  bool is_below = false;
+  for (const std::string& line : split(help, '\n')) {
+    if (line.starts_with("Example")) is_below = true;
+    else if (!line.starts_with("  ")) is_below = false;
+    else if (is_below) examples.emplace_back(trimmed(line));
+  }
+  return examples;
+}
+
+TEST(Program, EveryHelpHasExamplesOfItsOwn) {
+  const std::vector<std::string> commands = all_command_words();
+  EXPECT_GE(commands.size(), 30U);
+  EXPECT_THAT(commands, IsSupersetOf({"", " baseline", " baseline update", " sweep status", " evaluate ego"}));
+  for (const std::string& command : commands) {
+    const Outcome outcome = sextant_program(command + " --help");
+    EXPECT_EQ(outcome.code, 0) << command;
+    const std::vector<std::string> examples = examples_in(outcome.out);
+    EXPECT_FALSE(examples.empty()) << "sextant" << command;
+    for (const std::string& example : examples)
+      EXPECT_THAT(example, HasSubstr("sextant" + command + (example.ends_with("sextant" + command) ? "" : " ")));
+  }
+}
+
+TEST(Program, ListsVersionAdaptersAndOptions) {
   EXPECT_THAT(sextant_program("--version").out, HasSubstr("sextant 0."));
   EXPECT_THAT(sextant_program("data list").out, HasSubstr("vdo"));
   EXPECT_THAT(sextant_program("options").out, HasSubstr("estimator.sigma_flow_px"));

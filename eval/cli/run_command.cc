@@ -88,7 +88,10 @@ RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
   const Json configuration = resolved_configuration(config);
   check_output_folder(output.out, configuration, output.force);
 
-  RunJournal journal(output.out, configuration);
+  Json identity = configuration;
+  if (const Fingerprints versions = run_fingerprints(config); !versions.empty())
+    identity[fingerprints_key] = fingerprints_json(versions);
+  RunJournal journal(output.out, identity);
   RunConfig resumable = config;
   if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
   WorstFrames worst(preset);

@@ -19,6 +19,8 @@ struct SweepFlags : CommonFlags {
   bool packs_only = false;
   bool no_packs = false;
   bool allow_mixed = false;
+  bool force = false;
+  bool reuse_stale = false;
 };
 
 std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
@@ -42,6 +44,8 @@ void run_sweep(const SweepFlags& flags) {
   config.cache = cache_of(flags.cache);
   config.use_packs = !flags.no_packs;
   config.allow_mixed = flags.allow_mixed;
+  config.force = flags.force;
+  config.reuse_stale = flags.reuse_stale;
   std::tie(config.shard, config.n_shards) = parse_shard(flags.shard);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
@@ -108,7 +112,8 @@ void run_merge(const MergeFlags& flags) {
 
 }  // namespace
 
-void sweep_and_print(const SweepConfig& config, bool json) {
+void sweep_and_print(SweepConfig config, bool json) {
+  config.tell = [](const std::string& line) { tell("note", line); };
   const SweepOutcome outcome = sweep(config);
   if (!config.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
@@ -116,6 +121,7 @@ void sweep_and_print(const SweepConfig& config, bool json) {
     fmt::print("{}", json_text(Json{{"out", config.out.string()},
                                     {"cases", outcome.n_cases},
                                     {"cases_before", outcome.n_before},
+                                    {"cases_stale", outcome.n_stale},
                                     {"records", outcome.n_records},
                                     {"problems", outcome.problems},
                                     {"wall_time_s", outcome.wall_time_s}}));
@@ -142,6 +148,9 @@ void add_sweep_command(CLI::App& app) {
   add_cache_flag(*command, flags->cache);
   command->add_flag("--allow-mixed", flags->allow_mixed,
                     "Go on with what another version of Sextant began; run.json names both");
+  command->add_flag("--reuse-stale", flags->reuse_stale,
+                    "Keep finished cases of another version of an external or Python estimator, instead of running them again");
+  command->add_flag("--force", flags->force, "Start over: first remove the sweep that --out holds");
   command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
@@ -163,7 +172,7 @@ void add_merge_command(CLI::App& app) {
   add_value(*command, "dir", flags->folders, "DIR", "Folders of finished shards")->required();
   add_value(*command, "--out", flags->out, "DIR", "Folder for the results")->required();
   command->add_flag("--allow-mixed", flags->allow_mixed,
-                    "Join shards of different versions of Sextant; run.json names them");
+                    "Join shards of different versions of Sextant or of an estimator; run.json names them");
   command->add_flag("--quiet", flags->quiet, "No summary");
   command->footer("Example:\n  sextant merge part1 part2 part3 part4 --out out");
   command->callback([flags] { run_merge(*flags); });

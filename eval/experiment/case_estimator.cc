@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
+#include "sextant/base/file_hash.h"
+#include "sextant/base/files.h"
 #include "sextant/base/registry.h"
 
 namespace sextant {
@@ -38,8 +40,8 @@ class PipelineSolver final : public PairSolver {
 /// An Estimator of single bodies inside the pipeline.
 class PipelineEstimator final : public CaseEstimator {
  public:
-  PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator)
-      : name_(std::move(name)), estimator_(std::move(estimator)) {}
+  PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator, std::optional<Fingerprint> fingerprint)
+      : name_(std::move(name)), estimator_(std::move(estimator)), fingerprint_(std::move(fingerprint)) {}
   std::vector<NamedSolver> begin(const CaseContext& context) const override {
     std::vector<NamedSolver> alone;
     alone.push_back({"", std::make_unique<PipelineSolver>(context.pipeline, estimator_)});
@@ -50,11 +52,20 @@ class PipelineEstimator final : public CaseEstimator {
   bool is_third_party() const override {
     return std::ranges::count(estimators(), name_, &EstimatorEntry::name) == 0;
   }
+  std::optional<Fingerprint> fingerprint() const override { return fingerprint_; }
 
  private:
   std::string name_;
   std::shared_ptr<const Estimator> estimator_;
+  std::optional<Fingerprint> fingerprint_;
 };
+
+/// Of an estimator that the program itself has added: the program's file.
+std::optional<Fingerprint> fingerprint_of_added(const std::string& name) {
+  if (std::ranges::count(additions().estimators, name, &EstimatorEntry::name) == 0) return std::nullopt;
+  static const std::string program = file_sha256(fs::canonical("/proc/self/exe"));
+  return Fingerprint{.parts = {{"program", program}}, .not_seen = {}};
+}
 
 std::string found_file(const std::string& path, const fs::path& beside) {
   std::error_code ignored;
@@ -78,13 +89,16 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
     fail("unknown estimator '{}': expected a name, or {}", name, examples);
   }
   const std::vector<EstimatorEntry> known = all_estimators();
-  return pipeline_case_estimator(
-      name, find_entry(std::span<const EstimatorEntry>(known), name, "estimator").make(options));
+  auto estimator = find_entry(std::span<const EstimatorEntry>(known), name, "estimator").make(options);
+  return pipeline_case_estimator(name, std::move(estimator), fingerprint_of_added(name));
 }
 
+bool is_of_a_kind(const std::string& name) { return name.find(':') != std::string::npos; }
+
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
-                                                             std::shared_ptr<const Estimator> estimator) {
-  return std::make_shared<PipelineEstimator>(std::move(name), std::move(estimator));
+                                                             std::shared_ptr<const Estimator> estimator,
+                                                             std::optional<Fingerprint> fingerprint) {
+  return std::make_shared<PipelineEstimator>(std::move(name), std::move(estimator), std::move(fingerprint));
 }
 
 std::vector<EstimatorEntry> all_estimators() {

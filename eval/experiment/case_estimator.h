@@ -11,12 +11,14 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/registry.h"
+#include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
 
@@ -64,7 +66,13 @@ class CaseEstimator {
   /// Its results are checked for other conventions than the declared ones (case_diagnosis.h). False for entries of
   /// estimators().
   virtual bool is_third_party() const { return true; }
+  /// Of an estimator that is no part of Sextant, as it is now; nothing for Sextant's own, which its version identifies.
+  /// May read files. Throws Error.
+  virtual std::optional<Fingerprint> fingerprint() const { return std::nullopt; }
 };
+
+/// Whether a name is that of a kind, PREFIX:REST. Its options are part of its fingerprint.
+bool is_of_a_kind(const std::string& name);
 
 /// Throws Error on an unknown name (with the nearest one) or option. A file named after a prefix is looked up
 /// in the working folder, then in `beside`.
@@ -74,7 +82,8 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
 
 /// `estimator`, of single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
-                                                             std::shared_ptr<const Estimator> estimator);
+                                                             std::shared_ptr<const Estimator> estimator,
+                                                             std::optional<Fingerprint> fingerprint = {});
 
 /// estimators(), then those added.
 std::vector<EstimatorEntry> all_estimators();

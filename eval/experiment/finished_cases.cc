@@ -31,11 +31,13 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
 
 }  // namespace
 
-FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner)
+FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, bool of_any)
     : folder_(folder / folder_name / owner.substr(0, owner_digits)) {
-  for (const fs::path& file : files_in(folder_)) {
+  for (const fs::path& file : files_in(of_any ? folder_.parent_path() : folder_)) {
     try {
-      for (const uint64_t number : read_numbers(file)) mark(number);
+      const std::vector<uint64_t> numbers = read_numbers(file);
+      if (std::ranges::any_of(numbers, [this](uint64_t number) { return contains(number); })) continue;
+      for (const uint64_t number : numbers) mark(number);
       files_.push_back(file);
     } catch (const Error&) {
       continue;  // damaged: its cases are done again
@@ -58,8 +60,8 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
   make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
-  const fs::path file =
-      folder_ / fmt::format("{:06}.bin", files_.empty() ? 1 : std::stoi(files_.back().stem()) + 1);
+  const std::vector<fs::path> own = files_in(folder_);
+  const fs::path file = folder_ / fmt::format("{:06}.bin", own.empty() ? 1 : std::stoi(own.back().stem()) + 1);
   const fs::path temporary = folder_ / "next.tmp";
   fs::remove(temporary, error);  // of a process that was killed
   try {
@@ -82,6 +84,15 @@ uint64_t FinishedCases::count(const fs::path& folder) {
   uint64_t n = 0;
   for (const fs::path& file : files_in(folder / folder_name)) n += SummaryReader(file).n_cases();
   return n;
+}
+
+void FinishedCases::remove_others() const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_.parent_path(), error)) {
+    if (entry.path().filename() == folder_.filename()) continue;
+    std::error_code ignored;
+    fs::remove_all(entry.path(), ignored);
+  }
 }
 
 void FinishedCases::remove(const fs::path& folder) {

@@ -20,8 +20,8 @@ namespace sextant {
 
 class FinishedCases {
  public:
-  /// Finds those of `owner`; nothing is changed.
-  FinishedCases(const std::filesystem::path& folder, const std::string& owner);
+  /// Finds those of `owner`, or of any owner; nothing is changed.
+  FinishedCases(const std::filesystem::path& folder, const std::string& owner, bool of_any = false);
 
   bool contains(uint64_t number) const { return number < is_there_.size() && is_there_[number]; }
   uint64_t n_cases() const { return n_cases_; }
@@ -35,6 +35,8 @@ class FinishedCases {
   static uint64_t count(const std::filesystem::path& folder);
   /// All of a folder's.
   static void remove(const std::filesystem::path& folder);
+  /// Those of other owners.
+  void remove_others() const;
 
  private:
   void mark(uint64_t number);

@@ -10,7 +10,9 @@
 #include "sextant/base/progress.h"
 #include "sextant/base/safe_paths.h"
 #include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/records/run_json.h"
 
 namespace sextant {
 namespace {
@@ -172,6 +174,12 @@ Json resolved_configuration(const RunConfig& config) {
   return json;
 }
 
+Fingerprints run_fingerprints(const RunConfig& config) {
+  if (!config.rescore) return present_fingerprints(plan_of(config));
+  const fs::path folder = config.folder.parent_path();
+  return fingerprints_in(read_run_json(folder), (folder / "run.json").string());
+}
+
 RunResult run(const RunConfig& config) {
   const Clock::time_point start = Clock::now();
   if (config.sources.empty()) fail("no source given: expected at least one ADAPTER:PATH");
@@ -184,7 +192,8 @@ RunResult run(const RunConfig& config) {
   }
   check_distinct(sequences, plan.sources);
 
-  RunResult result{.configuration = resolved_configuration(config), .jobs = config.jobs};
+  RunResult result{
+      .configuration = resolved_configuration(config), .fingerprints = run_fingerprints(config), .jobs = config.jobs};
   for (size_t i = 0; i < sequences.size(); ++i) {
     result.sources.push_back(run_source(config, plan, i, *sequences[i], result.records));
     sequences[i].reset();

@@ -14,6 +14,7 @@
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run_journal.h"
+#include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
@@ -54,6 +55,9 @@ void follow_procedure(const std::string& name, bool with_noise, RunConfig& confi
 /// equal data give equal records.
 Json resolved_configuration(const RunConfig& config);
 
+/// Of its estimator, where that is no part of Sextant: as it is now, or, where it is scored again, as it ran. Throws Error.
+Fingerprints run_fingerprints(const RunConfig& config);
+
 struct SourceRun {
   std::string source;  ///< as given
   SequenceInfo info;
@@ -69,6 +73,7 @@ struct RunResult {
   std::vector<Record> records;  ///< by source, seed, frame, ego first, then objects by id
   std::vector<SourceRun> sources;
   Json configuration;  ///< resolved_configuration()
+  Fingerprints fingerprints;  ///< run_fingerprints(), before the first case
   double wall_time_s = 0;
   int jobs = 1;
 };

@@ -5,7 +5,7 @@
 //
 //   DIR/unfinished.jsonl   a block per source that is done (records/journal.h); gone when the results are there
 //
-// A block counts for the same program and configuration only, and while every file that the source read is as it was.
+// A block counts for the same program, configuration and estimator only, and while every file that the source read is as it was.
 
 #include <map>
 #include <optional>
@@ -27,7 +27,7 @@ bool same_inputs(const Json& inputs);
 
 class RunJournal {
  public:
-  /// Of the run of `configuration` (resolved_configuration()) into `folder`, which is made with the first block.
+  /// Of the run of `configuration` (resolved_configuration(), and what fingerprints its estimator has) into `folder`, which is made with the first block.
   RunJournal(std::filesystem::path folder, const Json& configuration);
 
   /// Nothing where the source is not done, or would not give the same any more.

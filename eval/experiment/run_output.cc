@@ -71,6 +71,7 @@ OutputFiles run_files(const RunResult& result) {
 Json run_provenance(const RunResult& result) {
   Json json = build_provenance();
   json["configuration"] = result.configuration;
+  if (!result.fingerprints.empty()) json[fingerprints_key] = fingerprints_json(result.fingerprints);
   json["jobs"] = result.jobs;
   json["wall_time_s"] = result.wall_time_s;
   json["records"] = result.records.size();

@@ -11,6 +11,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/run_journal.h"
@@ -164,7 +165,7 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
 }
 
 /// Writes results and run.json of cases that are all there; returns how many records they were.
-uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& programs, uint64_t n_cases,
+uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& claimed, uint64_t n_cases,
                        MergedCases cases) {
   OutputFolder files(config.out);
   CaseResultWriter results(files, config.plan.json(), n_cases);
@@ -175,7 +176,8 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   for (const ExactNoises& noise : cases.noises()) results.add_noise(noise);
   results.close();
   Json provenance = sweep_provenance(config, runner, results);
-  provenance["programs"] = programs;
+  provenance["programs"] = claimed["programs"];
+  if (claimed.contains(fingerprints_key)) provenance[fingerprints_key] = claimed[fingerprints_key];
   provenance["records"] = results.n_records();
   write_file(files.path("run.json"), json_text(provenance));
   std::vector<std::string> names = {"run.json"};
@@ -184,39 +186,145 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   return results.n_records();
 }
 
+/// Stale cases by their estimator, for whoever is to be told.
+class StaleCases {
+ public:
+  void add(const std::string& label) {
+    ++n_[label];
+    ++total_;
+  }
+  uint64_t total() const { return total_; }
+  void tell(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
+    if (!config.tell) return;
+    for (const auto& [label, n] : n_)
+      config.tell(fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
+  }
+
+ private:
+  std::map<std::string, uint64_t> n_;
+  uint64_t total_ = 0;
+};
+constexpr const char* is_kept = "kept, as --reuse-stale says";
+constexpr const char* is_run_again = "run again (--reuse-stale keeps them)";
+
+/// Puts cases of a finished sweep into the journal, and makes the folder that of an unfinished one.
+void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint64_t>& kept, Journal& journal) {
+  if (!kept.empty()) {
+    const auto reader = open_case_results(config.out, config.plan.keep);
+    while (const auto result = reader->next()) {
+      check_interrupt();
+      if (kept.contains(result->number))
+        journal.append(result->number, result->n_records, result->content, result->noise);
+    }
+  }
+  remove_results(config.out);
+  write_file(config.out / "plan.json", json_text(claimed));
+}
+
+/// The versions that made the results, for plan.json and run.json: those of the blocks, and, where cases of unknown versions
+/// were kept, all that are known. An estimator that changed while it ran has both versions.
+Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versions, const Journal& journal,
+                           const FinishedCases& finished) {
+  Fingerprints used;
+  for (const auto& [number, block] : journal.blocks()) versions.add_used(number, block.version, used);
+  for (const auto& [label, now] : versions.now()) {
+    std::vector<Fingerprint>& made = used[label];
+    const auto known = versions.known().find(label);
+    if (finished.n_cases() > 0 || made.empty()) add_version(now.front(), made);
+    if (finished.n_cases() > 0 && config.reuse_stale && known != versions.known().end()) {
+      for (const Fingerprint& version : known->second) add_version(version, made);
+    }
+  }
+  if (!config.rescored.empty()) return used;
+  Fingerprints at_the_end;
+  try {
+    at_the_end = present_fingerprints(config.plan);
+  } catch (const Error& error) {  // hours of results do not hang on a file that is gone
+    if (config.tell) config.tell(fmt::format("{}: what ran cannot be read any more: {}", config.out.string(), error.what()));
+    for (const auto& [label, ignored] : versions.now()) at_the_end[label] = {Fingerprint{}};
+  }
+  for (const auto& [label, after] : at_the_end) {
+    const Fingerprint& before = versions.now().at(label).front();
+    if (after.front() == before) continue;
+    add_version(after.front(), used[label]);
+    if (config.tell) {
+      config.tell(fmt::format("{}: '{}' changed while it ran ({}): give the same command again", config.out.string(), label,
+                              difference(before, after.front())));
+    }
+  }
+  return used;
+}
+
 }  // namespace
 
 SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
   const FolderLock lock(config.out);
   const PlanRunner runner(config, numbers, /*with_packs=*/true);
-  const Json plan = {{"plan", config.plan.json()},
-                     {"shard", {config.shard % config.n_shards, config.n_shards}},
-                     {"data", runner.data_json()},
-                     {"programs", {program_identity()}}};
-  const Json claimed = claim_folder(config.out, plan, config.replace, config.allow_mixed);
+  const Fingerprints now =
+      config.rescored.empty() ? present_fingerprints(config.plan) : rescored_fingerprints(config.plan, config.rescored);
+  Json plan = {{"plan", config.plan.json()},
+               {"shard", {config.shard % config.n_shards, config.n_shards}},
+               {"data", runner.data_json()},
+               {"programs", {program_identity()}}};
+  const std::string name = sha256(
+      json_line({{"plan", plan_key(plan["plan"])}, {"shard", plan["shard"]}, {"data", plan["data"]}}));
+  if (!now.empty()) plan[fingerprints_key] = fingerprints_json(now);
+  if (config.tell && !config.quiet) {
+    for (const auto& [label, version] : now) {
+      for (const std::string& what : version.front().not_seen)
+        config.tell(fmt::format("'{}': changes are not noticed of {}", label, what));
+    }
+  }
+  if (config.force) remove_sweep(config.out);
+  Json claimed = claim_folder(config.out, plan, config.replace, config.allow_mixed);
+  const CaseVersions versions(config.plan, name, now,
+                              fingerprints_in(claimed, (config.out / "plan.json").string()));
   SweepOutcome outcome;
   outcome.n_cases = numbers.size();
   const fs::path journal_path = config.out / "journal.jsonl";
-  if (is_finished_sweep(config.out)) {  // before
+  const bool was_finished = is_finished_sweep(config.out);
+  std::set<uint64_t> kept;  // of a finished sweep that goes on
+  if (was_finished) {
     FinishedCases::remove(config.out);  // where it was killed at its very end
-    outcome.n_before = numbers.size();
-    outcome.n_records = json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
-    return outcome;
+    StaleCases stale;
+    for (const uint64_t number : numbers) {
+      if (versions.is_stale(number)) stale.add(versions.label(number));
+      else kept.insert(number);
+    }
+    outcome.n_stale = stale.total();
+    if (stale.total() == 0 || config.reuse_stale) {
+      stale.tell(config, versions, is_kept);
+      outcome.n_before = numbers.size();
+      outcome.n_records = json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
+      return outcome;
+    }
+    const bool is_summary = config.plan.keep == KeepOfCases::summary;
+    if (is_summary) kept.clear();
+    stale.tell(config, versions, is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
+    claimed = kept.empty() ? plan : join_claim(config.out, claimed, plan, config.allow_mixed);
   }
   {
-    Json owner = plan;
-    owner.erase("programs");
-    const std::string owner_id = sha256(json_line(owner));
-    FinishedCases finished(config.out, owner_id);
-    Journal journal(journal_path, owner_id, [&](uint64_t number, std::string_view content) {
+    FinishedCases finished(config.out, versions.owner_of_all(), config.reuse_stale);
+    const auto owners = [&](uint64_t number) { return versions.owners(number); };
+    Journal journal(journal_path, owners, [&](uint64_t number, std::string_view content) {
       return std::ranges::binary_search(numbers, number) && !finished.contains(number) &&
              runner.has_left(config.plan.at(number), content);
     });
     remove_temporaries(config.out);
+    if (was_finished) reopen(config, claimed, kept, journal);
+    if (!config.reuse_stale) finished.remove_others();
     std::vector<uint64_t> open;
-    std::ranges::copy_if(numbers, std::back_inserter(open),
-                         [&](uint64_t n) { return !journal.blocks().contains(n) && !finished.contains(n); });
+    StaleCases stale;
+    for (const uint64_t number : numbers) {
+      const auto block = journal.blocks().find(number);
+      const bool is_stale = block != journal.blocks().end() && block->second.version > 0;
+      if (is_stale) stale.add(versions.label(number));
+      const bool is_done = block != journal.blocks().end() && (!is_stale || config.reuse_stale);
+      if (!is_done && !finished.contains(number)) open.push_back(number);
+    }
+    stale.tell(config, versions, config.reuse_stale ? is_kept : is_run_again);
+    outcome.n_stale += stale.total();
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();
     std::vector<std::vector<std::string>> problems(open.size());
@@ -243,10 +351,12 @@ SweepOutcome sweep(const SweepConfig& config) {
     outcome.wall_time_s = seconds_since(start);
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
+    const Json before = claimed;
+    if (!now.empty()) claimed[fingerprints_key] = fingerprints_json(used_versions(config, versions, journal, finished));
     auto readers = finished.readers();
     readers.push_back(open_journal(journal, config.plan.keep, noise));
-    outcome.n_records =
-        write_results(config, runner, claimed["programs"], numbers.size(), MergedCases(std::move(readers)));
+    outcome.n_records = write_results(config, runner, claimed, numbers.size(), MergedCases(std::move(readers)));
+    if (claimed != before) write_file(config.out / "plan.json", json_text(claimed));
   }
   fs::remove(journal_path);
   FinishedCases::remove(config.out);

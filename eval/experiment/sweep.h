@@ -2,7 +2,8 @@
 
 // Runs the cases of a plan from packs into a folder that can be resumed at any case:
 //
-//   plan.json      the plan with every default spelled out, the shard, and the content of its packs
+//   plan.json      the plan with every default spelled out, the shard, the content of its packs, and the fingerprints of
+//                  estimators that are no part of Sextant (records/fingerprint.h)
 //   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records, or
 //                  {"case","bytes","sha256"} and the summary. A block that was cut off (kill -9, full disk) is
 //                  dropped on resuming, and its case done again
@@ -12,13 +13,15 @@
 //                  what was added (as in the journal)
 //   summary.bin    with "keep": "summary" instead of these two (records/summary_file.h)
 //   external/      what external estimators leave, a folder per case
-//   run.json       provenance and, per source and level, the noise that was asked for and achieved in the
+//   run.json       provenance, fingerprints and, per source and level, the noise that was asked for and achieved in the
 //                  cases of the folder
 //
 // The bytes of records.jsonl (times apart) and of summary.bin do not depend on jobs, interruptions or shards: shard I of N takes
 // its cases_of_shard() (0..N-1 and 1..N both name all shards), and merge_sweeps() puts them back in order.
 
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "sextant/eval/experiment/pack_cache.h"
@@ -41,18 +44,25 @@ struct SweepConfig {
   bool allow_mixed = false;  ///< resumes what another version of the program began; run.json names both
   uint64_t journal_bytes = uint64_t{32} << 20U;  ///< of summaries, before they are moved out of it
   bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
+  bool force = false;    ///< starts over: whatever sweep the folder holds is removed first
+  /// Finished cases of another version of an estimator (case_versions.h) are kept, not run again.
+  bool reuse_stale = false;
+  /// Takes a line about stale cases, which the user is to see also when `quiet`; may be empty.
+  std::function<void(const std::string& line)> tell;
 };
 
 struct SweepOutcome {
   uint64_t n_cases = 0;   ///< of this shard
   uint64_t n_before = 0;  ///< of them, done by an earlier run
+  uint64_t n_stale = 0;   ///< finished before by another version of an estimator: run again, or kept with reuse_stale
   uint64_t n_records = 0;
   double wall_time_s = 0;             ///< of the cases done now, packs apart
   std::vector<std::string> problems;  ///< of the estimators in the cases done now, in order of case
 };
 
 /// Throws Error when the folder holds another plan, shard or data, is in use, or cannot be written (what is
-/// done stays); Interrupted on Ctrl-C (resumable).
+/// done stays); Interrupted on Ctrl-C (resumable). Finished cases whose estimator has another fingerprint now are run again;
+/// summaries of a finished sweep cannot be taken apart, so that all its cases are.
 SweepOutcome sweep(const SweepConfig& config);
 
 struct SweepSize {
@@ -65,8 +75,8 @@ SweepSize size_of_sweep(const SweepConfig& config);
 /// Makes the packs that the cases of sweep() run from, and nothing else.
 void make_packs(const SweepConfig& config);
 
-/// Joins the finished shards of one plan. Throws Error when plans or data differ, or versions of the program unless
-/// `allow_mixed`; when a case is missing or there twice. The shards are read along, not held: memory grows with the number
+/// Joins the finished shards of one plan. Throws Error when plans or data differ, or versions of the program or of an
+/// estimator unless `allow_mixed`; when a case is missing or there twice. The shards are read along, not held: memory grows with the number
 /// of cases only. run.json has the provenance of every shard.
 SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                           bool allow_mixed = false, bool quiet = true);

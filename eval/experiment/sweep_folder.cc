@@ -4,11 +4,13 @@
 #include <map>
 
 #include "sextant/base/error.h"
+#include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/experiment/case_results.h"
+#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/run_json.h"
@@ -16,6 +18,8 @@
 
 namespace sextant {
 namespace {
+
+constexpr const char* journal_name = "journal.jsonl";
 
 /// "0.1.0 (commit abc)".
 std::string program_text(const Json& programs) {
@@ -74,30 +78,58 @@ Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
   }
-  Json present = read_plan_file(folder);
+  const Json present = read_plan_file(folder);
   for (const auto& [key, what] : {std::pair{"plan", "another plan"}, std::pair{"shard", "another shard"},
                                   std::pair{"data", "data that have changed since"}}) {
-    if (present[key] == wanted[key]) continue;
+    if (plan_key(present[key]) == plan_key(wanted[key])) continue;
     if (!replace) {
-      fail("{}: holds a sweep of {}; choose another folder, or remove it", folder.string(), what);
+      fail("{}: holds a sweep of {}; choose another folder, or pass --force to start over", folder.string(), what);
     }
-    for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json", "journal.jsonl"})
-      fs::remove(folder / file);
+    remove_results(folder);
+    fs::remove(folder / journal_name);
     FinishedCases::remove(folder);
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
   }
+  return is_finished_sweep(folder) ? present : join_claim(folder, present, wanted, allow_mixed);
+}
+
+Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool allow_mixed) {
+  const Json before = present;
   const Json program = wanted["programs"].front();
   Json programs = present.value("programs", Json::array());
-  if (is_finished_sweep(folder) || std::ranges::find(programs, program) != programs.end()) return present;
-  if (!allow_mixed) {
-    fail("{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass --allow-mixed",
-         folder.string(), program_text(programs), program_text(wanted["programs"]));
+  if (std::ranges::find(programs, program) == programs.end()) {
+    if (!allow_mixed) {
+      fail("{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass --allow-mixed "
+           "or --force",
+           folder.string(), program_text(programs), program_text(wanted["programs"]));
+    }
+    programs.push_back(program);
+    present["programs"] = std::move(programs);
   }
-  programs.push_back(program);
-  present["programs"] = std::move(programs);
-  write_file(folder / "plan.json", json_text(present));
+  present["plan"] = wanted["plan"];
+  Fingerprints versions = fingerprints_in(wanted, "plan.json");
+  for (const auto& [label, known] : fingerprints_in(before, (folder / "plan.json").string())) {
+    for (const Fingerprint& version : known) add_version(version, versions[label]);
+  }
+  if (!versions.empty()) present[fingerprints_key] = fingerprints_json(versions);
+  if (present != before) write_file(folder / "plan.json", json_text(present));
   return present;
+}
+
+void remove_results(const fs::path& folder) {
+  for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json"}) fs::remove(folder / file);
+}
+
+void remove_sweep(const fs::path& folder) {
+  if (!fs::exists(folder / "plan.json")) return;
+  read_plan_file(folder);  // of a sweep, not of somebody else
+  remove_results(folder);
+  FinishedCases::remove(folder);
+  fs::remove_all(folder / "external");
+  fs::remove(folder / "plan.json");
+  fs::remove(folder / journal_name);
+  sync_folder(folder);
 }
 
 void remove_temporaries(const fs::path& folder) {
@@ -123,6 +155,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   std::map<uint64_t, std::string> folder_of;      // by number of the shard
   std::map<std::string, std::string> first_with;  // by source: the folder that names its data first
   std::map<std::string, Json> sources;            // of run.json, by source
+  Fingerprints versions;                          // of estimators, by label
   for (const fs::path& folder : folders) {
     const Json of_folder = read_plan_file(folder);
     if (plan.is_null()) {
@@ -130,7 +163,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       plan["data"] = Json::object();
       plan["programs"] = Json::array();
     }
-    if (of_folder["plan"] != plan["plan"])
+    if (plan_key(of_folder["plan"]) != plan_key(plan["plan"]))
       fail("{}: holds another plan than {}", folder.string(), folders.front().string());
     const ShardNumber shard = shard_number(of_folder, (folder / "plan.json").string());
     if (n_shards == 0) n_shards = shard.n_shards;
@@ -155,6 +188,14 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       if (programs.size() > 1 && !allow_mixed) {
         fail("{}: was made by Sextant {}, {} by {}; sweep again with one version, or pass --allow-mixed",
              folder.string(), program_text(Json::array({program})), folders.front().string(), program_text(programs));
+      }
+    }
+    for (const auto& [label, of_shard] : fingerprints_in(of_folder, (folder / "plan.json").string())) {
+      std::vector<Fingerprint>& known = versions[label];
+      for (const Fingerprint& version : of_shard) add_version(version, known);
+      if (known.size() > 1 && !allow_mixed) {
+        fail("{}: another version of '{}' ran there than in {} ({}); sweep again with one version, or pass --allow-mixed",
+             folder.string(), label, folders.front().string(), difference(known[0], known[1]));
       }
     }
     const Json run = read_run_json(folder);
@@ -203,6 +244,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   provenance["noise"] = results.noise();
   provenance["records"] = outcome.n_records;
   provenance["programs"] = plan["programs"];
+  if (!versions.empty()) provenance[fingerprints_key] = plan[fingerprints_key] = fingerprints_json(versions);
   provenance["sources"] = Json::array();
   for (const Json& source : plan["plan"]["sources"]) {
     const auto of_run = sources.find(source.value("source", ""));

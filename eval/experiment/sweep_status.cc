@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/summary_file.h"
@@ -118,7 +119,7 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
       of_plan = shard;
       status.n_cases = planned_cases(plan, file.string());
     }
-    if (json["plan"] != plan) fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
+    if (plan_key(json["plan"]) != plan_key(plan)) fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
     if (!begun.emplace(number, shard).second)
       fail("{}: shard {} is in {} too", shard.string(), number, begun.at(number).string());
   }

@@ -9,6 +9,14 @@
 #include "sextant/datasets/layout.h"
 
 namespace sextant {
+
+const char* read_value(const Json& value, FilePatterns& field) {
+  const auto is_pattern = [](const Json& entry) { return entry.is_string() && !entry.get<std::string>().empty(); };
+  if (!value.is_array() || !std::ranges::all_of(value, is_pattern)) return "a list of names of files";
+  field.assign(value.begin(), value.end());
+  return nullptr;
+}
+
 const Placeholders& any_placeholders() {
   static const Placeholders any = [] {
     Placeholders p;

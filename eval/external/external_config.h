@@ -80,6 +80,13 @@ struct ExternalTimes {
       (TimeUnit, unit, TimeUnit::ms, "", "of these times"))
 };
 
+/// Patterns of file names: * and ? stand for any text and any character of a name, ** for any number of folders.
+struct FilePatterns : std::vector<std::string> {
+  using std::vector<std::string>::vector;
+};
+/// As that of base/json.h, a list of texts.
+const char* read_value(const Json& value, FilePatterns& field);
+
 enum class LastFlow { none, zero };
 constexpr Names<2> names_of(LastFlow) { return {"none", "zero"}; }
 /// What stays of a case: its logs, its output too, its input too.
@@ -102,6 +109,7 @@ struct ExternalConfig {
   ExternalResultSet set;  ///< used without `results`
   std::map<std::string, ExternalResultSet> results;
   ExternalTimes times;
+  FilePatterns depends = {"**"};
 
   template <typename V>
   void visit(V& v) {
@@ -123,6 +131,9 @@ struct ExternalConfig {
     v("results", results, "",
       "several results of one run, by name, instead of camera and objects; records call them NAME.RESULT");
     v("times", times, "", "its own time per frame");
+    v("depends", depends, "",
+      "files that decide what it does, relative to CONFIG: with other content finished cases are run again; "
+      "[\"**\"]: those beside CONFIG and in folders there (program_fingerprint.h)");
   }
   void check() const;
 };

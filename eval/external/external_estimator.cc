@@ -15,6 +15,7 @@
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/noisy_sequence.h"
 #include "sextant/eval/external/process.h"
+#include "sextant/eval/external/program_fingerprint.h"
 #include "sextant/geometry/object_motion.h"
 
 namespace sextant {
@@ -222,8 +223,8 @@ std::string log_text(const ProcessRequest& request, const ProcessOutcome& outcom
 class ExternalEstimator final : public CaseEstimator {
  public:
   /// `is_run`: it is to be started, rather than that what it left is scored again.
-  ExternalEstimator(ExternalConfig config, fs::path config_folder, bool is_run)
-      : config_(std::move(config)), config_folder_(std::move(config_folder)) {
+  ExternalEstimator(ExternalConfig config, fs::path config_file, bool is_run)
+      : config_(std::move(config)), config_file_(std::move(config_file)), config_folder_(config_file_.parent_path()) {
     if (config_.settings.empty() || !is_run) return;
     template_ = config_folder_ / config_.settings;
     fill_template(any_placeholders());  // here rather than in the first case
@@ -261,6 +262,7 @@ class ExternalEstimator final : public CaseEstimator {
 
   Json options() const override { return write_options(config_); }
   std::string label() const override { return config_.name; }
+  std::optional<Fingerprint> fingerprint() const override { return program_fingerprint(config_, config_file_); }
 
  private:
   static constexpr FileKind template_file = {"a template of settings", 1'000'000};
@@ -321,7 +323,7 @@ class ExternalEstimator final : public CaseEstimator {
   }
 
   ExternalConfig config_;
-  fs::path config_folder_;
+  fs::path config_file_, config_folder_;
   fs::path template_;  ///< of settings; empty: none
 };
 
@@ -331,7 +333,7 @@ std::shared_ptr<const CaseEstimator> open_external_estimator(const std::string& 
                                                              const Json& overrides) {
   const bool is_run = !overrides.is_object() || !overrides.contains(recorded_options);
   return std::make_shared<ExternalEstimator>(read_external_config(config, overrides),
-                                             fs::absolute(config).lexically_normal().parent_path(), is_run);
+                                             fs::absolute(config).lexically_normal(), is_run);
 }
 
 void add_external_estimators() {

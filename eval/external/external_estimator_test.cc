@@ -340,14 +340,6 @@ TEST_F(ExternalSweepTest, BytesDoNotDependOnJobs) {
   EXPECT_EQ(untimed_bytes("a"), untimed_bytes("b"));
 }
 
-TEST_F(ExternalSweepTest, AnotherConfigurationIsAnotherSweep) {
-  write_camera();
-  sweep(sweep_config("a", config("cp $(dirname $0)/camera.txt $output")));
-  EXPECT_EQ(sweep(sweep_config("a", config("cp $(dirname $0)/camera.txt $output"))).n_before, 12U);
-  const std::string other = config("exit 1", {{"time_limit_s", 5}});
-  expect_error([&] { sweep(sweep_config("a", other)); }, "another plan");
-}
-
 TEST_F(ExternalSweepTest, ConfigurationsLieBesideThePlan) {
   config("exit 0");
   EXPECT_EQ(sweep_config("a", "external:program.json").plan.estimators.front().label, "program");

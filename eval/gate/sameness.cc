@@ -6,10 +6,13 @@
 #include <functional>
 #include <map>
 
+#include "sextant/eval/records/fingerprint.h"
+
 namespace sextant {
 namespace {
 
 constexpr const char* absent = "(not recorded)";
+constexpr size_t shown_digits = 12;  ///< of the SHA-256 of a part of a program
 
 /// Leaves of a tree by dotted path, as text. An empty object or list is a leaf.
 using Leaves = std::map<std::string, std::string>;
@@ -86,6 +89,30 @@ Leaves definitions_of(const Json& run) {
   return leaves_below(run, {"schema", "metric_definitions", "metric_presets", "preset"});
 }
 
+/// The parts of every version of the estimators that are no part of Sextant.
+Leaves programs_of(const RunFolder& run) {
+  Leaves leaves;
+  for (const auto& [label, versions] : fingerprints_in(run.provenance, run.path + "/run.json")) {
+    for (size_t i = 0; i < versions.size(); ++i) {
+      const std::string name = versions.size() == 1 ? label : fmt::format("{} (version {} of {})", label, i + 1, versions.size());
+      for (const auto& [part, content] : versions[i].parts) leaves[name + ": " + part] = content.substr(0, shown_digits);
+    }
+  }
+  return leaves;
+}
+
+/// A note of each estimator of which both sides ran one and the same version.
+void tell_same_programs(const RunFolder& base, const RunFolder& fresh, std::vector<Mismatch>& findings) {
+  const Fingerprints a = fingerprints_in(base.provenance, base.path + "/run.json");
+  const Fingerprints b = fingerprints_in(fresh.provenance, fresh.path + "/run.json");
+  for (const auto& [label, versions] : a) {
+    const auto other = b.find(label);
+    if (other == b.end() || other->second != versions || versions.size() != 1) continue;
+    const std::string digits = versions.front().sha256().substr(0, shown_digits);
+    findings.push_back(mismatch(Strictness::note, "same program", label, digits, digits));
+  }
+}
+
 Leaves build_of(const Json& run) {
   return leaves_below(run, {"version", "git_commit", "compiler", "flags", "packages"});
 }
@@ -155,6 +182,9 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
           leaves_of(b.value("machine", Json()), ""), findings);
   compare("build", Strictness::note, build_of(a), build_of(b), findings);
+  if (base.provenance.is_null() || fresh.provenance.is_null()) return;
+  compare("program", Strictness::note, programs_of(base), programs_of(fresh), findings);
+  tell_same_programs(base, fresh, findings);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace sextant {
 
 /// One thing that differs.
 struct Mismatch {
-  std::string what;  ///< key of SamenessPolicy, "input", or "build" (always a note)
+  std::string what;  ///< key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
   std::string subject;
   std::string base;
   std::string fresh;  ///< in NEW

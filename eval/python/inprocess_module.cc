@@ -14,6 +14,7 @@
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/python/array_arguments.h"
+#include "sextant/eval/records/run_json.h"
 #include "sextant/eval/report/run_summary.h"
 
 namespace py = pybind11;
@@ -34,6 +35,7 @@ Function held(py::object function) {
 struct PythonFunction {
   Function call;
   Json options;
+  Fingerprint fingerprint;
   bool chooses_points = false;
 };
 
@@ -123,7 +125,20 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   if (found == functions().end()) fail("estimator 'python:{}': no function of that name was given", name);
   PythonFunction function = found->second;
   if (!options.empty()) fail("estimator 'python:{}': takes no options: bind them to the function", name);
-  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)));
+  Fingerprint fingerprint = function.fingerprint;
+  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)), std::move(fingerprint));
+}
+
+/// Throws Error where a folder has the results of another version of the function.
+void check_same_version(const std::filesystem::path& folder, const Fingerprints& now) {
+  if (!std::filesystem::exists(folder / "run.json")) return;
+  const Fingerprints before = fingerprints_in(read_run_json(folder), (folder / "run.json").string());
+  for (const auto& [label, versions] : now) {
+    const auto known = before.find(label);
+    if (known == before.end() || known->second == versions) continue;
+    fail("{}: holds the records of another version of '{}' ({}); choose another folder, or pass force=True to replace them",
+         folder.string(), label, difference(known->second.front(), versions.front()));
+  }
 }
 
 /// What `sextant run` takes from its flags.
@@ -142,24 +157,30 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
   config.jobs = jobs;
   config.quiet = quiet;
   config.folder = std::filesystem::path(out) / "external";
+  if (!force) check_same_version(out, run_fingerprints(config));
   const RunResult result =
       run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
   return json_line(summary_json(result.records, find_preset(preset)));
 }
 
 std::string sweep_here(const std::string& plan, const std::string& name, const std::string& data_root,
-                       const std::string& cache, int jobs, const std::string& out, bool quiet) {
+                       const std::string& cache, int jobs, const std::string& out, bool force, bool reuse_stale,
+                       bool quiet) {
   const py::gil_scoped_release others_run;
   SweepConfig config;
   config.plan = parse_plan(plan, name, data_root);
   config.out = out;
   config.cache = cache_of(cache);
   config.jobs = jobs;
+  config.force = force;
+  config.reuse_stale = reuse_stale;
   config.quiet = quiet;
+  config.tell = [](const std::string& line) { tell("note", line); };
   const SweepOutcome outcome = sweep(config);
   return json_line(Json{{"out", out},
                         {"cases", outcome.n_cases},
                         {"cases_before", outcome.n_before},
+                        {"cases_stale", outcome.n_stale},
                         {"records", outcome.n_records},
                         {"problems", outcome.problems},
                         {"wall_time_s", outcome.wall_time_s}});
@@ -174,9 +195,9 @@ PYBIND11_MODULE(_inprocess, inprocess) {
   sextant::add_external_estimators();
   sextant::add_estimator_kind("python", "python:NAME", sextant::open_function);
   inprocess.def("set_function", [](const std::string& name, py::object function, const std::string& options,
-                                   bool chooses_points) {
+                                   const std::string& fingerprint, bool chooses_points) {
     sextant::functions()[name] = {sextant::held(std::move(function)), sextant::parse_json(options, name),
-                                  chooses_points};
+                                  sextant::Fingerprint::from(sextant::parse_json(fingerprint, name), name), chooses_points};
   });
   inprocess.def("forget_function", [](const std::string& name) { sextant::functions().erase(name); });
   inprocess.def("run", sextant::run_here);

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -74,8 +75,8 @@ bool is_finished_sweep(const std::filesystem::path& folder) {
   return has_results(folder) && !std::filesystem::exists(folder / "journal.jsonl");
 }
 
-Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits)
-    : path_(std::move(path)), owner_(std::move(owner)) {
+Journal::Journal(std::filesystem::path path, Owners owners, const Fits& fits)
+    : path_(std::move(path)), owners_(std::move(owners)) {
   // A look at the state of a sweep (sweep_status.h) holds the lock for a moment: try again for half a second.
   std::string holder;
   for (int tries = 0; tries < 5 && !lock_; ++tries) {
@@ -92,9 +93,9 @@ Journal::Journal(std::filesystem::path path, std::string owner, const Fits& fits
 
 Journal::~Journal() { ::close(file_); }
 
-std::string Journal::sum(uint64_t number, const Json& noise, std::string_view content) const {
+std::string Journal::sum(const std::string& owner, uint64_t number, const Json& noise, std::string_view content) {
   const std::string note = noise.is_null() ? "" : json_line(noise) + "\n";
-  return sha256(fmt::format("{}\n{}\n{}{}", owner_, number, note, content));
+  return sha256(fmt::format("{}\n{}\n{}{}", owner, number, note, content));
 }
 
 void Journal::find_blocks(const Fits& fits) {
@@ -107,9 +108,15 @@ void Journal::find_blocks(const Fits& fits) {
     if (!header) break;
     const uint64_t offset = at + line->size();
     const std::optional<std::string> content = read_content(file, *header, size - offset);
-    if (!content || header->sum != sum(header->number, header->noise, *content)) break;
+    if (!content) break;
+    const std::vector<std::string> owners = owners_(header->number);
+    const auto owner = std::ranges::find_if(owners, [&](const std::string& name) {
+      return header->sum == sum(name, header->number, header->noise, *content);
+    });
+    if (owner == owners.end()) break;
     if (fits(header->number, *content))
-      blocks_[header->number] = {header->n_records, header->noise, offset, content->size()};
+      blocks_[header->number] = {header->n_records, header->noise, offset, content->size(),
+                                 static_cast<size_t>(owner - owners.begin())};
     at = offset + content->size() + (header->n_bytes ? 1 : 0);
   }
   end_ = at;
@@ -127,7 +134,7 @@ void Journal::append_bytes(uint64_t number, std::string_view bytes) {
 }
 
 void Journal::append_block(uint64_t number, Json entry, const Block& known, std::string_view content) {
-  entry["sha256"] = sum(number, known.noise, content);
+  entry["sha256"] = sum(owners_(number).front(), number, known.noise, content);
   const std::string header = json_line(entry) + "\n";
   std::string block = header;
   block += content;

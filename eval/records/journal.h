@@ -3,6 +3,9 @@
 // The append-only file of a sweep; see sweep.h. A case is in it as a whole or not at all, and the sum of its
 // block is that of this sweep's case alone: a block of another sweep, or under another number, is none. Every
 // block is durable before the next begins: a power cut costs the last one.
+//
+// A block stands under the name of its owner: the sweep, and with it the version of the estimator that made the case. The
+// owners of a case are all that are known, its present one first; blocks of the others are stale and are found as such.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,6 +15,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "sextant/base/file_lock.h"
 #include "sextant/base/json.h"
@@ -31,15 +36,22 @@ class Journal {
     Json noise;         ///< what was added in the case, NoiseVerification::sums(); null without noise
     size_t offset = 0;  ///< of the content in the file: the records' lines, or a summary's bytes
     size_t bytes = 0;
+    size_t version = 0;  ///< place of its owner among those of the case; 0: not stale
   };
 
   /// Whether this can be the content of the case.
   using Fits = std::function<bool(uint64_t number, std::string_view content)>;
 
-  /// Opens or creates; finds the whole blocks of the sweep `owner` and cuts off what follows the last of
+  /// The owners of a case, of which the first is that of blocks to come; at least one.
+  using Owners = std::function<std::vector<std::string>(uint64_t number)>;
+
+  /// Opens or creates; finds the whole blocks of known owners and cuts off what follows the last of
   /// them. Blocks that do not fit are passed over. Throws Error when another process has it open, or it
   /// cannot be written.
-  Journal(std::filesystem::path path, std::string owner, const Fits& fits);
+  Journal(std::filesystem::path path, Owners owners, const Fits& fits);
+  /// All cases have one owner.
+  Journal(std::filesystem::path path, const std::string& owner, const Fits& fits)
+      : Journal(std::move(path), [owner](uint64_t) { return std::vector{owner}; }, fits) {}
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -59,10 +71,10 @@ class Journal {
  private:
   void find_blocks(const Fits& fits);
   void append_block(uint64_t number, Json header, const Block& block, std::string_view content);
-  std::string sum(uint64_t number, const Json& noise, std::string_view content) const;
+  static std::string sum(const std::string& owner, uint64_t number, const Json& noise, std::string_view content);
 
   std::filesystem::path path_;
-  std::string owner_;
+  Owners owners_;
   std::optional<FileLock> lock_;
   int file_ = -1;
   std::mutex mutex_;

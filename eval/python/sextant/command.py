@@ -64,6 +64,7 @@ class Sweep(_Folder):
     out: pathlib.Path
     cases: int
     cases_before: int  #: of them, done by an earlier call
+    cases_stale: int  #: done before by another version of an estimator: run again, or kept with reuse_stale
     n_records: int
     wall_time_s: float
     problems: typing.List[str]
@@ -195,23 +196,25 @@ def run(sources, *, out, estimator="joint_flow", noise="none", options=None, see
                summary["classification"], warnings)
 
 
-def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, progress=None):
-    """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME."""
+def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None):
+    """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME.
+    Finished cases of a function that has changed since are run again, or kept with `reuse_stale`; `force` starts over."""
     out = _path("out", out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data, cache = _path("data", data or os.environ.get("SEXTANT_DATA", "")), _path("cache", cache or "")
     if estimators:
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
         done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else _path("plan", plan),
-                                                         estimators, out=out, data=data, cache=cache, jobs=jobs,
-                                                         quiet=not progress)
+                                    estimators, out=out, data=data, cache=cache, jobs=jobs, force=bool(force),
+                                    reuse_stale=bool(reuse_stale), quiet=not progress)
         warnings = []
     else:
         with _plan_file(plan) as file:
-            _, done, warnings = call(["sweep", file, *_flags(out=out, cache=cache or None, jobs=jobs, data=data or None),
-                                      "--json"], progress=progress)
-    return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["records"], done["wall_time_s"],
-                 done["problems"], warnings)
+            flags = _flags(out=out, cache=cache or None, jobs=jobs, data=data or None, force=bool(force),
+                           reuse_stale=bool(reuse_stale))
+            _, done, warnings = call(["sweep", file, *flags, "--json"], progress=progress)
+    return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["cases_stale"], done["records"],
+                 done["wall_time_s"], done["problems"], warnings)
 
 
 def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None):

@@ -11,15 +11,16 @@ gates, tracks, noise, truth and metrics are Sextant's. It sees measurements only
 """
 
 import dataclasses
-import hashlib
 import json
 import os
 import typing
+import warnings
 
 import numpy
 
 from ._core import Error
 from .arguments import json_text, text
+from .fingerprint import fingerprint
 from .noise import Camera
 
 #: What a function may say instead of a motion.
@@ -91,26 +92,10 @@ def adapter(name, function):
     return call
 
 
-def _code(code, digest):
-    digest.update(code.co_code)
-    for constant in code.co_consts:
-        if hasattr(constant, "co_code"):
-            _code(constant, digest)
-        else:
-            digest.update(repr(constant).encode())
-    digest.update(repr(code.co_names).encode())
-
-
-def identity(function):
-    """What run.json says of it, and what keeps the results of two versions apart: names, and a hash of its byte code."""
+def options_of(function):
+    """What run.json calls it."""
     called = getattr(function, "__wrapped__", function)
-    options = {"function": f"{getattr(called, '__module__', '?')}.{getattr(called, '__qualname__', type(called).__name__)}"}
-    code = getattr(called, "__code__", None) or getattr(getattr(type(called), "__call__", None), "__code__", None)
-    if code is not None:
-        digest = hashlib.sha256()
-        _code(code, digest)
-        options["code_sha256"] = digest.hexdigest()
-    return options
+    return {"function": f"{getattr(called, '__module__', '?')}.{getattr(called, '__qualname__', type(called).__name__)}"}
 
 
 def name_of(function):
@@ -128,8 +113,11 @@ class _Added:
         for name, function in self._functions.items():
             if not callable(function):
                 raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
-            _inprocess.set_function(text("name", name), adapter(name, function), json.dumps(identity(function)),
-                                    bool(getattr(function, "chooses_points", False)))
+            version = fingerprint(function)
+            if version["not_seen"]:
+                warnings.warn(f"estimator {name}: changes are not noticed of {'; '.join(version['not_seen'])}", stacklevel=4)
+            _inprocess.set_function(text("name", name), adapter(name, function), json.dumps(options_of(function)),
+                                    json.dumps(version), bool(getattr(function, "chooses_points", False)))
         return _inprocess
 
     def __exit__(self, *_):
@@ -147,6 +135,7 @@ def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs
                                         force, quiet))
 
 
-def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, quiet):
+def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, force, reuse_stale, quiet):
     with _Added(functions) as inprocess:
-        return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, quiet))
+        return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, force, reuse_stale,
+                                          quiet))

@@ -146,6 +146,8 @@ def call(arguments, *, progress=None, good=(0,)):
                 raise
     finally:
         os.close(error_end)
+    for note in messages.of("note"):
+        print(f"sextant: note: {note}", file=sys.stderr)
     if process.returncode not in good:
         errors = messages.of("error") or messages.lines or [f"ended with {process.returncode} and no message"]
         raise ProgramError(errors[-1], process.returncode)

@@ -118,7 +118,8 @@ class Estimators(unittest.TestCase):
         sextant.run(SOURCE, out=out, estimator=keep_start)
         configuration = json.dumps(sextant.read(out).attrs["run"])
         self.assertIn("keep_start", configuration)
-        self.assertIn("code_sha256", configuration)
+        self.assertIn("function keep_start", configuration)
+        self.assertRegex(sextant.read(out).attrs["run"]["fingerprints"]["keep_start"][0]["sha256"], "^[0-9a-f]{64}$")
         sextant.run(SOURCE, out=out, estimator=keep_start)  # the same again may replace it
 
         def keep_start_2(problem):
