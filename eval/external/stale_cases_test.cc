@@ -130,6 +130,7 @@ TEST_F(StaleCasesTest, ForceStartsOver) {
   other.force = true;
   EXPECT_EQ(sweep(other).n_cases, 4U);
   EXPECT_FALSE(fs::exists(file("a/external/case_000005")));
+  fs::create_directories(file("b"));
   write_file(file("b/records.jsonl"), "");
   other.out = file("b");
   expect_error([&] { sweep(other); }, "something else than a sweep");
@@ -152,7 +153,7 @@ TEST_F(StaleCasesTest, OfAnUnfinishedSweepTheStaleCasesAloneAreRunAgain) {
   const SweepOutcome outcome = sweep(with_second("true"));
   EXPECT_EQ(outcome.n_before, 2U);  // motion_only
   EXPECT_EQ(outcome.n_stale, 2U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("'program': another version of it made 2 finished cases (program.sh changed)")));
+  EXPECT_THAT(told_, ElementsAre(HasSubstr("'program': another version of it made 2 finished cases (program.sh changed, second/")));
   SweepConfig fresh = with_second("true");
   fresh.out = file("b");
   sweep(fresh);
