@@ -82,6 +82,99 @@ std::pair<int, std::string> shell(const TempFolder& temp, const std::string& lin
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out)};
 }
 
+/// A plan of six seeds, a program and its configuration in a folder, as in the repository of a maintainer.
+class ChangedProgram : public testing::Test {
+ protected:
+  ChangedProgram() {
+    fs::create_directories(at("more"));
+    fixture_ = make_vdo_fixture(folder_.path() / "data", {.n_frames = 3});
+    write(1, 1);
+    configure(Json::object());
+    write_file(at("gate.json"), Json{{"sources", {fixture_.source()}},
+                                     {"estimators", {"external:program.json"}},
+                                     {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1}}}},
+                                     {"seeds", 6}}
+                                    .dump());
+    sweep("base");
+  }
+
+  fs::path at(const std::string& name) const { return folder_.path() / "mine" / name; }
+  /// Steps of the camera: what the script says, times what a file says.
+  void write(int in_script, int in_file) const {
+    write_file(at("program.sh"), fmt::format("f=$(cat more/factor)\nfor k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 "
+                                             "$((k * {} * f)); done > $1/camera.txt\n",
+                                             in_script));
+    write_file(at("more/factor"), fmt::format("{}\n", in_file));
+  }
+  void configure(Json more) const {
+    more["command"] = "sh program.sh {output}";
+    write_file(at("program.json"), more.dump());
+  }
+  std::string run(const std::string& arguments, int code) const {
+    const auto [found, said] =
+        shell(folder_, fmt::format("cd {} && SEXTANT_CACHE= {} {}", at("").string(), SEXTANT_PROGRAM, arguments));
+    EXPECT_EQ(found, code) << arguments << "\n" << said;
+    return said;
+  }
+  std::string sweep(const std::string& out, const std::string& more = "") const {
+    return run(fmt::format("sweep gate.json --out {} --cache ../cache --quiet {}", out, more), 0);
+  }
+  std::string compare(int code, const std::string& more = "") const {
+    return run("compare base new --only accuracy " + more, code);
+  }
+
+  TempFolder folder_;
+  VdoFixture fixture_;
+};
+
+TEST_F(ChangedProgram, AnUnchangedOneIsNotRunAgain) {
+  EXPECT_EQ(sweep("new"), "Results: new\n");
+  const std::string bytes = read_file(at("new/records.jsonl")), provenance = read_file(at("new/run.json"));
+  EXPECT_EQ(sweep("new"), "Results: new\n");
+  EXPECT_EQ(read_file(at("new/records.jsonl")), bytes);  // with their times
+  EXPECT_EQ(read_file(at("new/run.json")), provenance);
+  EXPECT_THAT(compare(0), HasSubstr("same program"));
+}
+
+TEST_F(ChangedProgram, EndsInTheRightVerdict) {
+  const std::string note = "sextant: note: new: 'program': another version of it made 6 finished cases";
+  sweep("new");
+  write(100, 1);
+  EXPECT_THAT(sweep("new"), HasSubstr(note + " (program.sh changed): run again"));
+  EXPECT_THAT(compare(1), testing::ContainsRegex("program +program: program.sh"));
+  write(1, 1);
+  sweep("new");
+  compare(0);
+  write(1, 100);
+  EXPECT_THAT(sweep("new"), HasSubstr(note + " (more/factor changed): run again"));
+  compare(1);
+  EXPECT_THAT(sweep("new", "--force"), Not(HasSubstr("note")));
+  compare(1);
+  write(1, 1);
+  EXPECT_THAT(sweep("new", "--reuse-stale"), HasSubstr("kept, as --reuse-stale says"));
+  compare(1);
+}
+
+TEST_F(ChangedProgram, IsSeenInAFileThatDependsAloneNames) {
+  configure({{"depends", {"program.sh"}}});
+  sweep("new", "--force");
+  write(1, 100);
+  EXPECT_EQ(sweep("new"), "Results: new\n");  // nobody told
+  configure({{"depends", {"program.sh", "more/*"}}});
+  EXPECT_THAT(sweep("new"), HasSubstr("configuration changed"));
+  write(1, 1);
+  EXPECT_THAT(sweep("new"), HasSubstr("(more/factor changed)"));
+  compare(0, "--allow configuration");
+}
+
+TEST_F(ChangedProgram, IsSeenInItsConfiguration) {
+  sweep("new");
+  configure({{"camera", {{"inverse", true}}}});
+  EXPECT_THAT(sweep("new"), HasSubstr("(configuration changed): run again"));
+  EXPECT_THAT(compare(2), HasSubstr("camera.inverse"));  // other options are another question
+  compare(1, "--allow configuration");
+}
+
 TEST(ExternalProgram, ItsOutputIsScoredAgain) {
   const TempFolder temp;
   const VdoFixture fixture = make_vdo_fixture(temp.path() / "data", {.n_frames = 3});

@@ -208,7 +208,7 @@ std::vector<std::string> examples_in(const std::string& help) {
 TEST(Program, EveryHelpHasExamplesOfItsOwn) {
   const std::vector<std::string> commands = all_command_words();
   EXPECT_GE(commands.size(), 30U);
-  EXPECT_THAT(commands, IsSupersetOf({"", " baseline", " baseline update", " sweep status", " evaluate ego"}));
+  EXPECT_THAT(commands, testing::IsSupersetOf({"", " baseline", " baseline update", " sweep status", " evaluate ego"}));
   for (const std::string& command : commands) {
     const Outcome outcome = sextant_program(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;

@@ -20,7 +20,7 @@ bool is_regular(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-/// As execvp() does.
+/// As a shell finds it.
 std::optional<fs::path> in_search_path(const std::string& program) {
   const char* path = std::getenv("PATH");
   for (const std::string& folder : split(path == nullptr ? "/bin:/usr/bin" : path, ':')) {
