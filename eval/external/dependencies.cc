@@ -36,16 +36,21 @@ bool is_plan(const fs::path& file) {
   }
 }
 
-/// What Sextant itself writes: results, comparisons, reports, packs.
+/// What Sextant itself writes: results, also in shards, comparisons, reports, packs.
 bool is_folder_of_ours(const fs::path& folder) {
   for (const char* name : {"records.jsonl", "summary.bin", "journal.jsonl", "unfinished.jsonl", "comparison.json"}) {
     if (is_there(folder / name)) return true;
   }
   if (is_there(folder / "report.html") && is_there(folder / "report.md")) return true;
-  if (is_there(folder / "plan.json") && is_plan(folder / "plan.json")) return true;
-  std::error_code error;
-  return std::ranges::any_of(fs::directory_iterator(folder, error),
-                             [](const fs::directory_entry& entry) { return entry.path().extension() == ".pack"; });
+  for (const char* of_sweep : {"plan.json", "slurm/plan.json"}) {
+    if (is_there(folder / of_sweep) && is_plan(folder / of_sweep)) return true;
+  }
+  const auto any_in = [](const fs::path& there, const auto& is_ours) {
+    std::error_code error;
+    return std::ranges::any_of(fs::directory_iterator(there, error), is_ours);
+  };
+  return any_in(folder, [](const fs::directory_entry& entry) { return entry.path().extension() == ".pack"; }) ||
+         any_in(folder / "shards", [](const fs::directory_entry& shard) { return is_there(shard.path() / "plan.json"); });
 }
 
 bool is_passed_over(const fs::directory_entry& entry) {

@@ -84,6 +84,8 @@ TEST_F(ProgramFingerprintTest, WhatIsWrittenBesideItIsPassedOver) {
                            "__pycache__/helper.pyc", "package/__pycache__/helper.pyc", ".git/index", ".hidden", "run.log",
                            "x.tmp", "program.py~"})
     write(name, "x");
+  for (const char* name : {"many/shards/1/plan.json", "many/log/1.out", "cluster/slurm/log/1.out"}) write(name, "x");
+  write("cluster/slurm/plan.json", R"({"sources": ["a"], "estimators": ["b"]})");
   write("begun/plan.json", R"({"plan": {}, "shard": [0, 1], "data": {}})");
   write("gate.json", R"({"sources": ["a"], "estimators": ["b"]})");
   EXPECT_EQ(difference(before, now()), "");
