@@ -77,8 +77,8 @@ void add_data_make_command(CLI::App& data) {
   command->add_flag("--quiet", flags->quiet, "No progress; only the SOURCE that was written");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer(
-      fmt::format("Layouts:\n{}Example:\n  sextant data make s18 --layout vkitti1 --out D\n"
-                  "  sextant run vkitti1:D#0018/clone --out results",
+      fmt::format("Layouts:\n{}Example:\n"
+                  "  sextant data make s18 --layout vkitti1 --out D && sextant run vkitti1:D#0018/clone --out results",
                   lines));
   command->callback([flags] { make(*flags); });
 }
