@@ -4,7 +4,6 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/progress.h"
