@@ -136,6 +136,15 @@ TEST_F(ChangedProgram, AnUnchangedOneIsNotRunAgain) {
   EXPECT_THAT(compare(0), HasSubstr("same program"));
 }
 
+TEST_F(ChangedProgram, BaselinesWithoutFingerprintsAreCompared) {
+  sweep("new");
+  Json run = read_json(at("base/run.json"));
+  run.erase("fingerprints");
+  run["configuration"]["estimators"][0]["options"].erase("depends");
+  write_file(at("base/run.json"), json_text(run));
+  EXPECT_THAT(compare(0), AllOf(HasSubstr("(not recorded)"), HasSubstr("depends"), HasSubstr("program: program.sh")));
+}
+
 TEST_F(ChangedProgram, EndsInTheRightVerdict) {
   const std::string note = "sextant: note: new: 'program': another version of it made 6 finished cases";
   sweep("new");

@@ -130,13 +130,21 @@ using IsNoted = std::function<bool(const std::string& path, const Leaves& other)
 const IsNoted never = [](const std::string&, const Leaves&) { return false; };
 
 /// An option that only one version of the program knows has no value in the other that could differ. It is
-/// one among others that both know; a whole group that comes or goes, or an item of a list, is a difference.
+/// one among others that both know; a whole group that comes or goes, or an item of a list that both have, is a difference.
 bool is_new_option(const std::string& path, const Leaves& other) {
-  const size_t dot = path.rfind('.');
-  if (dot == std::string::npos || std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0) return false;
-  const std::string group = path.substr(0, dot + 1);
-  const auto sibling = other.lower_bound(group);
-  return sibling != other.end() && sibling->first.starts_with(group);
+  const auto is_item = [&](size_t dot) { return std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0; };
+  const auto has_below = [&](const std::string& group) {
+    const auto leaf = other.lower_bound(group);
+    return leaf != other.end() && leaf->first.starts_with(group);
+  };
+  size_t dot = path.rfind('.');
+  if (dot != std::string::npos && dot > 0 && is_item(dot)) {  // of a list, which as a whole may be new
+    const std::string list = path.substr(0, dot);
+    if (other.contains(list) || has_below(list + ".")) return false;
+    dot = list.rfind('.');
+  }
+  if (dot == std::string::npos || is_item(dot)) return false;
+  return has_below(path.substr(0, dot + 1));
 }
 
 void compare(const std::string& what, Strictness rule, const Leaves& base, const Leaves& fresh,
