@@ -99,15 +99,15 @@ class ChangedProgram : public testing::Test {
   }
 
   fs::path at(const std::string& name) const { return folder_.path() / "mine" / name; }
-  /// Steps of the camera: what the script says, times what a file says.
+  /// Steps of the camera: what the script says, times what a file says, and a little that differs from seed to seed.
   void write(int in_script, int in_file) const {
     write_file(at("program.sh"), fmt::format("f=$(cat more/factor)\nfor k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 "
-                                             "$((k * {} * f)); done > $1/camera.txt\n",
+                                             "$((k * {} * f)).$((k * $2)); done > $1/camera.txt\n",
                                              in_script));
     write_file(at("more/factor"), fmt::format("{}\n", in_file));
   }
   void configure(Json more) const {
-    more["command"] = "sh program.sh {output}";
+    more["command"] = "sh program.sh {output} {seed}";
     write_file(at("program.json"), more.dump());
   }
   std::string run(const std::string& arguments, int code) const {
