@@ -3,19 +3,22 @@
 #include <array>
 #include <csetjmp>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 
 #include <jpeglib.h>
 
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/text.h"
+#include "sextant/datasets/codec/image_claim.h"
 
 namespace sextant {
 namespace {
 
 constexpr std::string_view start_marker = "\xff\xd8";
 constexpr std::string_view end_marker = "\xff\xd9";
-constexpr uint64_t max_pixels = uint64_t{1} << 27;  // larger is no camera image
+constexpr int max_scans = 100;  // encoders write about ten; each costs a pass over all coefficients
 
 static_assert(sizeof(Rgb) == 3, "a row of an image is a row of libjpeg's");
 
@@ -71,6 +74,27 @@ struct Encoder {
   }
 };
 
+/// Called by libjpeg during each pass: ends it on Ctrl-C, and in a file of more scans than any encoder writes.
+void watch(j_common_ptr info) {
+  auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
+  const bool too_many = reinterpret_cast<j_decompress_ptr>(info)->input_scan_number > max_scans;
+  if (!too_many && !is_interrupted()) return;
+  if (too_many) std::snprintf(trap->message.data(), trap->message.size(), "more than %d scans", max_scans);
+  std::longjmp(trap->step, 1);
+}
+
+/// Refuses a header whose pixels the file cannot hold. A baseline or progressive file has at least one bit for each
+/// block of 8x8 pixels.
+void check_claim(const jpeg_decompress_struct& info, const std::string& name, size_t file_bytes) {
+  const uint64_t width = info.image_width, height = info.image_height;
+  const uint64_t coefficient_bytes = info.progressive_mode != 0 ? 2 * uint64_t(info.num_components) : 0;
+  check_image_claim("JPEG", name, width, height, (sizeof(Rgb) + coefficient_bytes) * width * height, file_bytes);
+  if (info.arith_code == 0 && width * height / (64 * 8) > file_bytes) {
+    fail("{}: JPEG file of {} bytes is too short for the {}x{} pixels that its header claims: copy it again", name,
+         file_bytes, width, height);
+  }
+}
+
 /// The decoder takes a file that was cut off between two scans for a whole one.
 void check_complete(std::string_view bytes, const std::string& name) {
   if (!bytes.starts_with(start_marker)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
@@ -86,21 +110,27 @@ Image<Rgb> decode_jpeg_rgb(std::string_view bytes, const std::string& name) {
   check_complete(bytes, name);
   Decoder decoder;
   jpeg_decompress_struct& info = decoder.info;
+  jpeg_progress_mgr progress{};
+  progress.progress_monitor = &watch;
   const auto damaged = [&] {
+    check_interrupt();
     fail("{}: damaged JPEG file ({}): copy it again", name, one_line(decoder.trap.message.data()));
   };
   const bool has_header = decoder.trap.run([&] {
     jpeg_create_decompress(&info);
+    info.progress = &progress;
     jpeg_mem_src(&info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
     jpeg_read_header(&info, TRUE);
   });
   if (!has_header) damaged();
-  if (uint64_t{info.image_width} * info.image_height > max_pixels)
-    fail("{}: JPEG of {}x{} pixels is too large", name, info.image_width, info.image_height);
-  Image<Rgb> image(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
-  const bool is_whole = decoder.trap.run([&] {
+  check_claim(info, name, bytes.size());
+  const bool has_started = decoder.trap.run([&] {
     info.out_color_space = JCS_RGB;
     jpeg_start_decompress(&info);
+  });
+  if (!has_started) damaged();
+  Image<Rgb> image(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
+  const bool is_whole = decoder.trap.run([&] {
     while (info.output_scanline < info.output_height) {
       JSAMPROW row = reinterpret_cast<JSAMPROW>(image.row(static_cast<int>(info.output_scanline)));
       jpeg_read_scanlines(&info, &row, 1);

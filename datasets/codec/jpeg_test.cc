@@ -37,6 +37,27 @@ TEST(Jpeg, DamagedFilesAreErrors) {
   expect_error([&] { decode_jpeg_rgb(half, "x.jpg"); }, "x.jpg: damaged JPEG file (Corrupt JPEG data");
 }
 
+TEST(Jpeg, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
+  const auto claiming = [](int width, int height) {
+    std::string bytes = textured_jpeg();
+    const size_t frame = bytes.find("\xff\xc0");
+    const auto set = [&](size_t at, int value) {
+      bytes[frame + at] = static_cast<char>(value >> 8);
+      bytes[frame + at + 1] = static_cast<char>(value & 255);
+    };
+    set(5, height);
+    set(7, width);
+    return bytes;
+  };
+  EXPECT_EQ(decode_jpeg_rgb(claiming(67, 45), "x.jpg").width(), 67);
+  const auto refused = [&](int width, int height, const char* why) {
+    expect_error([&] { decode_jpeg_rgb(claiming(width, height), "x.jpg"); }, why);
+  };
+  refused(65'000, 65'000, "x.jpg: its header claims a JPEG of 65000x65000");
+  refused(10'000, 10'000, "expected at most 200 times the file");
+  refused(4'000, 4'000, "is too short for the 4000x4000 pixels");
+}
+
 TEST(Jpeg, PixelsAreThoseOfOpenCv) {
   const std::string bytes = textured_jpeg();
   const std::vector<uint8_t> buffer(bytes.begin(), bytes.end());

@@ -89,10 +89,10 @@ Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name)
 
   const size_t width = MaskParser(text, name).row(nullptr, 0);
   if (width == 0) fail("{}:1:1: expected a row of instance ids, got an empty line", name);
-  Image<uint16_t> mask(static_cast<int>(width), static_cast<int>(std::ranges::count(text, '\n')) + 1);
+  const size_t height = static_cast<size_t>(std::ranges::count(text, '\n')) + 1;
   MaskParser parser(text, name);
-  for (int y = 0; y < mask.height(); ++y) {
-    const size_t n = parser.row(mask.row(y), width);
+  const auto read_row = [&](uint16_t* out, size_t capacity) {
+    const size_t n = parser.row(out, capacity);
     if (n != width) {
       const size_t column = n < width ? n + 1 : width + 1;
       fail(
@@ -100,7 +100,13 @@ Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name)
           "{} (see value {}): every row needs the same number",
           name, parser.line(), n, width, column);
     }
+  };
+  // A label takes two bytes with its separator: with fewer, some row is short, and no memory is reserved for the image.
+  if (width * height > (text.size() + 1) / 2) {
+    for (size_t y = 0; y < height; ++y) read_row(nullptr, 0);
   }
+  Image<uint16_t> mask(static_cast<int>(width), static_cast<int>(height));
+  for (int y = 0; y < mask.height(); ++y) read_row(mask.row(y), width);
   return mask;
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 
+#include "sextant/datasets/codec/image_claim.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/png_filter.h"
 
@@ -12,9 +13,8 @@ namespace sextant {
 namespace {
 
 constexpr std::string_view signature("\x89PNG\r\n\x1a\n", 8);
-constexpr size_t header_end = 33;                  // signature + IHDR chunk
-constexpr size_t max_raw_bytes = size_t{1} << 31;  // larger is no camera image
-constexpr size_t max_deflate_ratio = 1032;         // what deflate can reach at best
+constexpr size_t header_end = 33;           // signature + IHDR chunk
+constexpr size_t max_deflate_ratio = 1032;  // what deflate can reach at best
 
 constexpr int gray_kind = 0, rgb = 2, palette_kind = 3, gray_alpha = 4, rgb_alpha = 6;
 
@@ -30,6 +30,26 @@ uint32_t big_endian32(const char* p) {
 
 int n_channels(int color_type) {
   return color_type == rgb ? 3 : color_type == gray_alpha ? 2 : color_type == rgb_alpha ? 4 : 1;
+}
+
+size_t bits_per_pixel(const PngHeader& h) {
+  return static_cast<size_t>(h.bit_depth) * static_cast<size_t>(n_channels(h.color_type));
+}
+
+/// Bytes of a row without its filter byte.
+size_t row_bytes(const PngHeader& h) { return (static_cast<size_t>(h.width) * bits_per_pixel(h) + 7) / 8; }
+
+/// Bytes of all rows, each after its filter byte.
+size_t raw_bytes(const PngHeader& h) { return (row_bytes(h) + 1) * static_cast<size_t>(h.height); }
+
+/// Refuses a header whose pixels the file cannot hold.
+void check_claim(const PngHeader& h, const std::string& name, size_t file_bytes, size_t pixel_bytes) {
+  const auto width = static_cast<uint64_t>(h.width), height = static_cast<uint64_t>(h.height);
+  check_image_claim("PNG", name, width, height, raw_bytes(h) + pixel_bytes * width * height, file_bytes);
+  if (raw_bytes(h) / max_deflate_ratio > file_bytes) {
+    fail("{}: PNG file of {} bytes is too short for the {}x{} pixels that its header claims: copy or download it again",
+         name, file_bytes, width, height);
+  }
 }
 
 std::string describe(const PngHeader& header) {
@@ -127,39 +147,47 @@ void inflate(std::string_view data, const std::string& name, uint8_t* raw, size_
   if (n != n_raw) fail("{}: PNG holds {} bytes of pixels, its header says {}", name, n, n_raw);
 }
 
-// Calls consume(y, row, palette) for every row in turn, with the row's unfiltered bytes.
-template <typename Consume>
-void for_each_row(Chunks& chunks, const std::string& name, Consume consume) {
-  const PngHeader& h = chunks.header;
-  if (h.interlaced) {
-    fail("{}: interlaced PNG is not read: save it without interlacing (mogrify -interlace none FILE)", name);
-  }
-  const size_t bits = static_cast<size_t>(h.bit_depth) * static_cast<size_t>(n_channels(h.color_type));
-  const size_t n_row = (static_cast<size_t>(h.width) * bits + 7) / 8;
-  const size_t n_raw = (n_row + 1) * static_cast<size_t>(h.height);
-  if (n_raw > max_raw_bytes) fail("{}: PNG of {}x{} pixels is too large", name, h.width, h.height);
-  if (n_raw / max_deflate_ratio > chunks.data().size()) {
-    fail("{}: PNG has too few bytes for {}x{} pixels: copy or download it again", name, h.width, h.height);
-  }
-  const auto raw = std::make_unique_for_overwrite<uint8_t[]>(n_raw + internal::png_row_slack);
-  inflate(chunks.data(), name, raw.get(), n_raw);
-  const int bytes_per_pixel = bits < 8 ? 1 : static_cast<int>(bits / 8);
-  const uint8_t* prior = nullptr;
-  for (int y = 0; y < h.height; ++y) {
-    uint8_t* row = raw.get() + static_cast<size_t>(y) * (n_row + 1);
-    if (!internal::png_unfilter(row[0], row + 1, prior, n_row, bytes_per_pixel)) {
-      fail("{}: PNG row {} has filter type {}, known are 0 to 4", name, y, row[0]);
+// The pixels of a file, inflated and still filtered.
+class RawRows {
+ public:
+  RawRows(const Chunks& chunks, const std::string& name) : header_(chunks.header), name_(name) {
+    if (header_.interlaced) {
+      fail("{}: interlaced PNG is not read: save it without interlacing (mogrify -interlace none FILE)", name);
     }
-    consume(y, row + 1);
-    prior = row + 1;
+    const size_t n_raw = raw_bytes(header_);
+    raw_ = std::make_unique_for_overwrite<uint8_t[]>(n_raw + internal::png_row_slack);
+    inflate(chunks.data(), name, raw_.get(), n_raw);
   }
-}
 
+  // Calls consume(y, row) for every row in turn, with the row's unfiltered bytes.
+  template <typename Consume>
+  void for_each(Consume consume) {
+    const size_t n_row = row_bytes(header_), bits = bits_per_pixel(header_);
+    const int bytes_per_pixel = bits < 8 ? 1 : static_cast<int>(bits / 8);
+    const uint8_t* prior = nullptr;
+    for (int y = 0; y < header_.height; ++y) {
+      uint8_t* row = raw_.get() + static_cast<size_t>(y) * (n_row + 1);
+      if (!internal::png_unfilter(row[0], row + 1, prior, n_row, bytes_per_pixel)) {
+        fail("{}: PNG row {} has filter type {}, known are 0 to 4", name_, y, row[0]);
+      }
+      consume(y, row + 1);
+      prior = row + 1;
+    }
+  }
+
+ private:
+  const PngHeader header_;
+  const std::string& name_;
+  std::unique_ptr<uint8_t[]> raw_;
+};
+
+template <typename T>
 Chunks open(std::string_view bytes, const std::string& name, bool (*accept)(const PngHeader&),
             const char* expected) {
   Chunks chunks;
   const PngHeader header = png_header(bytes, name);
   if (!accept(header)) fail("{}: expected a PNG of {}, got {}", name, expected, describe(header));
+  check_claim(header, name, bytes.size(), sizeof(T));
   read_chunks(bytes, name, chunks);
   return chunks;
 }
@@ -207,15 +235,17 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
     fail("{}: PNG header names bit depth {} and colour type {}, which do not exist", name, header.bit_depth,
          header.color_type);
   }
+  check_claim(header, name, bytes.size(), 0);
   return header;
 }
 
 Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(
+  Chunks chunks = open<uint16_t>(
       bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == gray_kind; },
       "16-bit gray");
+  RawRows rows(chunks, name);
   Image<uint16_t> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     uint16_t* out = image.row(y);
     for (int x = 0; x < image.width(); ++x) out[x] = big_endian16(row + 2 * x);
   });
@@ -223,10 +253,11 @@ Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name) {
 }
 
 Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(
+  Chunks chunks = open<Rgb16>(
       bytes, name, [](const PngHeader& h) { return h.bit_depth == 16 && h.color_type == rgb; }, "16-bit RGB");
+  RawRows rows(chunks, name);
   Image<Rgb16> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     static_assert(sizeof(Rgb16) == 6);
     uint16_t* out = &image.row(y)->r;
     for (int i = 0; i < 3 * image.width(); ++i) out[i] = big_endian16(row + 2 * i);
@@ -247,11 +278,12 @@ Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name) {
 }
 
 Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(bytes, name, is_8bit, "up to 8 bit per channel");
+  Chunks chunks = open<Rgb>(bytes, name, is_8bit, "up to 8 bit per channel");
   const int depth = chunks.header.bit_depth;
   const int type = chunks.header.color_type;
+  RawRows rows(chunks, name);
   Image<Rgb> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     Rgb* out = image.row(y);
     const int w = image.width();
     static_assert(sizeof(Rgb) == 3);
@@ -274,12 +306,13 @@ Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name) {
 }
 
 Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(bytes, name, is_8bit, "up to 8 bit per channel");
+  Chunks chunks = open<uint8_t>(bytes, name, is_8bit, "up to 8 bit per channel");
   const int depth = chunks.header.bit_depth;
   const int type = chunks.header.color_type;
   const int stride = n_channels(type);
+  RawRows rows(chunks, name);
   Image<uint8_t> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     uint8_t* out = image.row(y);
     const int w = image.width();
     if (type == rgb) {
@@ -300,14 +333,15 @@ Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name) 
 }
 
 Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(
+  Chunks chunks = open<uint8_t>(
       bytes, name,
       [](const PngHeader& h) {
         return h.bit_depth <= 8 && (h.color_type == gray_kind || h.color_type == palette_kind);
       },
       "palette indices or 8-bit gray");
+  RawRows rows(chunks, name);
   Image<uint8_t> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     for (int x = 0; x < image.width(); ++x) image(x, y) = index_at(row, x, chunks.header.bit_depth);
   });
   return image;

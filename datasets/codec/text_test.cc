@@ -99,7 +99,7 @@ TEST(YamlCameraErrors, NameFileAndKeys) {
   const auto with_fx = [](const std::string& fx) {
     return "%YAML:1.0\n---\nCamera.fx: " + fx + "\nCamera.fy: 7\nCamera.cx: 1\nCamera.cy: 1\nCamera.bf: 1\n";
   };
-  for (const char* beyond : {"4294967346", "8589934642", "88888888884.", "1e300"})
+  for (const char* beyond : {"4294967346", "8589934642", "88888888884.", "1e300", "1e-320", "0"})
     expect_error([&] { decode_yaml_camera(with_fx(beyond), "c.yaml"); }, "expected a positive number");
   EXPECT_EQ(decode_yaml_camera(with_fx("50"), "c.yaml").camera.left.fx, 50);
   for (const char* no_keys : {"%YAML:1.0\n---\n- 1\n", "%YAML:1.0\n--Camera.fy: 1\nCamera.fps: 10."})

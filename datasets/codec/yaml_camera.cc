@@ -15,12 +15,18 @@ namespace {
 // A reader of our own for lines "KEY: number": OpenCV's hangs on damaged files, and wraps large integers
 // around.
 
-/// The text behind each key that begins a line, without comments.
-std::map<std::string, std::string_view> top_level(std::string_view text, const std::string& name) {
+/// The text behind a key, and its line.
+struct Value {
+  std::string_view text;
+  int line;
+};
+
+/// What stands behind each key that begins a line, without comments.
+std::map<std::string, Value> top_level(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   if (!text.starts_with("%YAML"))
     fail("{}: expected an OpenCV YAML file, whose first line is %YAML:1.0", name);
-  std::map<std::string, std::string_view> values;
+  std::map<std::string, Value> values;
   for (int line = 1; !text.empty(); ++line) {
     const std::string_view row = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(row.size() + 1, text.size()));
@@ -29,24 +35,26 @@ std::map<std::string, std::string_view> top_level(std::string_view text, const s
       continue;
     const std::string key(trimmed(row.substr(0, colon)));
     const std::string_view value = row.substr(colon + 1);
-    if (!values.emplace(key, trimmed(value.substr(0, value.find('#')))).second)
+    if (!values.emplace(key, Value{trimmed(value.substr(0, value.find('#'))), line}).second)
       fail("{}:{}: key {} is there twice", name, line, key);
   }
   return values;
 }
 
-double positive(std::string_view text, const std::string& name, const char* key) {
-  const std::optional<double> value = number_in(text);
-  if (!value) fail("{}: {}: expected a number", name, key);
-  if (!(*value > 0 && *value < 1e9))
-    fail("{}: {} = {}: expected a positive number below 1e9", name, key, *value);
+double positive(const Value& said, const std::string& name, const char* key) {
+  const std::optional<double> value = number_in(said.text);
+  if (!value) fail("{}: {}: expected a number in line {}, got '{}'", name, key, said.line, said.text.substr(0, 40));
+  if (!(*value >= 1e-6 && *value < 1e9)) {
+    fail("{}: {} = {}: expected a positive number from 1e-6 to 1e9 in line {}", name, key, said.text.substr(0, 40),
+         said.line);
+  }
   return *value;
 }
 
 }  // namespace
 
 YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
-  const std::map<std::string, std::string_view> values = top_level(text, name);
+  const std::map<std::string, Value> values = top_level(text, name);
   std::vector<std::string> missing;
   for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "Camera.bf"})
     if (!values.contains(key)) missing.emplace_back(key);

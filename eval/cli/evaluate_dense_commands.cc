@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/dense_files.h"
 
 namespace sextant {
@@ -54,7 +55,8 @@ void add_evaluate_depth_command(CLI::App& evaluate) {
   const auto flags = std::make_shared<DenseFlags<DepthFormat>>();
   flags->files.estimate_format = flags->files.truth_format = DepthFormat::depth256;
   CLI::App* command = add_dense_command(evaluate, "depth", "Depth of whole images", flags);
-  command->add_option("--bf", flags->bf, "Focal length times baseline, px m: for disparities and D1");
+  command->add_option("--bf", flags->bf, "Focal length times baseline, px m: for disparities and D1")
+      ->check(finite_number(0));
   command->footer(
       "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
       "disparity256 --bf 387.57");

@@ -127,7 +127,8 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
       .add_option("--delta-tolerance", flags.delta_tolerance,
                   "Of all pairs by m, deg, rad and s, as a share of the distance")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(CLI::Range(0.0, 1.0))
+      ->check(finite_number());
   command.add_flag("--pairs-from-reference", flags.options.pairs_from_reference,
                    "Select pairs on the reference");
 }
@@ -136,16 +137,20 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
   AssociationOptions& a = flags.options.association;
   command.add_option("--max-difference", a.max_difference_s, "Largest difference of matching time stamps, s")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(finite_number(0));
   command.add_option("--offset", a.offset_s, "Added to the time stamps of the estimate, s")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(finite_number());
   command.add_flag(
       "--estimate-offset", flags.options.estimate_offset,
       "Estimate what to add to the estimate's time stamps, with its 95 % interval, around --offset");
   command.add_option("--interpolate", flags.options.interpolate_max_gap_s,
-                     "Interpolate the reference at the estimate's time stamps, over gaps up to this, s");
-  command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s");
-  command.add_option("--t-end", flags.end_s, "Last time stamp of the reference to use, s");
+                     "Interpolate the reference at the estimate's time stamps, over gaps up to this, s")
+      ->check(finite_number(0));
+  command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s")
+      ->check(finite_number());
+  command.add_option("--t-end", flags.end_s, "Last time stamp of the reference to use, s")
+      ->check(finite_number());
 }
 
 void add_frame_flags(CLI::App& command, EgoFlags& flags) {

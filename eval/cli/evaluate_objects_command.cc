@@ -67,7 +67,8 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
   add_value(*command, "--truth", flags->files.truth, "SOURCE",
             "SOURCE whose true objects replace the log's; ids are matched by overlap");
   command->add_option("--rate", flags->files.rate_hz,
-                      "Frame rate, Hz, for velocities; default: of --truth, else of the log's time stamps, else 10");
+                      "Frame rate, Hz, for velocities; default: of --truth, else of the log's time stamps, else 10")
+      ->check(finite_number());
   add_choice(*command, "--frame", "The frame of the logged motions; format: body for vdo, else world",
              {"format", "world", "body", "camera"}, "format", [flags](const std::string& text) {
                if (text != "format") flags->files.frame = from_name<MotionFrame>(text, "frame");

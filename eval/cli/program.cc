@@ -10,18 +10,26 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <new>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/opened_file.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/standard_streams.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/records/output.h"
 
 namespace sextant {
 namespace {
+
+constexpr const char* interrupted_text =
+    "interrupted; sweep and reproduce go on when the same command is given again";
 
 int report(const std::string& message, int code) {
   tell("error", message.substr(0, message.find_last_not_of(" \n") + 1));
@@ -42,7 +50,7 @@ void tell_times(std::chrono::steady_clock::time_point start) {
   constexpr double long_s = 10;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string parts = time_summary();
-  if (seconds >= long_s && !parts.empty()) fmt::print(stderr, "Time: {:.1f} s; of it {}\n", seconds, parts);
+  if (seconds >= long_s && !parts.empty()) print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
 }
 
 /// Names of files end up in JSON and pages, which hold UTF-8 alone: better now than after all has been
@@ -72,6 +80,14 @@ void refuse_empty_names(CLI::App& command) {
     refuse_empty_names(*sub);
 }
 
+/// Memory is asked for in proportion to what files hold; the file that was opened last is most likely the reason.
+int report_no_memory() {
+  const std::string file = last_opened_file();
+  return report(fmt::format("{}{}not enough memory: give a smaller input or fewer --jobs, or allow more (`ulimit -v`)",
+                            file, file.empty() ? "" : ": "),
+                exit_bad_input);
+}
+
 int report_no_thread() {
   return report("cannot start a thread: give fewer --jobs, or allow more threads and processes (`ulimit -u`)",
                 exit_bad_input);
@@ -83,6 +99,8 @@ std::terminate_handler previous_terminate = nullptr;
 [[noreturn]] void end_without_thread() {
   try {
     if (std::current_exception()) throw;
+  } catch (const std::bad_alloc&) {
+    std::_Exit(report_no_memory());
   } catch (const std::exception& error) {
     if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
       std::_Exit(report_no_thread());
@@ -158,8 +176,11 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
   } catch (const Error& error) {
     return report(error.what(), exit_bad_input);
   } catch (const Interrupted&) {
-    return report("interrupted; sweep and reproduce go on when the same command is given again",
-                  exit_interrupted);
+    return report(interrupted_text, exit_interrupted);
+  } catch (const std::bad_alloc&) {
+    return report_no_memory();
+  } catch (const std::length_error&) {  // a container of more elements than there are addresses
+    return report_no_memory();
   } catch (const std::filesystem::filesystem_error& error) {  // a folder of the user's: loops, no permission
     return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
                               error.path1().string(), error.code().message()),
@@ -182,11 +203,12 @@ void tell(std::string_view kind, const std::string& text) {
     line = fmt::format("{} ... {}", one_line(line.substr(0, longest / 2)),
                        one_line(line.substr(line.size() - longest / 2)));
   }
-  fmt::print(stderr, "sextant: {}: {}\n", kind, line);
+  print_error(fmt::format("sextant: {}: {}\n", kind, line));
 }
 
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
-  install_interrupt_handler();
+  open_closed_streams();
+  install_interrupt_handler(fmt::format("sextant: error: {}\n", interrupted_text), exit_interrupted);
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of write(), as a full disk is
   previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));

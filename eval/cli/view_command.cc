@@ -53,7 +53,8 @@ void add_view_command(CLI::App& app) {
   command->add_option("--source", flags->choice.source, "Which source of the folder; default: its first")->type_name("SOURCE");
   add_value(*command, "--estimator", flags->choice.estimator, "NAME",
             "Which estimator, by its label; default: the first");
-  CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")->type_name("NUMBER");
+  CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")->type_name("NUMBER")
+                           ->check(finite_number());
   CLI::Option* seed = add_value(*command, "--seed", flags->seed, "N", "Which seed; default: the first");
   add_value(*command, "--images", flags->images, "SOURCE",
             "For folders of `evaluate objects`: the SOURCE that they are about");

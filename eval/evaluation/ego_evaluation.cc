@@ -391,6 +391,13 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.errors = absolute_errors(r.estimate, r.reference, options.relation);
   }
   put_errors(r, options);
+  for (size_t i = 0; i < r.errors.size(); ++i) {
+    constexpr double largest = 1e100;  // squares of errors below it can be summed
+    if (!(r.errors[i] <= largest)) {
+      fail("{}: the error at pose {} of the reference {} is {}: expected at most {}", name, r.row_of(i) + 1,
+           reference.side.name, r.errors[i], largest);
+    }
+  }
   r.statistics = error_statistics(r.errors);
   r.per_frame = per_frame_errors(r);
   r.consistency = trajectory_consistency(r.estimate, r.reference, name);

@@ -25,7 +25,11 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 std::vector<uint64_t> read_numbers(const fs::path& file) {
   std::vector<uint64_t> numbers;
   SummaryReader reader(file);
-  while (const auto block = reader.next()) numbers.push_back(block->number);
+  while (const auto block = reader.next()) {
+    constexpr uint64_t most_cases = 10'000'000;  // of a plan
+    if (block->number >= most_cases) fail("{}: case {}: expected at most {} cases", file.string(), block->number, most_cases);
+    numbers.push_back(block->number);
+  }
   return numbers;
 }
 
@@ -60,8 +64,10 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
   make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
-  const std::vector<fs::path> own = files_in(folder_);
-  const fs::path file = folder_ / fmt::format("{:06}.bin", own.empty() ? 1 : std::stoi(own.back().stem()) + 1);
+  size_t number = files_in(folder_).size() + 1;
+  const auto numbered = [&] { return folder_ / fmt::format("{:06}.bin", number); };
+  while (fs::exists(numbered(), error)) ++number;
+  const fs::path file = numbered();
   const fs::path temporary = folder_ / "next.tmp";
   fs::remove(temporary, error);  // of a process that was killed
   try {

@@ -15,6 +15,7 @@
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/safe_paths.h"
+#include "sextant/base/standard_streams.h"
 
 namespace sextant {
 namespace {
@@ -152,7 +153,7 @@ class Making {
     for (int tenths = 0; tenths < 6000; ++tenths) {
       lock_ = FileLock::take(file_, &holder);
       if (lock_) return;
-      if (tenths == 20 && !quiet) fmt::print(stderr, "waiting for a pack that {} makes\n", holder);
+      if (tenths == 20 && !quiet) print_error(fmt::format("waiting for a pack that {} makes\n", holder));
       check_interrupt();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }

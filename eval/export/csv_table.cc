@@ -1,6 +1,6 @@
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
-#include "sextant/base/text.h"
+#include "sextant/base/spreadsheet.h"
 #include "sextant/eval/export/record_columns.h"
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@ namespace {
 void append_field(std::string& line, const RecordValue& value) {
   const auto append = [&](const auto& given) {
     using Value = std::decay_t<decltype(given)>;
-    if constexpr (std::is_same_v<Value, Interned>) line += csv_field(given.str());
+    if constexpr (std::is_same_v<Value, Interned>) line += spreadsheet_field(given.str());
     if constexpr (std::is_arithmetic_v<Value>) fmt::format_to(std::back_inserter(line), "{}", given);
   };
   std::visit(append, value);
@@ -24,7 +24,7 @@ void write_csv(const RecordColumns& records, const Rows& rows, const fs::path& f
   NewFile csv(file);
   std::string line, buffer;
   for (const RecordColumn& column : records.columns())
-    line.append(line.empty() ? 0 : 1, ',').append(csv_field(column.name));
+    line.append(line.empty() ? 0 : 1, ',').append(spreadsheet_field(column.name));
   buffer = line + "\n";
   rows([&](std::span<const RecordValue> row) {
     line.clear();

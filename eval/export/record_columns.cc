@@ -26,7 +26,10 @@ class ColumnCollector {
     put(name, ColumnKind::integer);
   }
   void field(const char* name, const uint64_t&) { put(name, ColumnKind::unsigned_integer); }
-  void field(const char* name, const double&) { put(name, ColumnKind::number); }
+  template <typename... Rule>
+  void field(const char* name, const double&, const Rule&...) {
+    put(name, ColumnKind::number);
+  }
   void field(const char* name, const Status&) { put(name, ColumnKind::text); }
   void field(const char* name, const Record::Numbers& numbers) {
     Names& names = maps_[map_++];
@@ -82,7 +85,10 @@ class RowFiller {
     put(int64_t{count});
   }
   void field(const char*, const uint64_t& count) { put(count); }
-  void field(const char*, const double& number) { put(number); }
+  template <typename... Rule>
+  void field(const char*, const double& number, const Rule&...) {
+    put(number);
+  }
   void field(const char*, const Status& status) { put(Interned(to_string(status))); }
   void field(const char* name, const Record::Numbers& numbers) {
     auto& known = by_key_[name];

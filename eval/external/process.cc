@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <utility>
@@ -123,16 +124,7 @@ class SpawnSettings {
   posix_spawnattr_t attributes_{};
 };
 
-/// fork() without what libraries have registered to be called by it: the copy uses none of them.
-pid_t fork_alone() {
-#ifdef __SANITIZE_THREAD__
-  return ::fork();  // the sanitizer has to know
-#else
-  return ::_Fork();
-#endif
-}
-
-/// A program and its supervisor, which do not outlive this.
+/// A program, its supervisor and their guard, which do not outlive this.
 class Running {
  public:
   explicit Running(const ProcessRequest& request) : alive_(request), report_(request) {
@@ -155,34 +147,67 @@ class Running {
                                 .logs = {out_log.get(), err_log.get()},
                                 .time_limit_s = request.time_limit_s,
                                 .most_log_bytes = most_log_bytes};
-    supervisor_ = fork_alone();
-    if (supervisor_ == 0) supervise(program);
-    if (supervisor_ < 0) fail_to_start(request, errno);
+    last_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(supervision_limit_s(request.time_limit_s) + margin_s));
+    guard_ = fork_alone();
+    if (guard_ == 0) supervise(program);
+    if (guard_ < 0) fail_to_start(request, errno);
     alive_.read.close();
     report_.write.close();
   }
   ~Running() {
-    if (supervisor_ < 0) return;
+    if (guard_ < 0) return;
     alive_.write.close();
-    while (::waitpid(supervisor_, nullptr, 0) < 0 && errno == EINTR) {
+    last_ = std::min(last_, Clock::now() + std::chrono::seconds(static_cast<int>(supervision_limit_s(0) + margin_s)));
+    wait_for_guard();
+    if (!guard_ended_) kill_below(guard_);
+    while (::waitpid(guard_, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
 
   SupervisorReport report() const {
-    constexpr int look_ms = 50;
     pollfd wake = {report_.read.get(), POLLIN, 0};
-    while (::poll(&wake, 1, look_ms) <= 0) check_interrupt();
+    while (::poll(&wake, 1, look_ms) <= 0) {
+      check_interrupt();
+      if (is_guard_stopped() || Clock::now() > last_) {
+        kill_below(guard_);
+        break;
+      }
+    }
     SupervisorReport report;
-    if (::read(report_.read.get(), &report, sizeof report) != sizeof report)
-      fail("the process that watches the program was killed: the program's end is not known");
+    // Without a report read() gives 0 at once, as all who could write it have ended.
+    if (::poll(&wake, 1, 0) <= 0 || ::read(report_.read.get(), &report, sizeof report) != sizeof report)
+      fail("the process that watches the program was killed or stopped: the program's end is not known");
     return report;
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int look_ms = 50;
+  static constexpr double margin_s = 2;
+
+  bool is_guard_stopped() const {
+    siginfo_t seen{};
+    return ::waitid(P_PID, static_cast<id_t>(guard_), &seen, WSTOPPED | WNOHANG | WNOWAIT) == 0 && seen.si_pid == guard_;
+  }
+
+  /// Until it has ended; not where it was stopped, or is late.
+  void wait_for_guard() {
+    constexpr int short_look_ms = 1;
+    while (!guard_ended_ && !is_guard_stopped() && Clock::now() < last_) {
+      siginfo_t seen{};
+      guard_ended_ = ::waitid(P_PID, static_cast<id_t>(guard_), &seen, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+                     seen.si_pid == guard_;
+      if (!guard_ended_) ::poll(nullptr, 0, short_look_ms);
+    }
+  }
+
   Pipe alive_, report_;
-  pid_t supervisor_ = -1;
+  pid_t guard_ = -1;
+  bool guard_ended_ = false;
+  Clock::time_point last_;
 };
 
 }  // namespace

@@ -102,6 +102,28 @@ TEST_F(Process, NothingSurvivesThisProcess) {
   EXPECT_FALSE(runs("session"));
 }
 
+/// Ids of the processes between a program and this one: supervisor and guard.
+constexpr const char* watchers = "s=$PPID; g=$(cut -d ' ' -f 4 /proc/$s/stat); ";
+constexpr const char* children = "setsid sh -c 'echo $$ > session; sleep 60' & while ! [ -s session ]; do :; done; echo $$ > program; ";
+
+TEST_F(Process, NothingSurvivesAKilledSupervisor) {
+  for (const char* attack : {"kill -9 $s; sleep 60", "kill -9 $g; sleep 60"}) {
+    for (const char* name : {"session", "program"}) fs::remove(folder_.path() / name);
+    expect_error([&] { run(std::string(watchers) + children + attack, 60); }, "was killed or stopped");
+    EXPECT_FALSE(runs("program")) << attack;
+    EXPECT_FALSE(runs("session")) << attack;
+  }
+}
+
+TEST_F(Process, AStoppedSupervisorDoesNotHoldUpTheRun) {
+  for (const char* attack : {"kill -STOP $s; sleep 600", "kill -STOP $g; sleep 600", "kill -STOP $g; kill -STOP $s; sleep 600"}) {
+    for (const char* name : {"session", "program"}) fs::remove(folder_.path() / name);
+    expect_error([&] { run(std::string(watchers) + children + attack, 600); }, "was killed or stopped");
+    EXPECT_FALSE(runs("program")) << attack;
+    EXPECT_FALSE(runs("session")) << attack;
+  }
+}
+
 TEST_F(Process, LogsStopAtTheirLimit) {
   // It goes on writing while it is asked to end.
   const ProcessOutcome outcome = run("trap '' TERM; yes 'a line of more than a few characters'");

@@ -20,6 +20,7 @@ namespace {
 
 constexpr int shortest_look_ms = 1, longest_look_ms = 20;
 constexpr double grace_s = 1, killing_s = 5;
+constexpr double margin_s = 2;  // for a machine that is busy
 constexpr double kb = 1024, mb = 1e6;
 
 double now_s() {
@@ -85,9 +86,23 @@ double peak_bytes(pid_t pid) {
   return kb * static_cast<double>(kilobytes);
 }
 
+/// Kills the children of this process and, as they become its children by that, all below. False where some live on.
+bool kill_children(double stop_s) {
+  while (now_s() < stop_s) {
+    for_each_child(::getpid(), [](pid_t pid) { ::kill(pid, SIGKILL); });
+    pid_t pid = 0;
+    while ((pid = ::waitpid(-1, nullptr, WNOHANG)) > 0) {
+    }
+    if (pid < 0 && errno == ECHILD) return true;
+    ::poll(nullptr, 0, shortest_look_ms);
+  }
+  return false;
+}
+
 class Supervisor {
  public:
-  explicit Supervisor(const Supervised& program) : program_(program) {}
+  /// `guard`: the parent.
+  Supervisor(const Supervised& program, pid_t guard) : program_(program), guard_(guard) {}
 
   SupervisorReport run() {
     report_.start_error = ::posix_spawnp(&pid_, program_.program, program_.files, program_.attributes,
@@ -143,7 +158,8 @@ class Supervisor {
         if (closed_[i]) wake[1 + i].fd = -1;
       }
       ::poll(wake, 3, look_ms);
-      if (wake[0].revents != 0) return;  // nobody waits any more
+      if (wake[0].revents != 0) return;     // nobody waits any more
+      if (::getppid() != guard_) return;  // the guard was killed
       copy_output();
       look_ms = std::min(2 * look_ms, longest_look_ms);
     }
@@ -168,15 +184,7 @@ class Supervisor {
   void kill_all() {
     const double stop = now_s() + killing_s;
     ::kill(-pid_, SIGKILL);
-    while (now_s() < stop) {
-      for_each_child(::getpid(), [](pid_t pid) { ::kill(pid, SIGKILL); });
-      pid_t pid = 0;
-      while ((pid = ::waitpid(-1, nullptr, WNOHANG)) > 0) {
-      }
-      if (pid < 0 && errno == ECHILD) return;
-      ::poll(nullptr, 0, shortest_look_ms);
-    }
-    report_.outcome.survivors = true;
+    report_.outcome.survivors = !kill_children(stop);
   }
 
   /// The largest size so far of all below `parent`.
@@ -218,6 +226,7 @@ class Supervisor {
   }
 
   const Supervised& program_;
+  const pid_t guard_;
   pid_t pid_ = -1;
   siginfo_t end_{};
   bool closed_[2] = {false, false};
@@ -225,6 +234,16 @@ class Supervisor {
   double peak_bytes_ = 0;
   SupervisorReport report_;
 };
+
+/// Until the supervisor has ended, was stopped, or is late.
+void guard_supervisor(pid_t supervisor, double last_s) {
+  while (now_s() < last_s) {
+    siginfo_t seen{};
+    const int failed = ::waitid(P_PID, static_cast<id_t>(supervisor), &seen, WEXITED | WSTOPPED | WNOHANG | WNOWAIT);
+    if (failed != 0 || seen.si_pid == supervisor) return;
+    ::poll(nullptr, 0, longest_look_ms);
+  }
+}
 
 /// Everything that was open in the process it is a copy of, such as the pipes of other programs.
 void close_others(const Supervised& program) {
@@ -248,14 +267,57 @@ void close_others(const Supervised& program) {
 
 }  // namespace
 
+pid_t fork_alone() {
+#ifdef __SANITIZE_THREAD__
+  return ::fork();  // the sanitizer has to know
+#else
+  return ::_Fork();
+#endif
+}
+
+double supervision_limit_s(double time_limit_s) { return time_limit_s + grace_s + killing_s + margin_s; }
+
+void kill_below(pid_t guard) {
+  const double stop = now_s() + killing_s;
+  for (bool any = true; any && now_s() < stop;) {
+    any = false;
+    const auto kill_tree = [&](const auto& self, pid_t parent, int depth) -> void {
+      constexpr int deepest = 64;
+      for_each_child(parent, [&](pid_t pid) {
+        if (depth < deepest) self(self, pid, depth + 1);
+        any = true;
+        ::kill(pid, SIGKILL);
+      });
+    };
+    kill_tree(kill_tree, guard, 0);
+    ::kill(guard, SIGCONT);  // it collects who has ended
+    if (any) ::poll(nullptr, 0, longest_look_ms);
+  }
+  ::kill(guard, SIGKILL);
+}
+
 void supervise(const Supervised& program) {
   close_others(program);
   ::setpgid(0, 0);
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(signal, SIG_IGN);
-  const SupervisorReport report = Supervisor(program).run();
-  const ssize_t written = ::write(program.report, &report, sizeof report);
-  ::_exit(written == sizeof report ? 0 : 1);
+  const pid_t guard = ::getpid();
+  const pid_t supervisor = fork_alone();
+  if (supervisor == 0) {
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+    const SupervisorReport report = Supervisor(program, guard).run();
+    if (::getppid() != guard) ::_exit(1);  // killed: what the program has done by itself is not known
+    const ssize_t written = ::write(program.report, &report, sizeof report);
+    ::_exit(written == sizeof report ? 0 : 1);
+  }
+  SupervisorReport failed;
+  failed.start_error = supervisor < 0 ? errno : 0;
+  if (supervisor < 0 && ::write(program.report, &failed, sizeof failed) < 0) ::_exit(1);
+  ::close(program.report);  // its end is the end of the supervisor
+  for (const int stream : program.streams) ::close(stream);
+  if (supervisor > 0) guard_supervisor(supervisor, now_s() + supervision_limit_s(program.time_limit_s));
+  ::_exit(kill_children(now_s() + killing_s) ? 0 : 1);
 }
 
 }  // namespace sextant

@@ -1,9 +1,12 @@
 #pragma once
 
-// The process beside a program (process.h). It starts the program in a group of its own, copies its output
-// into the logs up to their limit, keeps the time, and in the end kills every process that came from it: as
-// their subreaper it is the parent of all that lose theirs. It runs in a fork of a process that may have
-// threads, so it calls nothing but the system.
+// The two processes beside a program (process.h). The supervisor starts the program in a group of its own, copies its
+// output into the logs up to their limit, keeps the time, and in the end kills every process that came from it: as
+// their subreaper it is the parent of all that lose theirs. The guard is the supervisor's parent and a subreaper too:
+// when the program kills or stops the supervisor, or the supervisor is late, the guard kills all that are left. When
+// the guard is killed the supervisor ends the program; when it is stopped, or late, the process that waits for it
+// (process.cc) kills all below it. Both run in a fork of a process that may have threads, so they call nothing but
+// the system.
 
 #include <spawn.h>
 
@@ -33,7 +36,16 @@ struct SupervisorReport {
   ProcessOutcome outcome;
 };
 
-/// Does not return.
+/// What the guard does: forks the supervisor and watches it. Does not return.
 [[noreturn]] void supervise(const Supervised& program);
+
+/// fork() without what libraries have registered to be called by it: the copy uses none of them.
+pid_t fork_alone();
+
+/// The longest time that a supervisor takes for a program with that limit.
+double supervision_limit_s(double time_limit_s);
+
+/// Kills all processes below the guard, whatever state they are in, and then the guard. Its zombie is left to be collected.
+void kill_below(pid_t guard);
 
 }  // namespace sextant

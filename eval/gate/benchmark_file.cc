@@ -13,8 +13,10 @@ double nanoseconds(const Json& entry, const std::string& where) {
 }
 
 double time_of(const Json& entry, const char* key, const std::string& where) {
+  constexpr double shortest = 1e-100, longest = 1e100;  // ratios and products of times are finite doubles
   const auto value = json_member<double>(entry, key, where);
-  if (value < 0) fail("{}: '{}' = {}: must be a time >= 0", where, key, value);
+  if (value != 0 && !(value >= shortest && value <= longest))
+    fail("{}: '{}' = {}: expected 0 or a time from 1e-100 to 1e100", where, key, value);
   return value * nanoseconds(entry, where);
 }
 

@@ -2,9 +2,12 @@
 
 #include <fmt/chrono.h>
 
+#include <charconv>
 #include <cstdlib>
 #include <ctime>
 
+#include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {
@@ -127,7 +130,14 @@ OutputFiles comparison_files(const Comparison& c, const Policy& policy, const st
 
 std::string utc_timestamp() {
   const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
-  const std::time_t now = epoch != nullptr ? std::strtoll(epoch, nullptr, 10) : std::time(nullptr);
+  std::time_t now = std::time(nullptr);
+  if (epoch != nullptr) {
+    constexpr std::time_t last = 253'402'300'799;  // of the year 9999
+    const std::string_view text = epoch;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), now);
+    if (error != std::errc() || end != text.data() + text.size() || now < 0 || now > last)
+      fail("SOURCE_DATE_EPOCH is '{}': expected seconds since 1970, from 0 to {}", one_line(text), last);
+  }
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}", fmt::gmtime(now));
 }
 

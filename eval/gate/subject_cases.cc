@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_fields.h"
 
 namespace sextant {
 namespace {
@@ -69,7 +69,7 @@ class RowWriter {
 
   void put(const std::vector<Interned>& names, const NamedNumbers& numbers) {
     for (const Interned name : names) {
-      if (const auto number = numbers.find(name); number != numbers.end()) put(name, number->second);
+      if (const auto number = numbers.find(name); number != numbers.end()) put(name, internal::summarised(number->second));
     }
   }
 
@@ -177,7 +177,7 @@ void SubjectCollector::add(const Record& record) {
   cases.gates.push_back(record.gate);
   cases.have_truth.push_back(has_truth(record));
   RowWriter errors(cases.errors, row);
-  for (const auto& [name, number] : record.errors) errors.put(name, number);
+  for (const auto& [name, number] : record.errors) errors.put(name, internal::summarised(number));
   RowWriter(cases.truth, row).put(truth_names(), record.values);
   RowWriter(cases.times, row).put(stage_names(), record.time_ms);
   has_times_ = has_times_ || !record.time_ms.empty();

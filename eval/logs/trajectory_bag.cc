@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "sextant/base/interrupt.h"
 #include "sextant/eval/logs/trajectory_message.h"
 
 namespace sextant {
@@ -43,10 +44,12 @@ class Fields {
 
 class BagReader {
  public:
-  BagReader(const std::string& file, const std::string& topic) : file_(file), poses_(file, topic) {}
+  BagReader(const ByteSource& bytes, const std::string& topic)
+      : file_(bytes.name()), poses_(file_, topic), decompressor_(bytes.size()) {}
 
   void read(ByteSource& bytes, uint64_t begin, uint64_t end, bool in_chunk) {
     for (uint64_t at = begin; at < end;) {
+      check_interrupt();
       const std::string where =
           fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
       const auto length = [&] {
@@ -100,7 +103,7 @@ class BagReader {
           if (size != n) fail("{}: a chunk of {} bytes that says {}: damaged", where, n, size);
           read(bytes, at, at + n, true);
         } else {
-          const std::string chunk = decompress(compression, bytes.view(at, n), size, where);
+          const std::string chunk = decompressor_.decompress(compression, bytes.view(at, n), size, where);
           ByteSource inner(chunk, file_);
           read(inner, 0, chunk.size(), true);
         }
@@ -113,6 +116,7 @@ class BagReader {
 
   std::string file_;
   TopicPoses poses_;
+  Decompressor decompressor_;
   std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; empty: not wanted
 };
 
@@ -123,7 +127,7 @@ bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(magic
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic) {
   if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no ROS bag of version 2.0", bytes.name());
-  BagReader reader(bytes.name(), topic);
+  BagReader reader(bytes, topic);
   reader.read(bytes, magic.size(), bytes.size(), false);
   return reader.finish();
 }

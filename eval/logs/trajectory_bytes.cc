@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <memory>
 
+#include "sextant/base/interrupt.h"
+
 namespace sextant {
 namespace {
 
@@ -23,6 +25,7 @@ class Output {
   char* block() { return block_.data(); }
   size_t room() const { return block_.size(); }
   void take(size_t n) {
+    check_interrupt();
     if (out_.size() + n > size_) fail("{}: a block holds more than its {} bytes: damaged", where_, size_);
     out_.append(block_.data(), n);
   }
@@ -109,9 +112,15 @@ std::string_view ByteSource::view(uint64_t at, uint64_t n) {
   return {block_.data() + (at - block_at_), static_cast<size_t>(n)};
 }
 
-std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
-                       const std::string& where) {
+std::string Decompressor::decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                                     const std::string& where) {
   if (size > largest_block) fail("{}: a block of {} bytes: {} at most", where, size, largest_block);
+  if (size > left_) {
+    fail("{}: the compressed chunks up to here unpack to more than 16 MB and 200 times the file: "
+         "decompress the recording if it is not damaged",
+         where);
+  }
+  left_ -= size;
   Output out(size, where);
   if (kind == "lz4") {
     from_lz4(bytes, out);

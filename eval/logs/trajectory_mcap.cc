@@ -2,8 +2,10 @@
 
 #include <libdeflate.h>
 
+#include <cstring>
 #include <optional>
 
+#include "sextant/base/interrupt.h"
 #include "sextant/eval/logs/trajectory_message.h"
 
 namespace sextant {
@@ -21,27 +23,32 @@ enum Op : uint8_t {
 
 class McapReader {
  public:
-  McapReader(const std::string& file, const std::string& topic) : file_(file), poses_(file, topic) {}
+  McapReader(const ByteSource& bytes, const std::string& topic)
+      : file_(bytes.name()), poses_(file_, topic), decompressor_(bytes.size()) {}
 
   /// Records from `at` on; true when the end of data was met.
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
     constexpr uint64_t head_bytes = 1 + 8;
     while (at < bytes.size()) {
-      const std::string where =
-          fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
-      ByteCursor head(bytes.view(at, head_bytes), where);
-      const auto op = head.number<uint8_t>();
-      const auto n = head.number<uint64_t>();
+      check_interrupt();
+      // Only where it is needed: a chunk may hold millions of records that are passed over.
+      const auto where = [&, begin = at] {
+        return fmt::format("{}: record at byte {}{}", file_, begin, in_chunk ? " of its chunk" : "");
+      };
+      const std::string_view head = bytes.view(at, head_bytes);
+      const auto op = static_cast<uint8_t>(head[0]);
+      uint64_t n = 0;
+      std::memcpy(&n, head.data() + 1, sizeof n);
       at += head_bytes;
       if (n > bytes.size() - at) {
         fail(
             "{}: has {} bytes where {} are left: the file is cut off or damaged; `mcap recover` may repair "
             "it",
-            where, n, bytes.size() - at);
+            where(), n, bytes.size() - at);
       }
       if (op == op_data_end && !in_chunk) return true;
       if (op == op_schema || op == op_channel || op == op_message || op == op_chunk)
-        take(op, bytes.view(at, n), in_chunk, where);
+        take(op, bytes.view(at, n), in_chunk, where());
       at += n;
     }
     return false;
@@ -91,7 +98,7 @@ class McapReader {
         fail("{}: a chunk of {} bytes that says {}: damaged", where, packed.size(), size);
       records = packed;
     } else {
-      records = decompress(compression, packed, size, where);
+      records = decompressor_.decompress(compression, packed, size, where);
     }
     if (crc != 0 && libdeflate_crc32(0, records.data(), records.size()) != crc)
       fail("{}: the chunk's CRC does not agree with its content: damaged", where);
@@ -101,6 +108,7 @@ class McapReader {
 
   std::string file_;
   TopicPoses poses_;
+  Decompressor decompressor_;
   std::map<uint16_t, std::string> schemas_;                  // names
   std::map<uint16_t, std::optional<std::string>> channels_;  // topics; empty: not wanted
 };
@@ -112,7 +120,7 @@ bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(magi
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic) {
   if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no MCAP file of version 0", bytes.name());
-  McapReader reader(bytes.name(), topic);
+  McapReader reader(bytes, topic);
   if (!reader.read(bytes, magic.size(), false))
     fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
   return reader.finish();

@@ -107,6 +107,7 @@ py::tuple apply(const Noise& noise, const std::array<double, 5>& camera, uint64_
                 const std::string& dataset, const std::string& sequence, int index, const FrameArrays& arrays,
                 bool keep_missing) {
   const StereoCamera stereo{{camera[0], camera[1], camera[2], camera[3]}, camera[4]};
+  stereo.left.check();
   if (!arrays.depth.is_none()) stereo.check();
   const Frame clean = frame_of(arrays, index, keep_missing);
   NoisyFrame noisy;

@@ -120,7 +120,10 @@ class SummaryDecoder {
  private:
   double finite() {
     const auto value = in_.get<double>();
-    if (!std::isfinite(value)) wrong("a number that is not finite");
+    constexpr double smallest = 1e-210, largest = 1e210;  // sums of squares of record_fields.h's numbers
+    const double size = std::abs(value);
+    if (!(size == 0 || (size >= smallest && size <= largest)))
+      wrong("a number that is neither 0 nor of a size from 1e-210 to 1e210");
     return value;
   }
   int whole(uint64_t at_most) {

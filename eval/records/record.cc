@@ -104,6 +104,12 @@ class StrictReader {
     for (const auto& item : value.items()) {
       if (const char* expected = internal::read_value(item.value(), result[item.key()]))
         internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected, item.value(), where_);
+      if (!internal::is_number_of(name, item.key(), result.at(item.key()))) {
+        const bool is_error = std::string_view(name) == "errors";
+        const std::string expected = fmt::format("{} {} to be {}{}", is_error ? "error" : "number", item.key(),
+                                                 internal::expected_number, is_error ? ", not negative" : "");
+        internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected.c_str(), item.value(), where_);
+      }
     }
     return result;
   }

@@ -27,10 +27,20 @@ struct FieldRule {
     return holds(value.str());
   }
 };
-/// "ego", or "object:" and digits.
+/// "ego", or "object:" and the digits of a number that an int holds.
 bool is_body(std::string_view text);
 bool is_flow_truth(std::string_view text);
 bool is_count(int n);
+
+/// Numbers of a record have a size of at most 1e100: their squares and sums are finite doubles.
+inline constexpr double largest_number = 1e100;
+inline bool is_number(double value) { return value >= -largest_number && value <= largest_number; }
+inline constexpr const char* expected_number = "of a size of at most 1e100";
+/// Whether the map `map` may hold it. Errors that lib/metrics lists are magnitudes.
+bool is_number_of(std::string_view map, Interned name, double value);
+
+/// As statistics take a number: sizes below 1e-100 are 0, so that ratios are finite doubles too.
+inline double summarised(double value) { return value < 1e-100 && value > -1e-100 ? 0 : value; }
 
 /// Sets the value of that name; or returns what would be right, in words.
 const char* from_text(std::string_view text, Status& status);
@@ -44,10 +54,10 @@ void visit_fields(R& r, V& v) {
   v.field("sequence", r.sequence);
   v.field("estimator", r.estimator);
   v.field("noise", r.noise);
-  v.field("level", r.level);
+  v.field("level", r.level, FieldRule<double>{is_number, expected_number});
   v.field("seed", r.seed);
   v.field("frame", r.frame);
-  v.field("body", r.body, Text{is_body, "ego or object:ID"});
+  v.field("body", r.body, Text{is_body, "ego or object:ID, ID from 0 to 2147483647"});
   v.field("status", r.status);
   v.only_if(r.status == Status::gated, "gate", r.gate, "belongs to status 'gated' and to no other");
   v.field("n_points", r.n_points, Count{is_count, "a count >= 0"});

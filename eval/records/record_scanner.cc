@@ -73,7 +73,7 @@ class Scanner {
   }
 
   /// {"key":1.5,...}, keys rising.
-  void numbers(Record::Numbers& numbers) {
+  void numbers(std::string_view name, Record::Numbers& numbers) {
     numbers.clear();
     literal("{");
     if (accept("}")) return;
@@ -81,7 +81,7 @@ class Scanner {
       const Interned key = text();
       literal(":");
       const auto value = number<double>();
-      if (!good_ || !numbers.append(key, value)) return fail_with();
+      if (!good_ || !is_number_of(name, key, value) || !numbers.append(key, value)) return fail_with();
     } while (accept(","));
     literal("}");
   }
@@ -108,7 +108,7 @@ class FieldScanner : public Scanner {
     if constexpr (std::is_enum_v<T>) {
       if (good() && from_text(text(), value) != nullptr) fail_with();
     } else if constexpr (std::is_same_v<T, Record::Numbers>) {
-      numbers(value);
+      numbers(name, value);
     } else if constexpr (std::is_same_v<T, Interned>) {
       value = text();
     } else {

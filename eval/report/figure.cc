@@ -5,6 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/scratch_folder.h"
@@ -99,9 +100,8 @@ bool ends_with(std::string_view bytes, std::string_view end) {
   return bytes.ends_with(end);
 }
 
-}  // namespace
-
-std::string file_stem(const std::string& text) {
+/// Letters, digits, '.' and '_' of the text, a '-' in place of others between them.
+std::string plain_stem(const std::string& text) {
   std::string stem;
   for (const char c : text) {
     const bool plain =
@@ -110,7 +110,19 @@ std::string file_stem(const std::string& text) {
     if (!plain && !stem.empty() && stem.back() != '-') stem.push_back('-');
   }
   while (!stem.empty() && stem.back() == '-') stem.pop_back();
-  return stem.empty() ? "figure" : stem;
+  return stem;
+}
+
+}  // namespace
+
+std::string file_stem(const std::string& text) {
+  const std::string stem = plain_stem(text);
+  if (stem.empty()) return "figure";
+  constexpr size_t longest = 48, digits = 8;  // several make a name, which may have 255 bytes
+  if (stem.size() <= longest) return stem;
+  std::string kept = stem.substr(0, longest - 1 - digits);
+  while (kept.back() == '-') kept.pop_back();
+  return kept + "-" + sha256(text).substr(0, digits);
 }
 
 std::string line_colour(size_t i) {
@@ -167,9 +179,10 @@ namespace {
 
 OutputFiles drawn(const Figure& figure, bool svg_alone) {
   // gnuplot takes "< cmd" as data and "| cmd" as output for commands.
-  SEXTANT_CHECK(file_stem(figure.name) == figure.name && figure.name.front() != '.' &&
+  SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name && figure.name.front() != '.' &&
                 figure.name.front() != '-');
   const ScratchFolder scratch("sextant-figure-");
+  const RemovedOnInterrupt on_interrupt(scratch.path());
   const std::string script = figure.name + ".gp";
   OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure, svg_alone)}};
   for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);

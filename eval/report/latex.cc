@@ -62,6 +62,12 @@ std::string latex_cell(const Cell& cell, const Column& column) {
   return latex_escaped(text);
 }
 
+/// What stands first in a row: "\\\\" and the rules of booktabs would take "[5cm]" or "*" behind them for an argument.
+std::string first_in_row(const std::string& text) {
+  const bool is_argument = text.starts_with('[') || text.starts_with('*');
+  return is_argument ? fmt::format("{{{}}}{}", text.substr(0, 1), text.substr(1)) : text;
+}
+
 }  // namespace
 
 std::string latex_escaped(const std::string& text) {
@@ -95,10 +101,11 @@ std::string to_latex(const Table& whole, const std::string& name) {
   text += "\\begin{tabular}{@{}";
   for (const Column& column : table.columns) text += column.align == Align::left ? "l" : "r";
   text += "@{}}\n\\toprule\n";
-  for (size_t j = 0; j < n; ++j) text += (j > 0 ? " & " : "") + latex_escaped(table.columns[j].title);
+  const auto add = [&](size_t j, const std::string& cell) { text += j > 0 ? " & " + cell : first_in_row(cell); };
+  for (size_t j = 0; j < n; ++j) add(j, latex_escaped(table.columns[j].title));
   text += " \\\\\n\\midrule\n";
   for (const std::vector<Cell>& row : table.rows) {
-    for (size_t j = 0; j < n; ++j) text += (j > 0 ? " & " : "") + latex_cell(row[j], table.columns[j]);
+    for (size_t j = 0; j < n; ++j) add(j, latex_cell(row[j], table.columns[j]));
     text += " \\\\\n";
   }
   text += "\\bottomrule\n\\end{tabular}\n";

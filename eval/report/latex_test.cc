@@ -25,6 +25,13 @@ Table table_of(int n_numbers) {
   return table;
 }
 
+/// Labels that "\\\\" would take for its optional argument or its star.
+Table labels_table() {
+  Table table{.title = "Labels", .columns = {Column::text("label"), Column::text("other")}};
+  for (const char* label : {"[5cm]", "[p] x", "*", "x"}) table.add_row({label, "a"});
+  return table;
+}
+
 TEST(Latex, EscapesFoldsAndSetsNumbers) {
   const std::string text = to_latex(table_of(2), "flow_err");
   for (const char* part :
@@ -35,8 +42,14 @@ TEST(Latex, EscapesFoldsAndSetsNumbers) {
   EXPECT_THAT(to_latex(table_of(8), "wide"), HasSubstr("\\begin{table*}\n\\centering\n"));
 }
 
+TEST(Latex, TheFirstCellOfARowIsNoArgumentOfTheLineBreak) {
+  const std::string text = to_latex(labels_table(), "labels");
+  for (const char* row : {"\\midrule\n{[}5cm] & a \\\\\n", "{[}p] x & a", "{*} & a", "\nx & a"})
+    EXPECT_THAT(text, HasSubstr(row));
+}
+
 TEST(Latex, CompilesUnderPdflatex) {
-  std::string body;
+  std::string body = to_latex(labels_table(), "labels");
   for (const int n : {1, 8, 20}) body += to_latex(table_of(n), fmt::format("t{}", n));
   const std::optional<Compiled> page = compile_latex(body);
   if (!page) GTEST_SKIP() << no_pdflatex;

@@ -7,6 +7,8 @@
 #include <set>
 #include <tuple>
 
+#include "sextant/eval/records/record_fields.h"
+
 namespace sextant {
 namespace {
 
@@ -65,24 +67,24 @@ void NoiseLevel::add(const Record& record) {
   for (size_t e = 0; e < errors_.size(); ++e) {
     const Interned name = names[e];
     const auto error = is_estimated ? find_number(record.errors, name) : std::nullopt;
-    errors_[e].push_back(error.value_or(missing));
+    errors_[e].push_back(error ? internal::summarised(*error) : missing);
     if (!error) continue;
     ++n_of_[e];
     if (const auto bound = find_number(record.bound, name)) {
       has_bound |= static_cast<uint8_t>(1U << e);
-      bounds_[e].add(*bound);
+      bounds_[e].add(internal::summarised(*bound));
     }
   }
   has_bound_.push_back(has_bound);
   if (!is_estimated) return;
   static const Interned nees = "nees", epe_initial_px = "epe_initial_px", distance_gt_m = "distance_gt_m",
                         Et_m = "Et_m";
-  if (const auto value = find_number(record.values, nees)) nees_.add(*value);
+  if (const auto value = find_number(record.values, nees)) nees_.add(internal::summarised(*value));
   if (const auto epe = find_number(record.errors, epe_initial_px); epe && record.flow_truth == "given")
-    epe_initial_px_.add(*epe);
+    epe_initial_px_.add(internal::summarised(*epe));
   if (const auto distance_m = find_number(record.values, distance_gt_m);
       distance_m && record.errors.contains(Et_m))
-    distance_gt_m_.add(*distance_m);
+    distance_gt_m_.add(internal::summarised(*distance_m));
 }
 
 void NoiseLevel::add(uint64_t seed, const BodySums& body) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <unordered_map>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -26,6 +27,22 @@ class LevelInTable {
     }
   }
 
+  /// The values in those of its columns that all rows of the table fill; key_of_row() of the rows that it can be behind.
+  std::string key(const std::vector<bool>& filled) const {
+    std::string key;
+    for (const auto& [column, value] : said_) {
+      if (filled[column]) add_to_key(value, key);
+    }
+    return key;
+  }
+  std::string key_of_row(const std::vector<bool>& filled, const std::vector<Cell>& row) const {
+    std::string key;
+    for (const auto& [column, value] : said_) {
+      if (filled[column]) add_to_key(row[column], key);
+    }
+    return key;
+  }
+
   /// An empty cell agrees with everything; a row that compares two estimators has both behind it.
   bool is_behind(const std::vector<Cell>& row) const {
     const auto agrees = [&row](size_t column, const Cell& value) {
@@ -36,6 +53,12 @@ class LevelInTable {
   }
 
  private:
+  static void add_to_key(const Cell& cell, std::string& key) {
+    if (const auto* text = std::get_if<std::string>(&cell)) key += *text;
+    if (const auto* number = std::get_if<double>(&cell)) key += fmt::format("{}", *number + 0.0);  // -0 is 0
+    key.push_back('\0');
+  }
+
   Cell estimator_;
   std::optional<size_t> first_, second_;
   std::vector<std::pair<size_t, Cell>> said_;
@@ -61,11 +84,21 @@ void add_links(const std::vector<PlaceOfRows>& all, const fs::path& page_folder,
   }
   const size_t at = table.place("records");
   table.columns[at].fold = false;
+  // Levels by what they say in the columns that every row fills, so that a row meets its own alone.
+  std::vector<bool> filled(table.columns.size());
+  for (size_t j = 0; j < filled.size(); ++j) {
+    filled[j] = std::ranges::none_of(
+        table.rows, [&](const std::vector<Cell>& row) { return std::holds_alternative<std::monostate>(row[j]); });
+  }
+  std::unordered_map<std::string, std::vector<const PlaceOfRows*>> by_key;
+  for (const PlaceOfRows& place : all) by_key[place.level.key(filled)].push_back(&place);
   std::vector<std::string> addresses;
   for (std::vector<Cell>& row : table.rows) {
     RowRecords behind;
-    for (const auto& [level, place] : all) {
-      if (level.is_behind(row)) behind.add(*place);
+    if (const auto found = by_key.find(all.front().level.key_of_row(filled, row)); found != by_key.end()) {
+      for (const PlaceOfRows* place : found->second) {
+        if (place->level.is_behind(row)) behind.add(*place->place);
+      }
     }
     if (behind.n > 0) row[at] = behind.text();
     addresses.push_back(behind.n == 0 ? "" : address_from(page_folder, behind.file));

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "sextant/base/error.h"
+#include "sextant/base/spreadsheet.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/table_layout.h"
 
@@ -46,7 +47,7 @@ Layout lay_out(const Table& table, size_t min_width) {
 }
 
 std::string exact(const Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return csv_field(*text);
+  if (const auto* text = std::get_if<std::string>(&cell)) return spreadsheet_field(*text);
   if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{}", *number);
   return "";
 }
@@ -116,15 +117,13 @@ std::vector<Table> split_rows(const Table& table, const std::vector<std::string>
   for (size_t j = 0; j < table.columns.size(); ++j) {
     if (std::ranges::find(keys, table.columns[j].key) != keys.end()) columns.push_back(j);
   }
+  const Table empty{table.title, table.caption, table.columns, {}, table.notes};
   std::vector<Table> parts;
   for (const std::vector<Cell>& row : table.rows) {
     const bool continues = !parts.empty() && std::ranges::all_of(columns, [&](size_t j) {
       return parts.back().rows.back()[j] == row[j];
     });
-    if (!continues) {
-      parts.push_back(table);
-      parts.back().rows.clear();
-    }
+    if (!continues) parts.push_back(empty);
     parts.back().rows.push_back(row);
   }
   return parts;
@@ -183,7 +182,7 @@ std::string to_markdown(const Table& whole) {
 std::string to_csv(const Table& table) {
   std::string text;
   for (size_t j = 0; j < table.columns.size(); ++j)
-    text.append(j > 0 ? 1 : 0, ',').append(csv_field(table.columns[j].key));
+    text.append(j > 0 ? 1 : 0, ',').append(spreadsheet_field(table.columns[j].key));
   text += "\n";
   for (const std::vector<Cell>& row : table.rows) {
     for (size_t j = 0; j < row.size(); ++j) text.append(j > 0 ? 1 : 0, ',').append(exact(row[j]));

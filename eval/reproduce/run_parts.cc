@@ -4,6 +4,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/safe_paths.h"
+#include "sextant/base/standard_streams.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/pictures/pictures.h"
@@ -120,7 +121,7 @@ class PartLines {
     start_ = Clock::now();
     name_ = part.name;
     if (quiet_) return;
-    fmt::print(stderr, "[{}/{}] {}{}\n", at_, n_, part.title, finished ? " (finished before)" : "");
+    print_error(fmt::format("[{}/{}] {}{}\n", at_, n_, part.title, finished ? " (finished before)" : ""));
   }
   void end() {
     const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
@@ -129,9 +130,9 @@ class PartLines {
     if (quiet_) return;
     const size_t left = n_ - at_;
     const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(left);
-    fmt::print(stderr, "      {:.1f} s", seconds);
-    if (left > 0) fmt::print(stderr, "; {} part{} left, about {:.0f} s", left, left == 1 ? "" : "s", left_s);
-    fmt::print(stderr, "\n");
+    print_error(fmt::format("      {:.1f} s", seconds));
+    if (left > 0) print_error(fmt::format("; {} part{} left, about {:.0f} s", left, left == 1 ? "" : "s", left_s));
+    print_error("\n");
   }
 
   /// What took the time, the longest first.
@@ -142,7 +143,7 @@ class PartLines {
     std::string text;
     for (size_t i = 0; i < std::min(most, times_.size()) && times_[i].first >= worth_telling_s; ++i)
       text += fmt::format("{}{} {:.1f} s", i > 0 ? ", " : "", times_[i].second, times_[i].first);
-    if (!quiet_ && !text.empty()) fmt::print(stderr, "{} parts in {:.1f} s: {}\n", at_, total_s_, text);
+    if (!quiet_ && !text.empty()) print_error(fmt::format("{} parts in {:.1f} s: {}\n", at_, total_s_, text));
   }
 
  private:

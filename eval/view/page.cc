@@ -11,6 +11,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/json_members.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/base/progress.h"
 #include "sextant/datasets/codec/jpeg.h"
@@ -68,7 +69,7 @@ Json outlines(const Image<uint16_t>& mask) {
     }
     std::vector<std::vector<cv::Point>> contours;
     cv::findContours(region, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_TC89_L1, box.tl());
-    Json& of_instance = json[std::to_string(id)] = Json::array();
+    Json& of_instance = *append_member(json, std::to_string(id), Json::array());
     for (const std::vector<cv::Point>& contour : contours) {
       if (contour.size() < 3) continue;
       Json line = Json::array();
@@ -91,7 +92,7 @@ Json tracks_json(const std::vector<BodyTrack>& tracks) {
   constexpr double steps_per_m = 1e4;
   Json json = Json::object();
   for (const BodyTrack& track : tracks) {
-    Json& points = json[track.body] = Json::array();
+    Json points = Json::array();
     for (const TrackPoint& point : track.points) {
       Json entry = {point.frame};
       for (const auto* p : {&point.estimate_m, &point.truth_m}) {
@@ -100,6 +101,7 @@ Json tracks_json(const std::vector<BodyTrack>& tracks) {
       }
       points.push_back(std::move(entry));
     }
+    append_member(json, track.body, std::move(points));
   }
   return json;
 }
@@ -107,7 +109,7 @@ Json tracks_json(const std::vector<BodyTrack>& tracks) {
 Json pairs_json(const ViewedRun& run) {
   Json json = Json::object();
   for (const auto& [frame, bodies] : run.pairs) {
-    Json& of_frame = json[std::to_string(frame)] = Json::object();
+    Json& of_frame = *append_member(json, std::to_string(frame), Json::object());
     for (const auto& [name, body] : bodies) {
       Json entry = {{"n", body.drawn.n_all}, {"points", packed(body.drawn)}, {"band", Json::object()}};
       const auto set = [&](const char* key, double value) {
@@ -117,7 +119,7 @@ Json pairs_json(const ViewedRun& run) {
       set("ER_deg", body.band.ER_deg);
       set("Ev_kmh", body.band.Ev_kmh);
       if (body.position) entry["position"] = {body.position->xx, body.position->xz, body.position->zz};
-      of_frame[name] = std::move(entry);
+      append_member(of_frame, name, std::move(entry));
     }
   }
   return json;
@@ -125,12 +127,17 @@ Json pairs_json(const ViewedRun& run) {
 
 /// As in records.jsonl, without what all records of the run have in common.
 Json records_json(const ViewedRun& run) {
-  Json json = Json::object();
+  std::map<int, std::map<std::string, Json>> by_frame;
   for (const Record& record : run.records) {
     Json entry = to_json(record);
     for (const char* key : {"schema", "dataset", "sequence", "estimator", "noise", "level", "seed", "frame", "body"})
       entry.erase(key);
-    json[std::to_string(record.frame)][record.body.str()] = std::move(entry);
+    by_frame[record.frame][record.body.str()] = std::move(entry);
+  }
+  Json json = Json::object();
+  for (auto& [frame, bodies] : by_frame) {
+    Json& of_frame = *append_member(json, std::to_string(frame), Json::object());
+    for (auto& [body, entry] : bodies) append_member(of_frame, body, std::move(entry));
   }
   return json;
 }

@@ -7,6 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/registry.h"
+#include "sextant/base/spreadsheet.h"
 #include "sextant/base/status.h"
 #include "sextant/base/testing.h"
 #include "sextant/base/text.h"
@@ -45,7 +46,7 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
 TEST(NumberIn, TakesTheWholeTextOrNothing) {
   EXPECT_EQ(number_in("+2.5"), 2.5);
   EXPECT_EQ(number_in("-3e2"), -300);
-  for (const char* none : {"", "+", "1x", " 1", "0x10", "++1"}) EXPECT_FALSE(number_in(none)) << none;
+  for (const char* none : {"", "+", "1x", " 1", "0x10", "++1", "+-1", "-+1"}) EXPECT_FALSE(number_in(none)) << none;
   EXPECT_EQ(number_in("1e-400"), 0);
   EXPECT_EQ(number_in("0." + std::string(400, '0') + "1"), 0);
   EXPECT_EQ(number_in("-1e400"), -std::numeric_limits<double>::infinity());
@@ -119,6 +120,20 @@ TEST(Text, Utf8IsTheShortestForm) {
 TEST(Text, PagesHoldWhatXmlKnows) {
   EXPECT_EQ(page_text("a\n\t\u0394"), "a\n\t\u0394");
   EXPECT_EQ(page_text("a\x01\uFFFE\uFFFF\xff"), "a\uFFFD\uFFFD\uFFFD\uFFFD");
+}
+
+TEST(Text, DirectionsAreShownAsCodePoints) {
+  EXPECT_EQ(one_line("a\u202eb\u2069"), "aU+202EbU+2069");
+  EXPECT_EQ(page_text("\u202a\u2066"), "U+202AU+2066");
+  EXPECT_EQ(with_directions_shown("\u2029\u202f\u2065\u206a\xe2"), "\u2029\u202f\u2065\u206a\xe2");
+}
+
+TEST(Text, SpreadsheetFieldsAreNoFormulas) {
+  for (const char* formula : {"=1+2", "+a", "-a", "@SUM(1)", "\t1", "\r1"})
+    EXPECT_EQ(spreadsheet_field(formula), fmt::format("\"'{}\"", formula));
+  EXPECT_EQ(spreadsheet_field("=a,\"b\""), "\"'=a,\"\"b\"\"\"");
+  for (const char* plain : {"-1.5", "+2", "a=b", "-1e-3", ""}) EXPECT_EQ(spreadsheet_field(plain), plain);
+  EXPECT_EQ(spreadsheet_field("a,b"), "\"a,b\"");
 }
 
 TEST(Text, OneLineHasNoControlCharacters) {

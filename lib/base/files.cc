@@ -11,7 +11,9 @@
 
 #include "sextant/base/descriptor.h"
 #include "sextant/base/error.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/opened_file.h"
 
 namespace sextant {
 namespace {
@@ -22,7 +24,22 @@ std::string size_text(uint64_t bytes, int digits) {
                      large ? "GB" : "MB");
 }
 
+struct LastOpened {
+  std::mutex mutex;
+  std::string path;
+};
+
+LastOpened& last_opened() {
+  static LastOpened last;
+  return last;
+}
+
 }  // namespace
+
+std::string last_opened_file() {
+  const std::scoped_lock lock(last_opened().mutex);
+  return last_opened().path;
+}
 
 FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) : path_(path.string()) {
   // O_NONBLOCK: a pipe without a writer would be waited for.
@@ -40,7 +57,11 @@ FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) 
     problem = fmt::format("has {}, expected at most {} for {}", size_text(size_, 1),
                           size_text(kind.max_bytes, 2), kind.name);
   }
-  if (problem.empty()) return;
+  if (problem.empty()) {
+    const std::scoped_lock lock(last_opened().mutex);
+    last_opened().path = path_;
+    return;
+  }
   ::close(file_);
   fail("{}: {}", path_, problem);
 }
@@ -50,6 +71,7 @@ FileReader::~FileReader() {
 }
 
 size_t FileReader::read(char* to, size_t n, uint64_t at) const {
+  check_interrupt();
   size_t done = 0;
   while (done < n) {
     const ssize_t got = ::pread(file_, to + done, n - done, static_cast<off_t>(at + done));

@@ -1,7 +1,17 @@
 #include "sextant/base/interrupt.h"
 
+#include <pthread.h>
+#include <semaphore.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <mutex>
+#include <set>
+#include <thread>
 
 namespace sextant {
 namespace {
@@ -9,11 +19,62 @@ namespace {
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
 
-void on_signal(int) { interrupted = true; }
+sem_t signal_came;
+
+void on_signal(int) {
+  interrupted = true;
+  ::sem_post(&signal_came);
+}
+
+/// What the watcher needs. Never destroyed: the watcher may outlive static objects.
+struct Watch {
+  std::string last_words;
+  int exit_code = 0;
+  std::timed_mutex mutex;
+  std::multiset<std::filesystem::path> folders;
+};
+
+Watch& watch() {
+  static Watch* const the_watch = new Watch;
+  return *the_watch;
+}
+
+void* end_after_signal(void*) {
+  while (::sem_wait(&signal_came) != 0 && errno == EINTR) {
+  }
+  std::this_thread::sleep_for(std::chrono::duration<double>(interrupt_grace_s));
+  Watch& w = watch();
+  if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {  // not unlocked: nothing is added from here on
+    std::error_code ignored;
+    for (const std::filesystem::path& folder : w.folders) std::filesystem::remove_all(folder, ignored);
+  }
+  if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {  // nobody is there to read it
+  }
+  std::_Exit(w.exit_code);
+}
+
+/// A thread of a small stack that no signal is delivered to. Without it (`ulimit -u`) check_interrupt() remains.
+void start_watcher() {
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  pthread_attr_t attributes;
+  ::pthread_attr_init(&attributes);
+  ::pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED);
+  ::pthread_attr_setstacksize(&attributes, size_t{1} << 18);
+  pthread_t thread;
+  ::pthread_create(&thread, &attributes, &end_after_signal, nullptr);
+  ::pthread_attr_destroy(&attributes);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
 
 }  // namespace
 
-void install_interrupt_handler() {
+void install_interrupt_handler(std::string last_words, int exit_code) {
+  watch().last_words = std::move(last_words);
+  watch().exit_code = exit_code;
+  ::sem_init(&signal_came, 0, 0);
+  start_watcher();
   struct sigaction action {};
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESETHAND;
@@ -21,8 +82,20 @@ void install_interrupt_handler() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+bool is_interrupted() { return interrupted; }
+
 void check_interrupt() {
   if (interrupted) throw Interrupted();
+}
+
+RemovedOnInterrupt::RemovedOnInterrupt(std::filesystem::path folder) : folder_(std::move(folder)) {
+  const std::scoped_lock lock(watch().mutex);
+  watch().folders.insert(folder_);
+}
+
+RemovedOnInterrupt::~RemovedOnInterrupt() {
+  const std::scoped_lock lock(watch().mutex);
+  watch().folders.erase(watch().folders.find(folder_));
 }
 
 }  // namespace sextant

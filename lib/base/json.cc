@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 #include <vector>
 
 #include "sextant/base/files.h"
+#include "sextant/base/json_members.h"
+#include "sextant/base/spreadsheet.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -47,7 +50,7 @@ class Builder final : public nlohmann::json_sax<Json> {
   bool end_array() override { return close(); }
 
   bool key(string_t& name) override {
-    if (open_.back()->contains(name)) {
+    if (!open_.back().add_key(name)) {
       problem_ = fmt::format("key '{}' is there twice", one_line(name));
       return false;
     }
@@ -70,17 +73,34 @@ class Builder final : public nlohmann::json_sax<Json> {
   size_t n_read() const { return n_read_; }
 
  private:
+  /// A list or object whose end has not been read.
+  struct Open {
+    Json* value;
+    std::unordered_set<std::string> keys{};  ///< of an object of more than few_keys
+
+    /// False where it is known. Json looks through all keys of an object for one, which is quadratic for many.
+    bool add_key(const std::string& name) {
+      constexpr size_t few_keys = 32;
+      const auto& items = value->get_ref<const Json::object_t&>();
+      if (items.size() < few_keys) return !value->contains(name);
+      if (keys.empty()) {
+        for (const auto& item : items) keys.insert(item.first);
+      }
+      return keys.insert(name).second;
+    }
+  };
+
   Json* insert(Json value) {
     if (open_.empty()) {
       root_ = std::move(value);
       return &root_;
     }
-    Json& parent = *open_.back();
+    Json& parent = *open_.back().value;
     if (parent.is_array()) {
       parent.push_back(std::move(value));
       return &parent.back();
     }
-    return &(parent[std::move(key_)] = std::move(value));
+    return append_member(parent, std::move(key_), std::move(value));
   }
   bool put(Json value) {
     insert(std::move(value));
@@ -92,7 +112,7 @@ class Builder final : public nlohmann::json_sax<Json> {
       problem_ = fmt::format("more than {} levels of objects and lists", max_json_depth);
       return false;
     }
-    open_.push_back(insert(std::move(value)));
+    open_.push_back({insert(std::move(value))});
     return true;
   }
   bool close() {
@@ -101,14 +121,20 @@ class Builder final : public nlohmann::json_sax<Json> {
   }
 
   Json root_;
-  std::vector<Json*> open_;
+  std::vector<Open> open_;
   std::string key_;
   std::string problem_;
   size_t n_read_ = 0;
 };
 
+/// Controls of bidirectional text as escapes, which read back the same: JSON is printed to terminals too.
 std::string dumped(const Json& value, int indent) {
-  return value.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
+  std::string text = value.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
+  for (size_t at = text.find("\xe2"); at != std::string::npos; at = text.find("\xe2", at + 1)) {
+    const std::string sign = text.substr(at, 3), code = with_directions_shown(sign);
+    if (code != sign) text.replace(at, 3, fmt::format("\\u{}", code.substr(2)));
+  }
+  return text;
 }
 
 /// Where an integer's range ends: "an integer" or "a 32-bit integer".

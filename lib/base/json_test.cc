@@ -40,6 +40,15 @@ TEST(ParseJson, AKeyThatIsThereTwiceIsRefused) {
   EXPECT_EQ(parse_error("{\"a\": 1,\n\"b\": {\"a\": 2}, \"a\": 3}"), "f.json:2: key 'a' is there twice");
 }
 
+TEST(ParseJson, ManyKeysTakeLinearTime) {
+  std::string text = "{";
+  for (int i = 0; i < 200'000; ++i) text += fmt::format("\"key {}\":{},", i, i);
+  const Json json = parse_json(text + "\"last\":{}}", "f");
+  EXPECT_EQ(json.size(), 200'001U);
+  EXPECT_EQ(json.at("key 7"), 7);
+  EXPECT_EQ(parse_error(text + "\"key 99999\":1}"), "f.json:1: key 'key 99999' is there twice");
+}
+
 TEST(ParseJson, DepthIsLimited) {
   EXPECT_EQ(parse_json(nested(max_json_depth), "f").size(), 1U);
   EXPECT_EQ(parse_error("\n" + nested(max_json_depth + 1)),
@@ -67,6 +76,12 @@ TEST(JsonMember, ErrorsNameFileAndKey) {
             "f: key 'text': expected an object, got \"a\"");
   EXPECT_EQ(error_of([&] { json_member<int>(Json(3), "a", "f"); }), "f: expected an object, got 3");
   EXPECT_TRUE(json_list(json, "other", "f").empty());
+}
+
+TEST(JsonText, DirectionsAreEscapedAndReadBackTheSame) {
+  const Json json = {{"a\u202e", "\u2066b\u2069 \u0394"}};
+  EXPECT_EQ(json_line(json), "{\"a\\u202E\":\"\\u2066b\\u2069 \u0394\"}");
+  EXPECT_EQ(parse_json(json_text(json), "f"), json);
 }
 
 TEST(JsonText, HoldsAnyBytesAndExcerptsAreShort) {

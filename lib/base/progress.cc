@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/standard_streams.h"
+
 namespace sextant {
 namespace {
 
@@ -47,8 +49,8 @@ Progress::~Progress() {
     if (part == all.parts.end()) part = all.parts.insert(all.parts.end(), {what_, 0.0});
     part->second += elapsed_s;
   }
-  if (terminal_ && done_ > 0) fmt::print(stderr, "\r\033[K");
-  if (logged_) fmt::print(stderr, "{} {}/{} in {:.1f} s\n", what_, done_, total_, elapsed_s);
+  if (terminal_ && done_ > 0) print_error("\r\033[K");
+  if (logged_) print_error(fmt::format("{} {}/{} in {:.1f} s\n", what_, done_, total_, elapsed_s));
 }
 
 void Progress::advance(int steps) {
@@ -60,12 +62,12 @@ void Progress::advance(int steps) {
   if (terminal_) {
     if (done_ < total_ && now - last_draw_ < std::chrono::milliseconds(100)) return;
     last_draw_ = now;
-    fmt::print(stderr, "\r\033[K{}", line(elapsed_s));
+    print_error(fmt::format("\r\033[K{}", line(elapsed_s)));
     std::fflush(stderr);
   } else if (elapsed_s >= next_log_s_ && done_ < total_) {
     next_log_s_ = elapsed_s + std::min(elapsed_s, longest_pause_s);
     logged_ = true;
-    fmt::print(stderr, "{}\n", line(elapsed_s));
+    print_error(fmt::format("{}\n", line(elapsed_s)));
   }
 }
 

@@ -9,6 +9,8 @@
 #include <limits>
 #include <numeric>
 
+#include "sextant/base/spreadsheet.h"
+
 namespace sextant {
 namespace {
 
@@ -40,6 +42,10 @@ bool is_in_xml(uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
 }
 
+/// Embeddings, overrides and isolates of bidirectional text (Unicode TR 9): they reorder what is shown around them.
+bool is_direction(uint32_t code) { return (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069); }
+
+/// A character that `leave` refuses becomes `replacement`.
 template <typename Leave>
 std::string cleaned(std::string_view text, std::string_view replacement, const Leave& leave) {
   std::string out;
@@ -112,7 +118,10 @@ bool is_digits(std::string_view text) {
 }
 
 std::optional<double> number_in(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.starts_with('+')) {
+    text.remove_prefix(1);
+    if (text.starts_with('-')) return std::nullopt;
+  }
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty()) return std::nullopt;
@@ -136,11 +145,35 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string page_text(std::string_view text) { return cleaned(text, "\uFFFD", is_in_xml); }
+std::string with_directions_shown(std::string_view text) {
+  if (text.find('\xe2') == std::string_view::npos) return std::string(text);
+  std::string out;
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    const size_t n = std::max<size_t>(1, c.bytes);
+    if (c.bytes > 0 && is_direction(c.code))
+      out += fmt::format("U+{:04X}", c.code);
+    else
+      out += text.substr(0, n);
+    text.remove_prefix(n);
+  }
+  return out;
+}
+
+std::string page_text(std::string_view text) { return with_directions_shown(cleaned(text, "\uFFFD", is_in_xml)); }
 
 std::string one_line(std::string_view text) {
   std::string blank = cleaned(text, "\uFFFD", [](uint32_t c) { return is_in_xml(c) || is_control(c); });
-  return cleaned(blank, " ", [](uint32_t c) { return !is_control(c); });
+  return with_directions_shown(cleaned(blank, " ", [](uint32_t c) { return !is_control(c); }));
+}
+
+std::string spreadsheet_field(std::string_view given) {
+  const std::string text = with_directions_shown(given);
+  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos &&
+                          !number_in(text);
+  if (!is_formula) return csv_field(text);
+  const std::string field = csv_field("'" + text);
+  return field.starts_with('"') ? field : '"' + field + '"';
 }
 
 }  // namespace sextant

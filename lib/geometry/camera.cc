@@ -5,17 +5,27 @@
 #include "sextant/base/error.h"
 
 namespace sextant {
+namespace {
+
+// Beyond these a ray or its square is no finite double.
+constexpr double smallest_focal = 1e-6, largest_focal = 1e9;
+
+}  // namespace
 
 void PinholeCamera::check() const {
-  const bool finite = std::isfinite(fx) && std::isfinite(fy) && std::isfinite(cx) && std::isfinite(cy);
-  if (!finite || fx <= 0 || fy <= 0) {
-    fail("camera fx={} fy={} cx={} cy={}: expected finite numbers with fx > 0 and fy > 0", fx, fy, cx, cy);
+  const auto is_focal = [](double f) { return f >= smallest_focal && f <= largest_focal; };
+  const auto is_centre = [](double c) { return std::abs(c) <= largest_focal; };
+  if (!is_focal(fx) || !is_focal(fy) || !is_centre(cx) || !is_centre(cy)) {
+    fail("camera fx={} fy={} cx={} cy={}: expected finite numbers with fx > 0 and fy > 0, from {} to {}", fx, fy, cx, cy,
+         smallest_focal, largest_focal);
   }
 }
 
 void StereoCamera::check() const {
   left.check();
-  if (!std::isfinite(bf) || bf <= 0) fail("camera bf={}: expected a finite number > 0 (px m)", bf);
+  if (!(bf >= smallest_focal && bf <= largest_focal)) {
+    fail("camera bf={}: expected a finite number > 0 (px m), from {} to {}", bf, smallest_focal, largest_focal);
+  }
 }
 
 }  // namespace sextant

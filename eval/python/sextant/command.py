@@ -10,7 +10,7 @@ import typing
 
 from . import estimators as functions
 from ._core import Error
-from .arguments import choice, json_text, number, text, whole
+from .arguments import choice, json_text, number, path, text, whole
 from .program_call import Progress, ProgramError, call, program
 from .records import read
 from .trajectories import ErrorStatistics
@@ -115,18 +115,11 @@ class Export:
     columns: int
 
 
-def _path(name, value):
-    try:
-        return os.fsdecode(value)
-    except TypeError:
-        raise Error(f"{name}: expected a path, got {value!r} of type {type(value).__name__}") from None
-
-
 def _texts(name, values):
     if isinstance(values, (str, os.PathLike)):
         values = [values]
     try:
-        found = [_path(name, value) for value in values]
+        found = [path(name, value) for value in values]
     except TypeError:
         raise Error(f"{name}: expected a text or a list of them, got {values!r}") from None
     if not found:
@@ -153,11 +146,11 @@ def _noise_text(noise):
     return json_text("noise", noise.options if hasattr(noise, "options") else noise)
 
 
-def _read(path):
+def _read(plan):
     try:
-        return pathlib.Path(_path("plan", path)).read_text(encoding="utf-8")
+        return pathlib.Path(path("plan", plan)).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise Error(f"plan: cannot read {path}: {error}") from None
+        raise Error(f"plan: cannot read {plan}: {error}") from None
 
 
 @contextlib.contextmanager
@@ -175,10 +168,10 @@ def _plan_file(plan):
 def run(sources, *, out, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
         jobs=None, data=None, force=False, progress=None):
     """`sextant run`. `estimator` may be a function of a sextant.Problem, which is then run in this process."""
-    sources, out = _texts("sources", sources), _path("out", out)
+    sources, out = _texts("sources", sources), path("out", out)
     seeds, level = whole("seeds", seeds, 1, 1000000), number("level", level)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
-    data = _path("data", data or os.environ.get("SEXTANT_DATA", ""))
+    data = path("data", data or os.environ.get("SEXTANT_DATA", ""))
     if callable(estimator):
         if procedure is not None:
             raise Error("procedure: expected None with a function as estimator")
@@ -199,12 +192,12 @@ def run(sources, *, out, estimator="joint_flow", noise="none", options=None, see
 def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None):
     """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME.
     Finished cases of a function that has changed since are run again, or kept with `reuse_stale`; `force` starts over."""
-    out = _path("out", out)
+    out = path("out", out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
-    data, cache = _path("data", data or os.environ.get("SEXTANT_DATA", "")), _path("cache", cache or "")
+    data, cache = path("data", data or os.environ.get("SEXTANT_DATA", "")), path("cache", cache or "")
     if estimators:
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
-        done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else _path("plan", plan),
+        done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else path("plan", plan),
                                     estimators, out=out, data=data, cache=cache, jobs=jobs, force=bool(force),
                                     reuse_stale=bool(reuse_stale), quiet=not progress)
         warnings = []
@@ -222,8 +215,8 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
     if only is not None:
         choice("only", only, ("accuracy", "speed"))
     allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
-    flags = _flags(policy=None if policy is None else _path("policy", policy), only=only,
-                   out=None if out is None else _path("out", out), jobs=jobs)
+    flags = _flags(policy=None if policy is None else path("policy", policy), only=only,
+                   out=None if out is None else path("out", out), jobs=jobs)
     _, said, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
                       good=(0, 1, 2, 3))
     rows = [Finding(kind, row) for kind in ("findings", "statuses", "accuracy", "speed") for row in said[kind]]
@@ -235,8 +228,8 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
     """`sextant evaluate ego` of files. Other flags by their names: n_to_align=100, offset=0.2, body_from_camera="..."."""
     arguments = ["evaluate", "ego", *_texts("reference", reference), *_texts("estimates", estimates),
                  *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
-                         format=format, out=None if out is None else _path("out", out),
-                         save_zip=None if save_zip is None else _path("save_zip", save_zip), data=data, **flags), "--json"]
+                         format=format, out=None if out is None else path("out", out),
+                         save_zip=None if save_zip is None else path("save_zip", save_zip), data=data, **flags), "--json"]
     _, said, warnings = call(arguments)
     warnings += [warning["text"] for warning in said.get("warnings", [])]
     return EgoEvaluation(said["n"], said.get("n_matched", said["n"]), ErrorStatistics(**said["stats"]), said["unit"], warnings,
@@ -247,7 +240,7 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
     """`sextant evaluate objects` of folders of logs."""
     arguments = ["evaluate", "objects", *_texts("folders", folders),
                  *_flags(format=text("format", format), preset=preset, truth=truth, rate=rate, stage=stage,
-                         out=None if out is None else _path("out", out), data=data), "--json"]
+                         out=None if out is None else path("out", out), data=data), "--json"]
     _, said, _ = call(arguments)
     rows = [Row.of({"preset": preset_rows["preset"], **row}) for preset_rows in said["presets"] for row in preset_rows["rows"]]
     return ObjectEvaluation(rows, said["warnings"], said)
@@ -256,5 +249,5 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
 def export(folder, *, format, out):
     """`sextant export`: the records of a folder as csv, npz or sqlite."""
     _, said, _ = call(["export", *_texts("folder", folder),
-                       *_flags(format=choice("format", format, ("csv", "npz", "sqlite")), out=_path("out", out)), "--json"])
+                       *_flags(format=choice("format", format, ("csv", "npz", "sqlite")), out=path("out", out)), "--json"])
     return Export(pathlib.Path(said["out"]), said["records"], said["columns"])

@@ -13,6 +13,7 @@ import subprocess
 import sys
 
 from ._core import Error
+from .arguments import path
 
 
 class ProgramError(Error):
@@ -124,6 +125,7 @@ def call(arguments, *, progress=None, good=(0,)):
     for argument in arguments:
         if "\0" in argument:
             raise Error(f"an argument of the program has a zero byte: {argument!r}")
+        path("an argument of the program", argument)
     command = [program(), *arguments]
     if report is None:  # the program shows no progress where nobody looks
         error_end, other = os.pipe()
@@ -153,7 +155,7 @@ def call(arguments, *, progress=None, good=(0,)):
         raise ProgramError(errors[-1], process.returncode)
     try:
         return process.returncode, json.loads(out), messages.of("warning")
-    except ValueError:
+    except (ValueError, RecursionError):
         if messages.of("error"):
             raise ProgramError(messages.of("error")[-1], process.returncode) from None
         raise Error(f"{command[0]}: expected JSON on its standard output, got {out[:200]!r}") from None

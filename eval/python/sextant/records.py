@@ -1,13 +1,13 @@
 """The records of a run or sweep as a pandas frame."""
 
 import json
-import os
 import pathlib
 
 import numpy
 
 from . import _core
 from ._core import Error
+from .arguments import path
 
 
 def read(folder):
@@ -20,12 +20,9 @@ def read(folder):
         import pandas  # here, as all else does without: a data loader starts in a tenth of the time
     except ImportError:
         raise Error("sextant.read needs pandas (Debian: python3-pandas); `sextant export` does not") from None
-    try:
-        folder = pathlib.Path(folder)
-    except TypeError:
-        raise Error(f"folder: expected a path, got {folder!r} of type {type(folder).__name__}") from None
+    folder = pathlib.Path(path("folder", folder))
     columns = {}
-    for name, values, texts in _core.read_records(os.fspath(folder)):
+    for name, values, texts in _core.read_records(str(folder)):
         if texts is not None:
             order = sorted(range(len(texts)), key=texts.__getitem__)
             place = numpy.empty(len(texts) + 1, dtype=numpy.int32)
@@ -40,4 +37,6 @@ def read(folder):
             frame.attrs["run"] = json.loads(run.read_text(encoding="utf-8"))
         except ValueError as error:
             raise Error(f"{run}: not valid JSON: {error}") from None
+        except RecursionError:
+            raise Error(f"{run}: expected at most 100 levels of objects and lists, got more") from None
     return frame

@@ -46,6 +46,9 @@ class Command(unittest.TestCase):
         self.refuse("sources: expected no flag", sextant.run, "--help", out=out)
         self.refuse("seeds: expected 1 to", sextant.run, SOURCE, out=out, seeds=0)
         self.refuse("out: expected a path", sextant.run, SOURCE, out=3)
+        self.refuse("out: expected a path", sextant.run, SOURCE, out="a\ud800")
+        self.refuse("sources: expected a path", sextant.run, "vdo:\ud800", out=out)
+        self.refuse("lone surrogate", sextant.run, SOURCE, out=out, noise='{"\ud800": 1}')
         self.refuse("progress: expected", sextant.run, SOURCE, out=out, progress=3)
         with self.assertRaises(sextant.ProgramError) as caught:
             sextant.run(SOURCE, out=out, preset="papr")

@@ -151,11 +151,18 @@ class Refused(unittest.TestCase):
         self.refuse("dataset", "text", "got 3", dataset=3)
         self.refuse("camera", "sextant.Camera", "got None", camera=None)
         self.refuse("camera.fx", "finite", "nan", camera=sextant.Camera(float("nan"), 1, 1, 1, 1))
+        self.refuse("camera fx=1e-320", "from 1e-06", camera=sextant.Camera(1e-320, 1, 1, 1, 1))
+        self.refuse("camera fx=1e-320", depth=None, flow=numpy.zeros((6, 8, 2), numpy.float32), camera=sextant.Camera(1e-320, 1, 1, 1, 1))
+        self.refuse("dataset", "lone surrogate '\\ud800' at character 2", dataset="a\ud800")
         self.refuse("missing", "error, keep", "got 'no'", missing="no")
         self.refuse("at least one array", depth=None, camera=None)
         self.refuse("no mask", noise={"flow": {"bodies": {"objects": {"epe_px": 1}}}}, depth=None,
                     flow=numpy.zeros((6, 8, 2), numpy.float32))
-        for bad, said in (({"dept": {}}, "did you mean 'depth'"), ({"depth": {"delta_d_px": -1}}, "delta_d_px"),
+        deep = {}
+        for _ in range(100_000):
+            deep = {"depth": deep}
+        for bad, said in ((deep, "100 levels"), ('{"depth": ' * 1000, "100 levels"), ('"\ud800"', "lone surrogate"),
+                          ({"\ud800": 1}, "JSON"), ({"dept": {}}, "did you mean 'depth'"), ({"depth": {"delta_d_px": -1}}, "delta_d_px"),
                           ({"depth": {"delta_d_px": float("nan")}}, "JSON"), ("{", "JSON"), (3, "dict or JSON")):
             with self.assertRaises(sextant.Error) as caught:
                 sextant.Noise(bad)

@@ -92,6 +92,12 @@ class Frames(Folder):
         self.write([record(), {"schema": 1}])
         with self.assertRaisesRegex(sextant.Error, "records.jsonl:2: "):
             sextant.read(self.folder)
+        with self.assertRaisesRegex(sextant.Error, "folder: expected a path"):
+            sextant.read("a\ud800")
+        self.write([record()])
+        (self.folder / "run.json").write_text("[" * 100_000)
+        with self.assertRaisesRegex(sextant.Error, "run.json: expected at most 100 levels"):
+            sextant.read(self.folder)
 
 
 class Export(Folder):

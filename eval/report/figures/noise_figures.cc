@@ -189,16 +189,19 @@ using Groups = std::map<std::vector<std::string>, std::vector<const NoiseLevelRo
 std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
                            std::string NoiseLevelRow::*member) {
   std::vector<Line> lines;
+  std::map<std::string, size_t> places;  // by name
+  std::set<std::string> keys;
   for (const NoiseLevelRow* row : rows) {
     const std::string& name = row->*member;
-    auto it = std::ranges::find(lines, name, &Line::name);
-    if (it == lines.end()) {
+    const auto [place, is_new] = places.try_emplace(name, lines.size());
+    if (is_new) {
       const std::string title = member == &NoiseLevelRow::body ? body_title(name) : name;
       std::string key = column_key(name);
-      if (std::ranges::find(lines, key, &Line::key) != lines.end()) key += fmt::format("_{}", lines.size());
-      it = lines.insert(lines.end(), {name, title, key, {}});
+      if (!keys.insert(key).second) key += fmt::format("_{}", lines.size());
+      keys.insert(key);
+      lines.push_back({name, title, key, {}});
     }
-    it->by_level[row->level] = row;
+    lines[place->second].by_level[row->level] = row;
   }
   return lines;
 }
@@ -218,7 +221,11 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
   return figure;
 }
 
-/// One figure for every group of rows that agree in all but `content.line` and the level.
+/// More curves than this cannot be told apart: the table has their numbers.
+constexpr size_t most_lines = 100;
+
+/// One figure for every group of rows that agree in all but `content.line` and the level, of 2 levels or more and at most
+/// most_lines lines.
 void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
                  std::vector<Figure>& figures) {
   Groups groups;
@@ -229,7 +236,9 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
   }
   for (const auto& [key, of_figure] : groups) {
     const std::vector<Line> lines = lines_by(of_figure, content.line);
-    if (lines.size() < content.min_lines || level_data(lines, content.statistic).rows.size() < 2) continue;
+    if (lines.size() < content.min_lines || lines.size() > most_lines ||
+        level_data(lines, content.statistic).rows.size() < 2)
+      continue;
     figures.push_back(curves_figure(key, lines, *of_figure.front(), content));
   }
 }

@@ -1,0 +1,145 @@
+"""The program on hostile input, for hostile_test and limits_test.py: how it ended, what it cost, and whether that is as
+docs/security.md says."""
+
+import csv
+import dataclasses
+import io
+import os
+import pathlib
+import re
+import resource
+import signal
+import subprocess
+import tempfile
+import time
+
+#: Exit codes of the documentation; 1 and 3 are verdicts of `compare`, 130 is an interrupt.
+DOCUMENTED = (0, 1, 2, 3, 130)
+#: Resident memory of the program itself, with its libraries: what a refused file takes comes on top.
+PROGRAM_MB = 80
+REFUSED_MB = 64
+#: U+202A to U+202E and U+2066 to U+2069.
+DIRECTIONS = re.compile("[\u202a-\u202e\u2066-\u2069]")
+NUMBER = re.compile(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?$")
+
+
+@dataclasses.dataclass
+class Outcome:
+    code: int  #: negative: minus the signal
+    out: str
+    err: str
+    seconds: float
+    peak_mb: float
+    cpu_s: float
+
+    def fault(self, codes=DOCUMENTED, most_mb=None):
+        """What is not as documented; empty: nothing."""
+        if self.code not in codes:
+            return f"exit {self.code}, expected {codes}: {self.err.strip()[-200:]}"
+        if self.code == 2:
+            lines = [line for line in self.err.splitlines() if not line.startswith("sextant: warning: ")]
+            if not any(line.startswith("sextant: error: ") for line in lines):
+                return f"exit 2 without a reason: {self.err.strip()[-200:]!r}"
+        if "internal" in self.err or "bad_alloc" in self.err:
+            return f"a defect of the program is reported: {self.err.strip()[-200:]}"
+        if DIRECTIONS.search(self.out + self.err):
+            return "a control character of bidirectional text was printed"
+        if most_mb is not None and self.peak_mb > most_mb:
+            return f"{self.peak_mb:.0f} MB of memory, expected at most {most_mb:.0f}"
+        return ""
+
+
+class Program:
+    """Runs it in a scratch folder, with a cache and a TMPDIR of its own."""
+
+    def __init__(self, file, folder):
+        self.file = str(file)
+        self.folder = pathlib.Path(folder)
+        self.scratch = self.folder / "tmp"
+        self.scratch.mkdir(exist_ok=True)
+        self.environment = {**os.environ, "TMPDIR": str(self.scratch), "SEXTANT_CACHE": str(self.folder / "cache"),
+                            "LC_ALL": "C.UTF-8"}
+
+    def start(self, *words, limits=None, environment=None, **streams):
+        """`limits`: of resource.setrlimit, (RLIMIT_FSIZE, n), ..."""
+
+        def prepare():
+            for what, value in limits or ():
+                resource.setrlimit(what, (value, value))
+
+        return subprocess.Popen([self.file, *map(str, words)], cwd=self.folder, env={**self.environment, **(environment or {})},
+                                preexec_fn=prepare if limits else None, stdin=subprocess.DEVNULL, **streams)
+
+    def run(self, *words, time_limit_s=120, limits=None, environment=None):
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            start = time.monotonic()
+            process = self.start(*words, limits=limits, environment=environment, stdout=out, stderr=err)
+            status, used = self._wait(process, start + time_limit_s)
+            seconds = time.monotonic() - start
+            out.seek(0)
+            err.seek(0)
+            return Outcome(os.waitstatus_to_exitcode(status), out.read().decode(errors="replace"),
+                           err.read().decode(errors="replace"), seconds, used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
+
+    def interrupt(self, *words, after_s, with_signal=signal.SIGINT, time_limit_s=60):
+        """Sends the signal after a while; (exit code, seconds from the signal to the end), the latter None where it had ended
+        before."""
+        process = self.start(*words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            return process.wait(after_s), None
+        except subprocess.TimeoutExpired:
+            pass
+        start = time.monotonic()
+        process.send_signal(with_signal)
+        try:
+            code = process.wait(time_limit_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            return None, time_limit_s
+        return code, time.monotonic() - start
+
+    def commands(self):
+        """Every command of the tree, as words."""
+        found, todo = [], [[]]
+        while todo:
+            words = todo.pop(0)
+            text = self.run(*words, "--help").out
+            found.append(words)
+            if "Subcommands:" in text:
+                below = text.split("Subcommands:")[1].split("\n\n")[0]
+                todo += [[*words, line.split()[0]] for line in below.splitlines() if re.match(r"  \w", line)]
+        return found
+
+    @staticmethod
+    def _wait(process, end):
+        while True:
+            pid, status, used = os.wait4(process.pid, os.WNOHANG)
+            if pid:
+                process.returncode = os.waitstatus_to_exitcode(status)
+                return status, used
+            if time.monotonic() > end:
+                process.kill()
+                _, _, used = os.wait4(process.pid, 0)
+                process.returncode = -signal.SIGKILL
+                return signal.SIGKILL, used
+            time.sleep(0.002)
+
+
+def is_formula(cell):
+    return cell[:1] in tuple("=+-@\t\r") and cell[:1] != "" and not NUMBER.match(cell)
+
+
+def printed_faults(folder):
+    """What tables, pages and pictures of a folder must not hold."""
+    for path in sorted(pathlib.Path(folder).rglob("*")):
+        if not path.is_file() or path.suffix not in (".csv", ".md", ".tex", ".html", ".xml", ".txt"):
+            continue
+        text = path.read_text(encoding="utf-8", errors="replace")
+        if DIRECTIONS.search(text):
+            return f"{path.name} holds a control character of bidirectional text"
+        if path.suffix == ".csv" and any(is_formula(cell) for row in csv.reader(io.StringIO(text)) for cell in row):
+            return f"{path.name} holds a cell that a spreadsheet takes for a formula"
+        if path.suffix in (".csv", ".md", ".tex") and re.search(r"(?<![\w.])-?(?:inf|nan)(?![\w.])", text):
+            return f"{path.name} holds inf or nan"
+    return ""
