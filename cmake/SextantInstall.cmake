@@ -31,7 +31,7 @@ set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/sextant)
 set(data_dir ${CMAKE_INSTALL_DATADIR}/sextant)
 install(TARGETS sextant RUNTIME COMPONENT program)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} COMPONENT license)  # Debian has it already
-install(FILES README.md CITATION.cff DESTINATION ${doc_dir} COMPONENT program)
+install(FILES README.md CONTRIBUTING.md CITATION.cff DESTINATION ${doc_dir} COMPONENT program)
 install(DIRECTORY docs DESTINATION ${doc_dir} COMPONENT program)
 install(DIRECTORY eval/plans DESTINATION ${data_dir} COMPONENT program FILES_MATCHING PATTERN *.json)
 install(DIRECTORY results/published DESTINATION ${data_dir} COMPONENT program)

@@ -2,7 +2,9 @@
 """usage: scripts/check_recipes.py SEXTANT [FILE.md ...]
 
 Recipes that people copy out of the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
-has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows.
+has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows. Without FILEs the workflows
+of this repository (.github/workflows) are checked too: actions are pinned to a commit, and the scripts that steps call exist
+and know their flags.
 
 Exit codes: 0 good, 1 not (each problem a line), 77 no PyYAML (python3-yaml).
 """
@@ -105,6 +107,37 @@ def flag_problems(sextant, text):
                 yield f"sextant {call[1]} has no {flag}"
 
 
+def script_problems(command):
+    """Scripts of this repository that a command calls and that do not exist, and flags that their help does not have."""
+    for name, rest in re.findall(r"\bscripts/(\w+)((?: +[^\s|;&]+)*)", command):
+        script = ROOT / "scripts" / name
+        if not script.is_file():
+            yield f"there is no scripts/{name}"
+            continue
+        known = script.read_text()
+        if name == "test":  # passes what it does not know to ctest
+            known += subprocess.run(["ctest", "--help"], capture_output=True, text=True).stdout
+        for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", rest):
+            if not re.search(re.escape(flag) + r"\b", known):
+                yield f"scripts/{name} has no {flag}"
+
+
+def workflow_problems(file):
+    """Problems of a workflow of this repository, each with the name of its file."""
+    text = file.read_text()
+    found = [yaml_problem(text)]
+    for name, job in (yaml.safe_load(text)["jobs"] if not found[0] else {}).items():
+        include = job.get("strategy", {}).get("matrix", {}).get("include", [{}])
+        for step in job["steps"]:
+            if "uses" in step and not re.fullmatch(r"[\w.-]+/[\w./-]+@[0-9a-f]{40}", step["uses"]):
+                found.append(f"job {name}: {step['uses']}: expected an action pinned to a commit of 40 digits")
+            commands = {re.sub(r"\$\{\{ matrix\.(\w+).*?\}\}", lambda key: str(row.get(key[1], "")), step.get("run", ""))
+                        for row in include}
+            for command in sorted(commands):
+                found += [f"job {name}: {problem}" for problem in [bash_problem(command), *script_problems(command)] if problem]
+    yield from (f"{file.name}: {problem}" for problem in found if problem)
+
+
 def problems(sextant, file):
     text = file.read_text()
     languages = set()
@@ -123,6 +156,7 @@ def self_test():
     assert github_problem({"jobs": {"a": {"runs-on": "x", "steps": [{"run": "a", "uses": "b"}]}}})
     assert gitlab_problem({"a": {"script": "one"}}) and gitlab_problem({"a": {"scripts": []}})
     assert yaml_problem("a: [") and bash_problem("if true; then") and json_problem("{,}")
+    assert list(script_problems("scripts/setup --pyton && scripts/bild")) == ["scripts/setup has no --pyton", "there is no scripts/bild"]
     assert list(blocks("x\n```bash\nls\n```\n")) == [(2, "bash", "ls\n")]
 
 
@@ -133,6 +167,10 @@ def main():
     self_test()
     files = [pathlib.Path(name) for name in sys.argv[2:]] or [ROOT / "docs/ci.md"]
     found = [problem for file in files for problem in problems(sys.argv[1], file)]
+    if len(sys.argv) == 2:
+        workflows = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+        found += [problem for file in workflows for problem in workflow_problems(file)]
+        files += workflows
     print("\n".join(found) or f"recipes of {', '.join(file.name for file in files)}: good")
     return 1 if found else 0
 
