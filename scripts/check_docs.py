@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """usage: scripts/check_docs.py [--update] [--external] SEXTANT [FILE.md ...]
 
-README.md, CHANGELOG.md and docs/*.md, as a reader meets them:
+README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md, as a reader meets them:
 
 - Every command in a block ```console, a line that begins with `$ `, is run, those of a file one after the other in an
   empty folder. What it prints, lines on progress and times apart, must be what stands below it; a line `...` stands for any number of lines. A command that
@@ -9,7 +9,6 @@ README.md, CHANGELOG.md and docs/*.md, as a reader meets them:
   A block ```python whose first line is `# NAME.py` is that file there.
 - Every flag of `sextant` in any block is one that SEXTANT knows.
 - Every link to a file or a heading of the repository leads somewhere.
-- Sentences have at most 32 words; code and a formula are one.
 
   --update    writes what is printed into the blocks instead of comparing (blocks with `...` stay as they are)
   --external  only lists the links that lead out of the repository; none is followed
@@ -122,20 +121,6 @@ def link_problems(file):
             yield f"{file.name}:{line}: no heading #{name} in {other.name}"
 
 
-def long_sentences(text):
-    """(line, words) of sentences of prose above 32 words."""
-    text = BLOCK.sub(lambda m: "\n" * (m[0].count("\n") + 1) + "\n", text)
-    text = re.sub(r"^(\||#|!\[|\s*$).*$", "", text, flags=re.MULTILINE)
-    text = re.sub(r"`[^`]*`", lambda m: "X" + "\n" * m[0].count("\n"), text)
-    for paragraph in re.finditer(r"(?:.+\n?)+", text):
-        if paragraph[0].startswith("    "):  # a formula
-            continue
-        for piece in re.split(r"\n[-*] |\n\d+\. ", "\n" + paragraph[0]):
-            for sentence in re.split(r"(?<=[.!?:;])\s+", re.sub(r"\]\([^)]*\)", "]", piece)):
-                if len(sentence.split()) > 32:
-                    yield text.count("\n", 0, paragraph.start()) + 1, len(sentence.split())
-
-
 def problems(sextant, file, update):
     yield from console_problems(file, sextant, update)
     text = file.read_text(encoding="utf-8")
@@ -144,8 +129,6 @@ def problems(sextant, file, update):
             line = text.count("\n", 0, match.start()) + 1
             yield from (f"{file.name}:{line}: {problem}" for problem in flag_problems(sextant, match[2]))
     yield from link_problems(file)
-    if file.is_relative_to(ROOT):
-        yield from (f"{file.name}:{line}: a sentence of {n} words" for line, n in long_sentences(text))
 
 
 def self_test():
@@ -154,7 +137,6 @@ def self_test():
     assert NOTICE.fullmatch("Time: 11.0 s; of it frames 9.8 s, figures 1.0 s") and NOTICE.fullmatch("cases 9/12 in 5.2 s")
     assert NOTICE.fullmatch("cases 3/12  0.6/s  15.0 s left") and not NOTICE.fullmatch("ego 50 of 50 in 3 s")
     assert commands("$ a\nb\n$ c\n") == [("a", ["b"]), ("c", [])]
-    assert list(long_sentences("one " * 33 + ".\n")) and not list(long_sentences("one " * 31 + ".\n"))
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "x.md"
         file.write_text("# A\n[b](#b) [no](no.md) [a](#a)\n```console\n$ echo 1\n2\n```\n")
@@ -171,13 +153,13 @@ def main():
         print(__doc__)
         return 0 if "--help" in flags else 2
     self_test()
-    documents = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
     files = [pathlib.Path(name).resolve() for name in words[1:]] or documents
     if "--external" in flags:
         print("\n".join(sorted({target for file in files for _, target in links(file) if re.match(r"https?:", target)})))
         return 0
     found = [problem for file in files for problem in problems(words[0], file, "--update" in flags)]
-    print("\n".join(found) or f"{len(files)} documents: commands, flags, links and sentences are good")
+    print("\n".join(found) or f"{len(files)} documents: commands, flags and links are good")
     return 1 if found else 0
 
 
