@@ -1,4 +1,6 @@
-# The package for Python: on where pybind11, Python's headers and numpy are.
+# The package for Python. SEXTANT_PYTHON is AUTO (build it where pybind11, Python's headers and numpy are installed), ON
+# (an error where one of them is missing) or OFF. AUTO is decided by every configuring again, so that the package appears
+# in an existing build folder after `scripts/setup --python`.
 # Debian's packages are for its own Python, whatever else comes first in the PATH; another one: -DPython3_EXECUTABLE=...
 if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
   set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Python")
@@ -8,21 +10,24 @@ if(Python3_FOUND)
   find_package(pybind11 2.9 QUIET)
 endif()
 set(found OFF)
-# A sanitized module cannot be loaded into a Python that is not.
+# A Python without sanitizers cannot load a sanitized module.
 if(NOT SEXTANT_SANITIZE AND pybind11_FOUND AND Python3_Development.Module_FOUND AND Python3_NumPy_FOUND)
   set(found ON)
 endif()
-if(SEXTANT_PYTHON MATCHES "/")  # of a build folder in which it was the name of a program
-  unset(SEXTANT_PYTHON CACHE)
+set(SEXTANT_PYTHON AUTO CACHE STRING "Build the Python package: AUTO, ON or OFF")
+set_property(CACHE SEXTANT_PYTHON PROPERTY STRINGS AUTO ON OFF)
+if(SEXTANT_PYTHON STREQUAL "AUTO")
+  set(SEXTANT_WITH_PYTHON ${found})
+elseif(SEXTANT_PYTHON AND NOT found)
+  message(FATAL_ERROR "SEXTANT_PYTHON=${SEXTANT_PYTHON}: pybind11, Python's headers or numpy are missing: run scripts/setup --python")
+else()
+  set(SEXTANT_WITH_PYTHON ${SEXTANT_PYTHON})
 endif()
-option(SEXTANT_PYTHON "Build the Python package" ${found})
-if(SEXTANT_PYTHON AND NOT found)
-  message(FATAL_ERROR "SEXTANT_PYTHON: pybind11, Python's headers or numpy are missing: run scripts/setup --python")
-endif()
-if(NOT SEXTANT_PYTHON)
-  message(STATUS "Python package: off (scripts/setup --python installs what it needs)")
+if(NOT SEXTANT_WITH_PYTHON)
+  message(STATUS "Python package: not built (SEXTANT_PYTHON=${SEXTANT_PYTHON}; scripts/setup --python installs what it needs)")
   return()
 endif()
+message(STATUS "Python package: built into ${PROJECT_BINARY_DIR}/python")
 # Where this Python looks for packages of the system, below the prefix: lib/python3/dist-packages on Debian.
 execute_process(
   COMMAND ${Python3_EXECUTABLE} -c "import sysconfig
