@@ -28,6 +28,7 @@ constexpr auto command_table = std::to_array<AddCommand>({
     add_options_command,
     add_completion_command,
     add_man_command,
+    add_help_command,
 });
 
 }  // namespace

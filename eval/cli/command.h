@@ -41,6 +41,9 @@ int program(int argc, const char* const* argv);
 /// "sextant: KIND: TEXT" on stderr, KIND being error, warning or note: one line of bounded length, whatever TEXT holds.
 void tell(std::string_view kind, const std::string& text);
 
+/// The words with which a user calls a command, e.g. "sextant evaluate ego".
+std::string words_of(const CLI::App& command);
+
 void add_run_command(CLI::App& app);
 void add_rescore_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
@@ -60,6 +63,7 @@ void add_view_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 void add_man_command(CLI::App& app);
+void add_help_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
 void add_noise_command(CLI::App& app);
 void add_evaluate_ego_command(CLI::App& evaluate);

@@ -1,3 +1,7 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
 #include <memory>
 
 #include "sextant/base/error.h"
@@ -20,11 +24,25 @@ struct ManFlags {
   std::string out;
 };
 
+/// Shows a man page in the reader's pager. False where there is no program `man`, whose shell exit code is 127.
+bool show_page(const std::string& page) {
+  FILE* pager = popen("command -v man >/dev/null || exit 127; exec man -l -", "w");
+  if (pager == nullptr) return false;
+  std::fwrite(page.data(), 1, page.size(), pager);
+  const int status = pclose(pager);
+  return !(WIFEXITED(status) && WEXITSTATUS(status) == 127);
+}
+
+/// Prints a man page: formatted on a terminal that has `man`, else its source, which `man -l -` reads.
+void print_page(const std::string& page) {
+  if (isatty(STDOUT_FILENO) == 0 || !show_page(page)) fmt::print("{}", page);
+}
+
 void print_page(const CommandHelp& tree, const std::vector<std::string>& words) {
   const std::string name = fmt::format("sextant{}{}", words.empty() ? "" : " ", fmt::join(words, " "));
   std::vector<std::string> known;
   for (const CommandHelp* command : all_commands(tree)) {
-    if (command->name == name) return fmt::print("{}", man_page(*command));
+    if (command->name == name) return print_page(man_page(*command));
     known.push_back(command->name);
   }
   fail("unknown command '{}': {}", name, suggest(name, known));
@@ -63,10 +81,10 @@ void add_completion_command(CLI::App& app) {
 
 void add_man_command(CLI::App& app) {
   const auto flags = std::make_shared<ManFlags>();
-  CLI::App* command = app.add_subcommand("man", "Print the man page of a command, or write all of them");
+  CLI::App* command = app.add_subcommand("man", "Show the man page of a command, or write all of them");
   add_value(*command, "command", flags->words, "COMMAND", "Whose page, e.g. evaluate ego; none: of sextant");
   add_value(*command, "--out", flags->out, "DIR", "Folder for all pages");
-  command->footer("Examples:\n  sextant man run | man -l -\n  sextant man --out man1");
+  command->footer("Examples:\n  sextant man run\n  sextant man run > sextant-run.1\n  sextant man --out man1");
   command->callback([flags, &app] {
     const CommandHelp tree = command_tree(app);
     if (!flags->words.empty() && !flags->out.empty()) fail("--out writes all pages: leave out the command");

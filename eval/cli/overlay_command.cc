@@ -1,5 +1,7 @@
+#include <filesystem>
 #include <memory>
 
+#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
@@ -7,6 +9,8 @@
 
 namespace sextant {
 namespace {
+
+constexpr const char* default_picture = "overlay.png";
 
 struct OverlayFlags : CommonFlags {
   std::string source;
@@ -20,8 +24,11 @@ void draw(OverlayFlags& flags) {
   request.options = options_tree(flags.options, flags.sets);
   request.jobs = flags.jobs;
   request.quiet = flags.quiet;
-  write_file(flags.out, make_showcase(request).overlay_png);
-  if (!flags.quiet) fmt::print("Picture: {}\n", flags.out);
+  const bool named = !flags.out.empty();
+  const std::string out = named ? flags.out : default_picture;
+  if (!named && std::filesystem::exists(out)) fail("{}: is there already: give --out", out);
+  write_file(out, make_showcase(request).overlay_png);
+  if (!flags.quiet) fmt::print("Picture: {}\n", out);
 }
 
 }  // namespace
@@ -32,9 +39,9 @@ void add_overlay_command(CLI::App& app) {
       app.add_subcommand("overlay", "Draw one frame pair: features, flow, moving objects and their speeds");
   add_source_argument(*command, flags->source);
   add_value(*command, "--frame", flags->request.frame, "K",
-            "Current frame of the pair; the pipeline runs from the first one")
-      ->required();
-  add_value(*command, "--out", flags->out, "FILE.png", "PNG file")->required();
+            "Current frame of the pair; the pipeline runs from the first one. Default: the second frame");
+  add_value(*command, "--out", flags->out, "FILE.png",
+            fmt::format("PNG file. Default: {}, which is then never overwritten", default_picture));
   command->add_option("--width", flags->request.width_px, "Width of the picture in px; 0 = twice the image's")
       ->check(CLI::Range(0, 20000));
   add_value(*command, "--estimator", flags->request.estimator, "NAME", "Which estimator")

@@ -116,12 +116,6 @@ const CLI::App& innermost(const CLI::App& app) {
   return given.empty() ? app : innermost(*given.front());
 }
 
-/// "sextant evaluate ego".
-std::string words_of(const CLI::App& command) {
-  const CLI::App* parent = command.get_parent();
-  return parent == nullptr ? command.get_name() : words_of(*parent) + " " + command.get_name();
-}
-
 /// What is wrong with the command line, with the nearest valid name for an unknown one.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = innermost(app);
@@ -155,7 +149,7 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
       "the motion of the camera and of every moving object.",
       "sextant");
   app.footer(
-      "Examples:\n  sextant data check vdo:kitti_03_demo@0-19\n  sextant run vdo:kitti_03_demo@0-19 --out out\n"
+      "Examples:\n  sextant run synthetic:s18 --out out\n  sextant help evaluate ego\n"
       "Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 70 internal error.");
   app.set_version_flag("--version", fmt::format("sextant {} ({})", version(), git_commit()));
   app.require_subcommand(1);
@@ -165,6 +159,10 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
   try {
     check_texts(argc, argv);
     const auto start = std::chrono::steady_clock::now();
+    if (argc <= 1) {  // `sextant` alone
+      fmt::print("{}", app.help());
+      return exit_ok;
+    }
     app.parse(argc, argv);
     tell_times(start);
     return exit_ok;
@@ -195,6 +193,11 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
 }
 
 }  // namespace
+
+std::string words_of(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  return parent == nullptr ? command.get_name() : words_of(*parent) + " " + command.get_name();
+}
 
 void tell(std::string_view kind, const std::string& text) {
   constexpr size_t longest = 4000;  // it may quote a file: its beginning and what to do are at the ends

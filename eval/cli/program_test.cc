@@ -372,5 +372,39 @@ TEST(Program, LargeFilesAreRefusedBeforeTheyAreRead) {
   }
 }
 
+TEST(Help, ProgramAlonePrintsTheListOfCommands) {
+  const Outcome alone = sextant_program(""), help = sextant_program("help");
+  EXPECT_EQ(alone.code, 0) << alone.err;
+  EXPECT_THAT(alone.out, HasSubstr("evaluate"));
+  EXPECT_EQ(alone.err, "");
+  EXPECT_EQ(help.code, 0) << help.err;
+  EXPECT_EQ(help.out, alone.out);
+}
+
+TEST(Help, HelpOfACommandIsTheTextOfItsHelpFlag) {
+  for (const char* command : {"run", "evaluate", "evaluate ego", "noise fit"}) {
+    const Outcome help = sextant_program(fmt::format("help {}", command));
+    EXPECT_EQ(help.code, 0) << help.err;
+    EXPECT_EQ(help.out, sextant_program(fmt::format("{} --help", command)).out) << command;
+  }
+  expect_bad_input(sextant_program("help evaluate eg"), "unknown command 'sextant evaluate eg': did you mean 'ego'?");
+  expect_bad_input(sextant_program("help run synthetic:s18"), "'sextant run' has no commands below it");
+}
+
+TEST(Overlay, WithoutFlagsDrawsTheFirstPairAndOverwritesNothing) {
+  const TempFolder temp;
+  const std::string command = fmt::format("overlay synthetic:s18@0-3 --quiet");
+  const auto in_folder = [&](const std::string& more) {
+    const fs::path err = temp.path() / "err";
+    const int status = std::system(fmt::format("cd {} && {} {} {} 2> {}", temp.path().string(), SEXTANT_PROGRAM, command,
+                                               more, err.string()).c_str());
+    return Outcome{WEXITSTATUS(status), "", read_file(err)};
+  };
+  ASSERT_EQ(in_folder("").code, 0);
+  expect_bad_input(in_folder(""), "overlay.png: is there already: give --out");
+  EXPECT_EQ(in_folder("--frame 1 --out first.png").code, 0);
+  EXPECT_EQ(read_file(temp.path() / "overlay.png"), read_file(temp.path() / "first.png"));
+}
+
 }  // namespace
 }  // namespace sextant

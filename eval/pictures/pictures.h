@@ -3,6 +3,7 @@
 // Pictures of frames, and of what an estimator made of them. Colours are Okabe and Ito's, told apart by colour-blind
 // readers too.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,8 @@ std::string draw_body(const Frame& frame, const BodyResult& body, int width_px);
 
 struct ShowcaseRequest {
   SourceSpec source;
-  int frame = 0;  ///< the current one of the pair; the pipeline runs from the source's first
+  /// Current frame of the pair; the pipeline runs from the source's first. nullopt: the second frame of the source.
+  std::optional<int> frame;
   std::string estimator = RunConfig{}.estimator;
   Json options = Json::object();
   int width_px = 0;  ///< of the picture; 0: twice the image's

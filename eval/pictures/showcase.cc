@@ -11,8 +11,9 @@ namespace sextant {
 Showcase make_showcase(const ShowcaseRequest& request) {
   const std::unique_ptr<Sequence> sequence = open_source(request.source);
   const SequenceInfo& info = sequence->info();
-  if (request.frame <= info.first_frame || request.frame > info.last_frame) {
-    fail("frame {}: must be in {}-{}, the second to the last frame of {}", request.frame,
+  const int frame = request.frame.value_or(info.first_frame + 1);
+  if (frame <= info.first_frame || frame > info.last_frame) {
+    fail("frame {}: must be in {}-{}, the second to the last frame of {}", frame,
          info.first_frame + 1, info.last_frame, request.source.text);
   }
   if (!info.channels.rgb) fail("{}: has no colour images to draw on", request.source.text);
@@ -22,7 +23,7 @@ Showcase make_showcase(const ShowcaseRequest& request) {
   RunConfig config;
   config.sources = {request.source};
   config.sources.front().first = info.first_frame;
-  config.sources.front().last = request.frame;
+  config.sources.front().last = frame;
   config.estimator = request.estimator;
   config.options = request.options;
   config.jobs = request.jobs;
