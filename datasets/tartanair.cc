@@ -79,6 +79,23 @@ Trajectory decode_poses(std::string_view text, const std::string& name) {
   return poses;
 }
 
+/// Masks of a static scene: all of each image is background.
+class StaticMasks final : public MaskSource {
+ public:
+  explicit StaticMasks(const ChannelInputs& inputs) : inputs_(inputs) {}
+
+  Image<uint16_t> read(int frame) const override {
+    const Image<Rgb> image = inputs_.left(frame);
+    return Image<uint16_t>(image.width(), image.height());
+  }
+  std::string provenance() const override { return text; }
+
+  static constexpr const char* text = "masks: background alone, the scenes are static";
+
+ private:
+  ChannelInputs inputs_;
+};
+
 }  // namespace
 
 void TartanairOptions::check() const {
@@ -108,7 +125,9 @@ std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
                 .files = part("flow_lcam_front"),
                 .computed = "dis",
                 .exact = true};
-  files.masks = {.option = options.masks};
+  files.masks = {.option = options.masks, .files = part(images_folder)};
+  files.masks.provenance = StaticMasks::text;
+  files.masks.open = [](const ChannelInputs& inputs) { return std::make_unique<StaticMasks>(inputs); };
   files.width = files.height = tartanair_size_px;
 
   const fs::path poses = folder / poses_file;

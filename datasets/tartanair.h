@@ -12,7 +12,8 @@
 //
 // Any of them may be missing; with the poses alone there is camera truth and no channel. Poses are T_world_camera
 // with the axes of NED (x ahead, y right, z down) on both sides; they become those of `opencv` (geometry/axes.h).
-// The scenes are static: there are no objects. seg_lcam_front has classes, not instances, and is not read.
+// The scenes are static: there are no objects, and masks are background alone. seg_lcam_front has classes, not instances, and
+// is not read.
 // Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
 
 #include <memory>
