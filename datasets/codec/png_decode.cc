@@ -266,11 +266,12 @@ Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name) {
 }
 
 Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name) {
-  Chunks chunks = open(
+  Chunks chunks = open<Rgba>(
       bytes, name, [](const PngHeader& h) { return h.bit_depth == 8 && h.color_type == rgb_alpha; },
       "8-bit RGBA");
+  RawRows rows(chunks, name);
   Image<Rgba> image(chunks.header.width, chunks.header.height);
-  for_each_row(chunks, name, [&](int y, const uint8_t* row) {
+  rows.for_each([&](int y, const uint8_t* row) {
     static_assert(sizeof(Rgba) == 4);
     std::memcpy(image.row(y), row, 4 * static_cast<size_t>(image.width()));
   });
