@@ -129,11 +129,11 @@ void check_whole(ByteSource& bytes, bool in_memory) {
 }
 
 /// Messages that were compressed one by one (compression mode MESSAGE).
-std::string decompressed(std::string_view message, const std::string& where) {
+std::string decompressed(Decompressor& decompressor, std::string_view message, const std::string& where) {
   const unsigned long long size = ZSTD_getFrameContentSize(message.data(), message.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
     fail("{}: a compressed message without its size: damaged", where);
-  return decompress("zstd", message, size, where);
+  return decompressor.decompress("zstd", message, size, where);
 }
 
 }  // namespace
@@ -145,6 +145,7 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic) {
   check_whole(bytes, in_memory);
   Database db(bytes, in_memory);
   TopicPoses poses(bytes.name(), topic);
+  Decompressor decompressor(bytes.size());
   std::map<int64_t, std::optional<std::string>> topics;  // by id; empty: not wanted
   const auto rows = db.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
   while (db.step(rows.get())) {
@@ -164,7 +165,7 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic) {
     const auto n = static_cast<size_t>(sqlite3_column_bytes(messages.get(), 1));
     const std::string_view message(blob == nullptr ? "" : static_cast<const char*>(blob), blob == nullptr ? 0 : n);
     if (message.starts_with(zstd_magic)) {
-      poses.add(*found->second, decompressed(message, fmt::format("{}: message {}", bytes.name(), number)));
+      poses.add(*found->second, decompressed(decompressor, message, fmt::format("{}: message {}", bytes.name(), number)));
     } else {
       poses.add(*found->second, message);
     }
