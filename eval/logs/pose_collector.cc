@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace sextant {
@@ -40,9 +41,18 @@ void sort_by(const std::vector<T>& keys, PoseSeries& series, PoseSeries* truth, 
   series.keep(order);
 }
 
-/// Whether all numbers have at most the seven digits of "%.6e".
-bool has_seven_digits(const std::vector<double>& stamps) {
-  return std::ranges::all_of(stamps, [](double t) { return std::stod(fmt::format("{:.6e}", t)) == t; });
+/// True where time stamps were rounded to the seven digits of "%.6e" and became equal by that: all have at most seven
+/// digits, and the unit of the seventh digit is not much smaller than the steps between them.
+bool collapsed_to_seven_digits(const std::vector<double>& stamps) {
+  double largest = 0, least_step = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < stamps.size(); ++i) {
+    if (std::stod(fmt::format("{:.6e}", stamps[i])) != stamps[i]) return false;
+    largest = std::max(largest, std::abs(stamps[i]));
+    if (i > 0 && stamps[i] > stamps[i - 1]) least_step = std::min(least_step, stamps[i] - stamps[i - 1]);
+  }
+  constexpr double usual_step_s = 0.01;  // where no two stamps differ
+  if (least_step == std::numeric_limits<double>::infinity()) least_step = usual_step_s;
+  return largest > 0 && std::pow(10, std::floor(std::log10(largest)) - 5) > least_step * (1 - 1e-9);
 }
 
 template <typename T>
@@ -56,7 +66,7 @@ void check_rising(const std::vector<T>& keys, const std::vector<int>& lines, con
          what, keys[i + 1], keys[i], lines[i], what);
   }
   if constexpr (std::is_same_v<T, double>) {
-    if (has_seven_digits(keys)) {
+    if (collapsed_to_seven_digits(keys)) {
       fail(
           "{}:{}: time stamp {} stands in line {} too: all stamps have seven digits, as \"%.6e\" prints them, and "
           "collapse; print them with all digits, as \"%.9f\" does",

@@ -132,6 +132,9 @@ TEST_F(TrajectoryFiles, StampsAndFramesMustRise) {
               HasSubstr(":2: time stamp 1 stands in line 1 too"));
   EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest + "1.403638e+09" + rest, "tum"),
               HasSubstr("as \"%.6e\" prints them"));
+  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest, "tum"), HasSubstr("as \"%.6e\" prints them"));
+  EXPECT_THAT(error("4.900000" + rest + "5.000000" + rest + "5.000000" + rest, "tum"),
+              HasSubstr(":3: time stamp 5 stands in line 2 too: expected one pose each"));
   const std::string matrix = " 1 0 0 1 0 1 0 2 0 0 1 3\n";
   EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 stands in line 1 too"));
   EXPECT_THAT(error("5" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 comes after 5"));
