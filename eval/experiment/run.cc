@@ -177,6 +177,7 @@ Json resolved_configuration(const RunConfig& config) {
 Fingerprints run_fingerprints(const RunConfig& config) {
   if (!config.rescore) return present_fingerprints(plan_of(config));
   const fs::path folder = config.folder.parent_path();
+  if (!fs::exists(folder / "run.json")) return {};  // a run that is not finished: its report looks at it again
   return fingerprints_in(read_run_json(folder), (folder / "run.json").string());
 }
 

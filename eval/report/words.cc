@@ -110,8 +110,8 @@ std::vector<Word> own_words() {
        "errors of a source's flow or depth, measured and fitted, that can be injected as noise"},
       {"procedure", word_kind, "how somebody else estimates, as options of ours"},
       {"regressed", word_kind,
-       "of `sextant compare`: an error or time grew by more than the policy allows, beyond its own uncertainty"},
-      {"inconclusive", word_kind, "of `sextant compare`: the uncertainty is too large to say either"},
+       "of `sextant compare`: an error or time grew by more than the policy allows, and the numbers prove it"},
+      {"inconclusive", word_kind, "of `sextant compare`: worse, and too few cases or repetitions to prove it"},
       {"invalid", word_kind, "of `sextant compare`: the two are no results of the same thing"},
   };
 }
