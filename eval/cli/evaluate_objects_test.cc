@@ -144,8 +144,11 @@ TEST_F(EvaluateObjects, DamagedLogsAreRefused) {
   expect_refused("got 15 values");
   with([&](std::string& b) { b.insert(line2 + 4, "1,234."); });
   expect_refused(name + ":2: ");
-  with([&](std::string& b) { b += b.substr(line2, b.find('\n', line2) + 1 - line2); });
+  const std::string first = good.substr(line2, good.find('\n', line2) + 1 - line2);
+  with([&](std::string& b) { b.insert(line2, first); });
   expect_refused("is given twice");
+  with([&](std::string& b) { b += first; });
+  expect_refused("expected ascending frames");
   with([&](std::string& b) { b.replace(line2, 1, "1.5"); });
   expect_refused("expected a frame number");
   with([&](std::string& b) { b.replace(line2, 1, "-1"); });

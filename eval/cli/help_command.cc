@@ -39,7 +39,8 @@ void add_help_command(CLI::App& app) {
   command->footer("Examples:\n  sextant help\n  sextant help evaluate ego");
   command->callback([words, &app] {
     const CLI::App& asked = find_command(app, *words);
-    fmt::print("{}", asked.help(asked.get_parent() == nullptr ? "" : words_of(*asked.get_parent())));
+    // CLI::App::help() would print the help of the command that was given, which is `help`.
+    fmt::print("{}", asked.get_formatter()->make_help(&asked, words_of(asked), CLI::AppFormatMode::Normal));
   });
 }
 

@@ -172,7 +172,7 @@ TEST(Program, RefusesBadUsageInOneLine) {
   const std::string out = (temp.path() / "results").string();
   expect_bad_input(sextant_program("run vdo:" + (temp.path() / "none").string() + " --out " + out), "none");
   EXPECT_FALSE(fs::exists(out));
-  expect_bad_input(sextant_program(""), "a command is missing");
+  expect_bad_input(sextant_program("data"), "a command is missing");
   expect_bad_input(sextant_program("rnu"), "did you mean 'run'");
   expect_bad_input(sextant_program("data chek"), "did you mean 'check'");
   expect_bad_input(sextant_program("run --outt x y"), "did you mean '--out'");

@@ -198,7 +198,7 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
       {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
   if (!scores.paths.empty()) {
     const Table paths = object_path_table(scores.paths), axes = object_axis_table(scores.paths);
-    ReportSection poses{"poses", paths.title, {}, {{"poses", paths}}, {}, {}};
+    ReportSection poses{"object_paths", paths.title, {}, {{"poses", paths}}, {}, {}};
     if (!axes.rows.empty()) poses.tables.push_back({"pose_axes", axes});
     document.sections.push_back(std::move(poses));
   }
