@@ -96,7 +96,7 @@ DOORS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
-                       ["eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
+                       ["eval/cli/completion_command.cc", "eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
     "makes a folder for temporary files: use base/scratch_folder.h": (
         re.compile(r"\b(?:temp_directory_path|mkdtemp|mkstemp|tmpfile|tmpnam)\b"),
         ["base/scratch_folder.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack_cache.cc"]),
