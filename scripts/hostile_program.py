@@ -71,6 +71,7 @@ class Program:
                                 preexec_fn=prepare if limits else None, stdin=subprocess.DEVNULL, **streams)
 
     def run(self, *words, time_limit_s=120, limits=None, environment=None):
+        """What the system counts as the memory of a new process begins with that of the one that starts it: keep this one small."""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             start = time.monotonic()
             process = self.start(*words, limits=limits, environment=environment, stdout=out, stderr=err)

@@ -358,6 +358,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   else
     match(reference.poses, estimate.poses, association, r);
   check_matched(r, reference, estimate.poses, options, association);
+  estimate.poses = {};  // `r` has those that matter
   warn_of_share(r, reference.poses, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 

@@ -20,15 +20,25 @@ constexpr double most = 0.5;  // "most of the error": of the sum of squares
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
-/// Every n-th pose, at most 1000: enough for one constant.
-PoseSeries thinned(PoseSeries series) {
+/// Of the `n` poses from pose `first` on every k-th, at most 1000: enough for one constant. The others are never copied, as a
+/// trajectory may take most of the memory.
+PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
   constexpr size_t enough = 1000;
-  const size_t every = (series.size() + enough - 1) / enough;
-  std::vector<int> kept;
-  for (size_t i = 0; i < series.size(); i += every) kept.push_back(static_cast<int>(i));
-  series.keep(kept);
-  return series;
+  const size_t every = (n + enough - 1) / enough;
+  PoseSeries out;
+  const auto keep_in = [&](auto& kept, const auto& values) {
+    for (size_t i = 0; i < n && !values.empty(); i += every) kept.push_back(values[first + i]);
+  };
+  keep_in(out.rotations, series.rotations);
+  keep_in(out.positions_m, series.positions_m);
+  keep_in(out.stamps_s, series.stamps_s);
+  keep_in(out.frames, series.frames);
+  keep_in(out.covariances, series.covariances);
+  keep_in(out.lines, series.lines);
+  return out;
 }
+
+PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
 
 /// How well two paths agree.
 struct Agreement {
@@ -56,10 +66,10 @@ Eigen::Vector3d mean_position(const PoseSeries& series) {
 }
 
 /// After alignment; empty where that is not determined.
-std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, PoseSeries estimate,
+std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
                                            const AlignmentChoice& choice) {
   const PoseSeries reference = thinned(all_reference);
-  estimate = thinned(std::move(estimate));
+  PoseSeries estimate = thinned(all_estimate);
   try {
     align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
   } catch (const Error&) {
@@ -408,16 +418,8 @@ std::optional<TrajectoryWarning> warning_of_rows_shifted(const PoseSeries& refer
   const size_t n = estimate.size() - most_rows;
   const auto shifted = [&](int k) {  // the estimate's row i + k belongs to row i
     const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0, of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
-    std::vector<int> a(n), b(n);
-    for (size_t i = 0; i < n; ++i) {
-      a[i] = static_cast<int>(of_reference + i);
-      b[i] = static_cast<int>(of_estimate + i);
-    }
-    PoseSeries r = reference, e = estimate;
-    r.keep(a);
-    e.keep(b);
     const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
-    const auto found = aligned_agreement(thinned(std::move(r)), thinned(std::move(e)), all);
+    const auto found = aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
     return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
   };
   const auto [squares_0, steps_0] = shifted(0);
