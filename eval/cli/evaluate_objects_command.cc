@@ -11,7 +11,7 @@ namespace {
 
 struct ObjectFlags : CommonFlags {
   ObjectFiles files;
-  std::string preset, out;
+  std::string preset, covariance, out;
 };
 
 void print(const ObjectScores& scores, const ObjectFlags& flags) {
@@ -25,6 +25,7 @@ void print(const ObjectScores& scores, const ObjectFlags& flags) {
   if (!scores.paths.empty()) fmt::print("\n{}", to_text(object_path_table(scores.paths)));
   const Table axes = object_axis_table(scores.paths);
   if (all && !axes.rows.empty()) fmt::print("\n{}", to_text(axes));
+  if (!scores.consistency.empty()) fmt::print("\n{}", to_text(object_consistency_table(scores.consistency)));
   if (!scores.is_comparison) return;
   fmt::print("\n{}", to_text(object_system_table(scores.records, presets)));
   const Table comparison = object_comparison_table(scores.records, presets);
@@ -35,6 +36,8 @@ void evaluate(ObjectFlags& flags) {
   const auto lock = lock_folder(flags.out), lock_tum = lock_folder(flags.files.tum);
   std::span<const MetricPreset> presets = metric_presets();
   if (!flags.preset.empty() && flags.preset != "all") presets = {&find_preset(flags.preset), 1};
+  if (!flags.covariance.empty())
+    flags.files.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   flags.files.data_root = flags.data_root;
   flags.files.source_options = options_tree(flags.options, flags.sets);
   const ObjectScores scores = evaluate_object_files(flags.files);
@@ -75,6 +78,8 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
              });
   add_choice(*command, "--identity", flags->files.identity,
              "Exact identities as estimates of an object that moves: count them as estimates or as lost");
+  add_value(*command, "--covariance", flags->covariance, "CONVENTION",
+            "motions, poses: of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate ego");
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
   add_value(*command, "--save-tum", flags->files.tum, "DIR",

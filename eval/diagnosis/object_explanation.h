@@ -33,10 +33,19 @@ template <typename ExplainOf>
 std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const ExplainOf& explain_of) {
   std::vector<ObjectExplanation> out;
   std::map<int, Explanation> open;
-  const std::optional<Explanation> all = explain_of(ids);
+  std::optional<Explanation> all = explain_of(ids);
+  std::map<int, std::optional<Explanation>> single;
+  size_t n_explained = 0, n_agree = 0;
+  for (const int id : ids) {
+    const auto& own = single[id] = explain_of({id});
+    n_explained += own.has_value();
+    n_agree += all && own && ObjectExplanation{{}, false, *own}.allows(all->best.code);
+  }
+  // Few objects that are wrong in their own way can make another reading of all of them look better.
+  if (n_explained > 0 && 2 * n_agree < ids.size()) all.reset();
   ObjectExplanation of_log{{}, false, all.value_or(Explanation{})};
   for (const int id : ids) {
-    const std::optional<Explanation> own = explain_of({id});
+    const std::optional<Explanation>& own = single.at(id);
     if (all && (!own || ObjectExplanation{{}, false, *own}.allows(all->best.code))) {
       of_log.objects.push_back(id);
     } else if (own) {

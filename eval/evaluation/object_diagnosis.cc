@@ -5,6 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/geometry/object_motion.h"
 
 namespace sextant {
@@ -85,11 +86,30 @@ bool holds_poses(const Trajectory& camera) {
   });
 }
 
+PoseSeries series_of(const Trajectory& camera) {
+  PoseSeries series;
+  for (const auto& [frame, pose] : camera.poses()) {
+    series.add(pose.rotation().toRotationMatrix(), pose.translation());
+    series.frames.push_back(frame);
+  }
+  return series;
+}
+
 std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
                                           const std::string& subject) {
   if (!holds_poses(truth)) return {};
   const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
   std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
+  if (out.empty()) {
+    // Both wrong in the same way.
+    const auto own = explain_alone(series_of(camera)), of_truth = explain_alone(series_of(truth));
+    if (own && of_truth && own->best.code == of_truth->best.code && own->best.code == "inverse") {
+      out.push_back({"inverse", fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
+                                            "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
+                                            "deg as declared: invert each pose of both",
+                                            subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
+    }
+  }
   if (const auto shift = explain_shift_by_rotations(data); shift && out.empty())
     out.push_back({shift->best.code, message(*shift, subject + ", rotations", "m at 1 m")});
   return out;
@@ -329,8 +349,10 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
 
 std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
   constexpr double moves_m = 0.01;
+  // Rows that were turned from another frame, or rounded, are the identity up to their last digits.
+  constexpr double rounding = 1e-6;
   const auto is_identity = [](const SE3& T) {
-    return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1;
+    return T.translation().norm() <= rounding && T.rotation().vec().norm() <= rounding;
   };
   const auto step_m = [&](ObjectFrame key, const SE3& motion) {
     const auto L = find(log.true_poses.empty() ? log.poses : log.true_poses, before(key));

@@ -147,6 +147,7 @@ Json object_json(const ObjectScores& scores, std::span<const MetricPreset> prese
   json["comparisons"] = rows_to_json(object_comparison_table(records, presets));
   json["poses"] = rows_to_json(object_path_table(scores.paths));
   json["pose_axes"] = rows_to_json(object_axis_table(scores.paths));
+  json["nees"] = rows_to_json(object_consistency_table(scores.consistency));
   json["diagnoses"] = Json::array();
   for (const LogDiagnosis& diagnosis : scores.diagnoses)
     json["diagnoses"].push_back({{"code", diagnosis.code}, {"text", diagnosis.text}});
@@ -201,6 +202,10 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
     ReportSection poses{"object_paths", paths.title, {}, {{"poses", paths}}, {}, {}};
     if (!axes.rows.empty()) poses.tables.push_back({"pose_axes", axes});
     document.sections.push_back(std::move(poses));
+  }
+  if (!scores.consistency.empty()) {
+    const Table nees = object_consistency_table(scores.consistency);
+    document.sections.push_back({"consistency", nees.title, {}, {{"nees", nees}}, {}, {}});
   }
   ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
   for (const ErrorTitle& error : errors_of(presets)) {

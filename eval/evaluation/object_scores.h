@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/evaluation/object_consistency.h"
 #include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/object_paths.h"
@@ -27,13 +28,14 @@ struct ObjectScores {
   std::vector<LogDiagnosis> diagnoses;
   std::map<std::string, FrameRate> rates;  ///< by system
   std::vector<ObjectPathErrors> paths;     ///< of logs with true poses
+  std::vector<ObjectConsistency> consistency;  ///< of logs with covariances
   bool is_comparison = false;              ///< several folders or systems
 
   std::string rate_text() const;  ///< "Frame rate: 10 Hz (--rate)"; of each system where they differ
 };
 
 /// {"schema":1,"rates":[{"system","hz","source"}],"presets":[{"preset","aggregate","rows":[..]}],"systems":[..],
-///  "comparisons":[..],"poses":[..],"pose_axes":[..],"diagnoses":[{"code","text"}],"warnings":[..]}; rows as in the
+///  "comparisons":[..],"poses":[..],"pose_axes":[..],"nees":[..],"diagnoses":[{"code","text"}],"warnings":[..]}; rows as in the
 /// tables.
 Json object_json(const ObjectScores& scores, std::span<const MetricPreset> presets);
 

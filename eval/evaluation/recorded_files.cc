@@ -131,8 +131,9 @@ void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const Obje
 
 /// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
-  std::vector<ObjectLog> logs = read_object_logs(
-      estimate.path, {.format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz});
+  ObjectLogRequest request{.format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz};
+  request.rules.covariance = files.covariance;
+  std::vector<ObjectLog> logs = read_object_logs(estimate.path, request);
   for (ObjectLog& log : logs) {
     if (estimate.system.empty()) continue;
     log.estimator = logs.size() == 1 ? estimate.system : estimate.system + "_" + log.estimator;
@@ -257,6 +258,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
                                        static_cast<uint64_t>(run)),
                         std::back_inserter(scores.records));
       std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)), std::back_inserter(scores.paths));
+      std::ranges::move(object_consistency(log, static_cast<uint64_t>(run)), std::back_inserter(scores.consistency));
       if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
       for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);
       std::ranges::move(found, std::back_inserter(scores.diagnoses));

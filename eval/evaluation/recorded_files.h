@@ -48,6 +48,7 @@ struct ObjectFiles {
   LogStage stage = LogStage::any;
   std::optional<MotionFrame> frame;  ///< of the logged motions, where it is not the format's own
   IdentityMotions identity = IdentityMotions::count;
+  std::optional<CovarianceConvention> covariance = std::nullopt;  ///< of covariances in plain files
   std::string truth;                     ///< SOURCE whose objects replace the logs' truth; empty: none
   std::optional<double> rate_hz;         ///< of frames, for velocities; empty: frame_rate()
   std::string tum;                       ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <random>
 
+#include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/evaluation/recorded_files.h"
+#include "sextant/eval/logs/recordings_testing.h"
 
 namespace sextant {
 namespace {
@@ -96,6 +98,65 @@ TEST_F(Consistency, TrueCovariancesGiveSixAndFourTimesSmallerOnesTwentyFour) {
   EXPECT_FALSE(small.consistency->is_consistent());
   EXPECT_NEAR(evaluate([](const PoseCovariance& P, const auto&) { return PoseCovariance(4 * P); }).consistency->nees, 1.5,
               0.1);
+}
+
+TEST_F(Consistency, OfARecordingOfOdometry) {
+  using namespace recordings;  // NOLINT: its writers
+  const auto nees = [&](double times) {
+    Channel bag{"/odom", "nav_msgs/Odometry", {}}, mcap{"/odom", "nav_msgs/msg/Odometry", {}};
+    for (size_t i = 0; i < poses_.size(); ++i) {
+      const Eigen::Quaterniond q(poses_.rotations[i]);
+      const Eigen::Vector3d& p = poses_.positions_m[i];
+      Sample s{static_cast<uint32_t>(i / 20), static_cast<uint32_t>(i % 20) * 50'000'000U,
+               {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}};
+      for (int k = 0; k < 36; ++k) s.covariance[static_cast<size_t>(k)] = times * covariances_[i](k / 6, k % 6);
+      bag.messages.push_back(ros1_message(bag.type, s));
+      mcap.messages.push_back(cdr_message(mcap.type, s));
+    }
+    const EgoFiles files{.reference = folder_.write("gt.tum", encode_tum(truth_)),
+                         .estimates = {folder_.write("r.bag", bag_of({bag})), folder_.write("r.mcap", mcap_of({mcap})),
+                                       folder_.write("r.db3", rosbag2_of({mcap}))}};
+    std::vector<double> found;
+    for (const EgoResult& run : evaluate_ego_files(files, {}).runs) found.push_back(run.consistency.value().nees);
+    return found;
+  };
+  EXPECT_THAT(nees(1), testing::Each(testing::DoubleNear(6, 0.3)));
+  EXPECT_THAT(nees(0.25), testing::Each(testing::DoubleNear(24, 1.2)));
+}
+
+TEST_F(Consistency, OfPlainFilesOfObjects) {
+  const auto nees = [&](LogFormat format, double times, Columns columns, double seen_from_m = 0) {
+    const TempFolder logs;
+    const std::string rows = read_file(written(
+        [&](const PoseCovariance& P, const auto&) { return PoseCovariance(times * P); }, columns));
+    logs.write("obj_3.tum", rows);
+    PoseSeries moved = truth_;
+    for (Eigen::Vector3d& p : moved.positions_m) p.x() += seen_from_m;
+    logs.write("obj_3_gt.tum", encode_tum(moved));
+    const ObjectScores scores =
+        evaluate_object_files({.folders = {logs.path().string()}, .format = format, .rate_hz = 20});
+    EXPECT_EQ(scores.consistency.size(), 1);
+    EXPECT_EQ(scores.consistency.at(0).object, 3);
+    return scores.consistency.at(0).nees;
+  };
+  for (const Columns columns : {triangle, full}) {
+    EXPECT_NEAR(nees(LogFormat::poses, 1, columns).nees, 6, 0.3);
+    EXPECT_TRUE(nees(LogFormat::poses, 1, columns).is_consistent());
+    EXPECT_NEAR(nees(LogFormat::poses, 0.25, columns).nees, 24, 1.2);
+  }
+  EXPECT_GT(nees(LogFormat::poses, 1, full, 1).nees, 20) << "no alignment hides an offset";
+
+  // The same errors of motions.
+  for (size_t i = 0; i < poses_.size(); ++i) {
+    const Eigen::Vector3d e_p = truth_.positions_m[i] - poses_.positions_m[i];
+    const Eigen::Matrix3d e_R = truth_.rotations[i] * poses_.rotations[i].transpose();
+    truth_.positions_m[i] = {0.1, 0.02, 0.9};
+    truth_.rotations[i] = so3_exp({0, 0.01, 0}).toRotationMatrix();
+    poses_.positions_m[i] = truth_.positions_m[i] - e_p;
+    poses_.rotations[i] = e_R.transpose() * truth_.rotations[i];
+  }
+  EXPECT_NEAR(nees(LogFormat::motions, 1, full).nees, 6, 0.3);
+  EXPECT_NEAR(nees(LogFormat::motions, 0.25, triangle).nees, 24, 1.2);
 }
 
 TEST_F(Consistency, AlignmentAndAxesTurnTheCovariancesToo) {

@@ -309,6 +309,9 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   log.motions = std::move(motions);
   log.lost_truth = std::move(lost);
   log.frame = MotionFrame::world;
+  if (log.motion_covariances.entries.empty()) return;
+  log.motion_covariances = {};
+  log.warnings.push_back(log.estimator + ": covariances of motions in the camera frame are not used: no NEES");
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
@@ -337,8 +340,20 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
     for (const auto& [k, T_log_camera] : log.camera.poses()) moved.set(k, T * T_log_camera);
     log.camera = moved;
     for (auto& [key, T_log_object] : log.poses) T_log_object = T * T_log_object;
+    PoseCovariance J = PoseCovariance::Zero();
+    const Eigen::Matrix3d R = T.rotation().toRotationMatrix();
+    J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R;
+    for (auto& [key, covariance] : log.pose_covariances.entries) covariance.P = J * covariance.P * J.transpose();
     if (log.frame != MotionFrame::world) return;
     for (auto& [key, motion] : log.motions) motion.estimate = T * motion.estimate * T.inverse();
+    for (auto& [key, covariance] : log.motion_covariances.entries) {
+      // t' = R t + T_t - R' T_t, so e_t' = R e_t + [R' T_t]x R e_R.
+      const auto motion = log.motions.find(key);
+      if (motion == log.motions.end()) continue;
+      const Eigen::Vector3d lever = motion->second.estimate.rotation() * T.translation();
+      J.topRightCorner<3, 3>() = skew(lever) * R;
+      covariance.P = J * covariance.P * J.transpose();
+    }
     return;
   }
 }
@@ -377,6 +392,12 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   }
   std::map<ObjectFrame, SE3> estimated;
   for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
+  for (LogCovariances* covariances : {&log.motion_covariances, &log.pose_covariances}) {
+    LogCovariances own;
+    for (const auto& [key, entry] : covariances->entries) own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
+    for (const auto& [id, path] : covariances->paths) own.paths[new_id(id)] = path;
+    *covariances = std::move(own);
+  }
   log.motions = std::move(motions);
   log.poses = std::move(estimated);
   log.true_poses = std::move(poses);

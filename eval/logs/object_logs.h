@@ -13,7 +13,7 @@
 //   motions  a file an object, obj_<id>_motion.* or obj_<id>.*, as `sextant run` writes it: the motions from frame
 //            k-1 to k, of the frame that the request gives (the world, else). Truth: the same name with _gt
 //            before the extension. Lines "k" and 12 or 16 values (rows of [R|t]), or "t x y z qx qy qz qw" with
-//            the time or the frame k, and maybe 21 or 36 values of a covariance, which are not used
+//            the time or the frame k, and maybe 12, 21 or 36 values of a covariance (pose_covariance.h)
 //   poses    a file an object, obj_<id>_pose.* or obj_<id>.*, in the same lines: T_world_object
 //            of both: cameras est_camera_tum.txt or camera.*, true ones gt_camera_tum.txt or camera_gt.*
 //
@@ -33,6 +33,7 @@
 #include "sextant/base/names.h"
 #include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/eval/logs/number_file.h"
+#include "sextant/geometry/pose_series.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"
 
@@ -52,11 +53,22 @@ struct LogLines {
   std::string at(ObjectFrame key) const;  ///< "PATH:LINE"
 };
 
+/// Covariances of the error (position, rotation) of 4x4 matrices, as PoseSeries has them, each with its line.
+struct LogCovariances {
+  struct Entry {
+    PoseCovariance P;
+    int line = 0;
+  };
+  std::map<ObjectFrame, Entry> entries;
+  std::map<int, std::string> paths;  ///< of objects
+};
+
 struct ObjectLog {
   std::string estimator;  ///< the module <m>, "vdo", or the name of the folder
   MotionFrame frame = MotionFrame::world;
   std::map<ObjectFrame, LoggedMotion> motions;
   std::map<ObjectFrame, SE3> poses, true_poses;  ///< T_world_object
+  LogCovariances motion_covariances, pose_covariances;  ///< of the estimates
   Trajectory camera, true_camera;                ///< T_world_camera
   std::map<ObjectFrame, SE3> lost_truth;         ///< true motions that have no estimate, in the frame of the log
   std::optional<double> rate_hz;                 ///< of the log's time stamps

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/logs/pose_covariance.h"
 
 namespace sextant {
 namespace {
@@ -22,15 +23,17 @@ struct PlainFile {
   std::string path;
   Key key = Key::row;
   std::vector<Row> rows;
+  std::vector<PoseCovariance> covariances;  ///< of the rows; may be empty
 };
 
 PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog& out) {
   PlainFile file;
   bool whole_numbers = true, is_tum = false;
+  PoseSeries covered;  // the rows with a covariance
   for_each_record(folder, name, NumberFile::either, out, [&](const NumberFile& lines, RepairLog& repairs) {
     const size_t n = lines.values().size();
     Row row{lines.values()[0], lines.line(), {}};
-    const bool tum = n == 8 || n == 8 + 21 || n == 8 + 36;
+    const bool has_covariance = n > 8 && is_covariance_size(n - 8), tum = n == 8 || has_covariance;
     if (tum) {
       row.pose = quaternion_pose(lines, 1, repairs);
     } else if (n == 13 || n == 17) {
@@ -51,8 +54,20 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     is_tum = tum;
     whole_numbers = whole_numbers && row.key == std::trunc(row.key);
     file.rows.push_back(row);
+    if (!has_covariance) return;
+    covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
+    covered.lines.push_back(static_cast<int>(row.line));
+    add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(), lines.line());
   });
   file.path = (std::filesystem::path(folder.path()) / name).string();
+  if (!covered.empty()) {
+    if (covered.size() != file.rows.size())
+      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(), file.rows.size());
+    RepairLog repairs;
+    finish_covariances(covered, file.path, repairs);
+    for (std::string& text : repairs.warnings(file.path)) out.warnings.push_back(std::move(text));
+    file.covariances = std::move(covered.covariances);
+  }
   // Whole numbers in the place of the time are frame numbers.
   if (is_tum && whole_numbers) file.key = Key::frame;
   return file;
@@ -180,6 +195,11 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
           (poses ? log.true_poses : truth).emplace(key, row.pose);
       } else {
         (poses ? log.poses : motions).emplace(key, row.pose);
+        if (files[i].covariances.empty()) return;
+        LogCovariances& covariances = poses ? log.pose_covariances : log.motion_covariances;
+        const auto at = static_cast<size_t>(&row - files[i].rows.data());
+        covariances.entries.emplace(key, LogCovariances::Entry{files[i].covariances[at], static_cast<int>(row.line)});
+        covariances.paths[id] = files[i].path;
       }
     });
   }

@@ -44,8 +44,8 @@ class Fields {
 
 class BagReader {
  public:
-  BagReader(const ByteSource& bytes, const std::string& topic)
-      : file_(bytes.name()), poses_(file_, topic), decompressor_(bytes.size()) {}
+  BagReader(const ByteSource& bytes, const std::string& topic, const ReadRules& rules)
+      : file_(bytes.name()), poses_(file_, topic, rules), decompressor_(bytes.size()) {}
 
   void read(ByteSource& bytes, uint64_t begin, uint64_t end, bool in_chunk) {
     for (uint64_t at = begin; at < end;) {
@@ -124,10 +124,10 @@ class BagReader {
 
 bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
 
-TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic) {
+TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no ROS bag of version 2.0", bytes.name());
-  BagReader reader(bytes, topic);
+  BagReader reader(bytes, topic, rules);
   reader.read(bytes, magic.size(), bytes.size(), false);
   return reader.finish();
 }

@@ -260,7 +260,7 @@ template <auto read>
 TrajectoryFile read_recording(const std::string& path, const ReadRules& rules) {
   const TopicPath split = split_topic(path);
   ByteSource bytes(split.file, rules.kind.value_or(recording_file));
-  return read(bytes, split.topic);
+  return read(bytes, split.topic, rules);
 }
 
 const std::vector<TrajectoryFormat>& table() {

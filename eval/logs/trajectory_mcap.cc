@@ -23,8 +23,8 @@ enum Op : uint8_t {
 
 class McapReader {
  public:
-  McapReader(const ByteSource& bytes, const std::string& topic)
-      : file_(bytes.name()), poses_(file_, topic), decompressor_(bytes.size()) {}
+  McapReader(const ByteSource& bytes, const std::string& topic, const ReadRules& rules)
+      : file_(bytes.name()), poses_(file_, topic, rules), decompressor_(bytes.size()) {}
 
   /// Records from `at` on; true when the end of data was met.
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
@@ -117,10 +117,10 @@ class McapReader {
 
 bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
 
-TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic) {
+TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
     fail("{}: is no MCAP file of version 0", bytes.name());
-  McapReader reader(bytes, topic);
+  McapReader reader(bytes, topic, rules);
   if (!reader.read(bytes, magic.size(), false))
     fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
   return reader.finish();

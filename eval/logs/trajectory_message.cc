@@ -1,10 +1,12 @@
 #include "sextant/eval/logs/trajectory_message.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cctype>
 #include <filesystem>
 
+#include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 
 namespace sextant {
@@ -16,7 +18,8 @@ constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven.
+/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of which the
+/// first 36 are its covariance.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -112,7 +115,8 @@ TopicPath split_topic(const std::string& path) {
   return {path.substr(0, at), path.substr(at + 1)};
 }
 
-TopicPoses::TopicPoses(std::string file, const std::string& topic) : file_(std::move(file)) {
+TopicPoses::TopicPoses(std::string file, const std::string& topic, const ReadRules& rules)
+    : covariance_(rules.covariance), file_(std::move(file)) {
   const size_t colon = topic.find(':');
   wanted_ = topic.substr(0, colon);
   if (colon != std::string::npos) frames_ = topic.substr(colon + 1);
@@ -181,13 +185,25 @@ void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view me
   }
   double v[7];
   for (double& value : v) value = reader.number<double>();
-  reader.expect_left(kind.doubles_after);
+  std::array<double, 36> covariance{};
+  const bool has_covariance = kind.doubles_after >= covariance.size();
+  if (has_covariance) {
+    for (double& value : covariance) value = reader.number<double>();
+  }
+  reader.expect_left(kind.doubles_after - (has_covariance ? covariance.size() : 0));
   if (stamp_s == 0 && ++t.n_without_stamp > 1)
     fail("{}: a second pose with the time stamp 0: the headers of this topic are not stamped", where);
   const Eigen::Vector3d p(v[0], v[1], v[2]);
   check_position(p, path, number);
   t.poses.stamps_s.push_back(stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
+  if (!has_covariance) return;
+  const bool is_unknown = covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
+  if (is_unknown && t.n_unknown_covariances++ == 0) t.first_unknown = number;
+  if (is_unknown)
+    t.poses.covariances.push_back(PoseCovariance::Zero());
+  else
+    add_covariance(t.poses, covariance, covariance_, path, number);
 }
 
 void TopicPoses::add_transforms(Topic& t, const std::string& path, std::string_view message, bool is_static) {
@@ -270,6 +286,10 @@ TrajectoryFile TopicPoses::finish() {
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);
+  if (t.n_unknown_covariances > 0 && t.n_unknown_covariances < out.poses.size())
+    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES", t.first_unknown);
+  if (t.n_unknown_covariances > 0) out.poses.covariances.clear();
+  finish_covariances(out.poses, file_ + ":" + topic, t.log);
   sort_and_unite(out.poses, nullptr, t.log);
   out.warnings = t.log.warnings(file_ + ":" + topic);
   out.comments = lower_case(topic);

@@ -24,8 +24,8 @@ bool is_mcap(std::string_view first_bytes);
 bool is_rosbag2(std::string_view first_bytes);
 
 /// `topic` may be empty where only one has poses. Throw Error.
-TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic);
-TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic);
-TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic);
+TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
+TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
+TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 
 }  // namespace sextant

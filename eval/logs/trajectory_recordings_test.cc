@@ -66,6 +66,40 @@ TEST(Rosbag2, EveryTypeAndByteOrder) {
   expect_samples(decode_trajectory(rosbag2_of({packed}), "rosbag2"));
 }
 
+TEST(Recordings, CovariancesOfPosesAreRead) {
+  Sample known[2] = {samples[0], samples[1]};
+  for (Sample& s : known) {
+    for (size_t i = 0; i < 6; ++i) s.covariance[7 * i] = 0.01 * static_cast<double>(i + 1);
+    s.covariance[5] = s.covariance[30] = 0.002;
+  }
+  const auto expect_read = [](const TrajectoryFile& file) {
+    ASSERT_EQ(file.poses.covariances.size(), 2);
+    EXPECT_EQ(file.poses.covariances[1](1, 1), 0.02);
+    EXPECT_EQ(file.poses.covariances[1](0, 5), 0.002);
+  };
+  for (const std::string name : {"geometry_msgs/PoseWithCovarianceStamped", "nav_msgs/Odometry"}) {
+    SCOPED_TRACE(name);
+    const auto ros1 = [&](const Sample& a, const Sample& b) {
+      return bag_of({Channel{"/pose", name, {ros1_message(name, a), ros1_message(name, b)}}});
+    };
+    expect_read(decode_trajectory(ros1(known[0], known[1]), "bag"));
+    const std::string type = name.substr(0, name.find('/')) + "/msg" + name.substr(name.find('/'));
+    for (const bool big : {false, true}) {
+      const Channel channel{"/pose", type, {cdr_message(type, known[0], big), cdr_message(type, known[1], big)}};
+      expect_read(decode_trajectory(mcap_of({channel}), "mcap"));
+      expect_read(decode_trajectory(rosbag2_of({channel}), "rosbag2"));
+    }
+    EXPECT_TRUE(decode_trajectory(ros1(samples[0], samples[1]), "bag").poses.covariances.empty()) << "zeros: unknown";
+    const TrajectoryFile mixed = decode_trajectory(ros1(samples[0], known[1]), "bag");
+    EXPECT_TRUE(mixed.poses.covariances.empty());
+    EXPECT_THAT(mixed.warnings, ElementsAre(HasSubstr(":1: covariances that are unknown")));
+    Sample bad = known[1];
+    bad.covariance[30] = -0.002;
+    EXPECT_THAT(error_of([&] { decode_trajectory(ros1(known[0], bad), "bag"); }),
+                HasSubstr("/pose:2: the covariance of the pose is not symmetric"));
+  }
+}
+
 TEST(Rosbag2, IsReadFromItsFileAlone) {
   TempFolder folder;
   const std::string path = folder.write(

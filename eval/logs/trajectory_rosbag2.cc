@@ -140,11 +140,11 @@ std::string decompressed(Decompressor& decompressor, std::string_view message, c
 
 bool is_rosbag2(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
 
-TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic) {
+TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   const bool in_memory = bytes.is_in_memory();
   check_whole(bytes, in_memory);
   Database db(bytes, in_memory);
-  TopicPoses poses(bytes.name(), topic);
+  TopicPoses poses(bytes.name(), topic, rules);
   Decompressor decompressor(bytes.size());
   std::map<int64_t, std::optional<std::string>> topics;  // by id; empty: not wanted
   const auto rows = db.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
