@@ -122,7 +122,10 @@ TEST_F(EvaluateObjects, SeveralRunsArePooledComparedAndReported) {
   const Json pooled = Json::parse(evaluate(fmt::format("{} {} --json", logs().string(), more)).out);
   EXPECT_EQ(pooled["systems"][0]["runs"], 2) << "of one system";
   EXPECT_EQ(pooled["presets"][0]["rows"][0]["n_truth"], 10);
-  EXPECT_TRUE(pooled["systems"][0].contains("Et_low_m"));
+  EXPECT_FALSE(pooled["systems"][0].contains("Et_low_m")) << "an interval over two runs";
+  const Json five = Json::parse(evaluate(fmt::format("a={0} a={0} a={0} a={0} a={0} {1} --json", logs().string(), more)).out);
+  for (const Json& system : five["systems"])
+    EXPECT_EQ(system.contains("Et_low_m"), system["runs"] == 5) << system;
 }
 
 TEST_F(EvaluateObjects, DamagedLogsAreRefused) {
