@@ -145,17 +145,50 @@ def compare(program, folder, modules):
                     if not off <= 1e-9:
                         print(f"{folder} {module} object {i}: {kind}_{unit} {rows[module, i][f'{kind}_{unit}']}, "
                               f"expected {error[unit]}")
-    return n, worst
+    return n, worst, rows
+
+
+def check_other_ways(program, folder, expected_rows):
+    """--preset all, --identity lost, and --format poses of what --save-tum writes."""
+    def run(*arguments):
+        return subprocess.run([program, "evaluate", "objects", *map(str, arguments)], capture_output=True, text=True,
+                              check=True).stdout
+    text = run("--format", "dynosam", folder, "--preset", "all")
+    assert "errors per axis" in text and all(name in text for name in ("paper:", "multimot_code:", "vdo_slam:", "dynosam_rme:", "dynosam_ame:")), text
+    saved = folder / "saved"
+    run("--format", "dynosam", folder, "--save-tum", saved, "--rate", 10)
+    answer = json.loads(run("--format", "poses", saved / "back", "--json"))
+    assert answer["rates"][0]["hz"] == 10, answer["rates"]
+    for row in answer["poses"]:
+        for key in ("ape_m", "ape_deg", "rpe_m", "rpe_deg"):
+            off = abs(row[key] - expected_rows["back", str(row["object"])][key])
+            assert off < 1e-6, (row, key, off)
+    assert len(answer["poses"]) == 3
+    path = folder / "back_object_motion_log.csv"
+    rows = path.read_text().splitlines()
+    for n, row in enumerate(rows):
+        cells = row.split(",")
+        if n > 0 and cells[1] == "1" and int(cells[0]) > 50:
+            rows[n] = ",".join(cells[:2] + ["0", "0", "0", "0", "0", "0", "1"] + cells[9:])
+    path.write_text("\n".join(rows) + "\n")
+    estimated = {}
+    for way in ("count", "lost"):
+        answer = json.loads(run("--format", "dynosam", folder, "--json", "--identity", way))
+        estimated[way] = answer["presets"][0]["rows"][0]["n_estimated"]
+        assert any("exactly the identity" in w and "51-59" in w for w in answer["warnings"]), answer["warnings"]
+    assert estimated == {"count": 59, "lost": 50}, estimated
 
 
 def main():
     found = []
     with tempfile.TemporaryDirectory() as temporary:
         write(pathlib.Path(temporary), np.random.default_rng(1))
-        found.append(compare(sys.argv[1], pathlib.Path(temporary), ["back"]))
+        *counts, rows = compare(sys.argv[1], pathlib.Path(temporary), ["back"])
+        found.append(counts)
+        check_other_ways(sys.argv[1], pathlib.Path(temporary), rows)
     if "SEXTANT_DATA" in os.environ:
         found.append(compare(sys.argv[1], pathlib.Path(os.environ["SEXTANT_DATA"]) / "dynosam_kitti_0000",
-                             ["frontend", "rgbd_motion_world_backend"]))
+                             ["frontend", "rgbd_motion_world_backend"])[:2])
     for n, worst in found:
         print(f"{n} errors of object poses, largest difference {worst:.2g}")
     sys.exit(0 if all(n > 0 and worst <= 1e-9 for n, worst in found) else 1)
