@@ -93,14 +93,14 @@ TEST_F(ProgramFingerprintTest, WhatIsWrittenBesideItIsPassedOver) {
 
 TEST_F(ProgramFingerprintTest, DependsNamesFilesAnywhere) {
   write("helper.py", "1");
-  write("../shared/weights.bin", "1");
-  write("../shared/deep/er/more.bin", "1");
-  write("../shared/note.txt", "1");
-  const Json depends = {{"depends", {"../shared/**/*.bin"}}};
-  EXPECT_THAT(names(depends), ElementsAre("../shared/deep/er/more.bin", "../shared/weights.bin", "configuration", "program sh",
+  write("../common/weights.bin", "1");
+  write("../common/deep/er/more.bin", "1");
+  write("../common/note.txt", "1");
+  const Json depends = {{"depends", {"../common/**/*.bin"}}};
+  EXPECT_THAT(names(depends), ElementsAre("../common/deep/er/more.bin", "../common/weights.bin", "configuration", "program sh",
                                           "program.py"));
-  EXPECT_EQ(after([&] { write("../shared/deep/er/more.bin", "2"); }, depends), "../shared/deep/er/more.bin changed");
-  EXPECT_EQ(after([&] { write("../shared/note.txt", "2"); }, depends), "");
+  EXPECT_EQ(after([&] { write("../common/deep/er/more.bin", "2"); }, depends), "../common/deep/er/more.bin changed");
+  EXPECT_EQ(after([&] { write("../common/note.txt", "2"); }, depends), "");
   EXPECT_EQ(after([&] { write("helper.py", "2"); }, depends), "");
   EXPECT_THAT(names({{"depends", Json::array()}}), ElementsAre("configuration", "program sh", "program.py"));
   EXPECT_THAT(names({{"depends", {"h?lper.*"}}}), ElementsAre("configuration", "helper.py", "program sh", "program.py"));
