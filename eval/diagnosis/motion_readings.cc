@@ -10,6 +10,7 @@ namespace {
 
 constexpr size_t fewest_steps = 3;
 constexpr int longest_lag = 3;
+constexpr size_t fewest_of_shift = 8;  // steps: smooth motions resemble their neighbours
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as well.
 constexpr double price_of_two = 0.5, price_of_lag = 0.2, price_of_fit = 0.1;
@@ -259,7 +260,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                                 n_known += other != logged.end();
                                 return other == logged.end() ? m : other->second;
                               })(data, ignored) &&
-                              2 * n_known >= data.samples.size();
+                              n_known >= fewest_of_shift && 2 * n_known >= data.samples.size();
                      },
                      price_of_lag});
   }
