@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t fewest_steps = 3;
 constexpr int longest_lag = 3;
-constexpr size_t fewest_of_shift = 8;  // steps: smooth motions resemble their neighbours
+constexpr size_t fewest_of_shift = 8;  // different frames: smooth motions resemble their neighbours
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as well.
 constexpr double price_of_two = 0.5, price_of_lag = 0.2, price_of_fit = 0.1;
@@ -254,13 +254,16 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                      [lag](MotionData& data, double& ignored) {
                        const auto logged = data.logged;
                        size_t n_known = 0;
+                       std::set<int> frames;
                        // Steps whose other one is not logged stay as they are: both readings have the same steps.
                        return each([&](const SE3& m, S s) -> Result {
                                 const auto other = logged.find({s.key.first, s.key.second + lag});
-                                n_known += other != logged.end();
-                                return other == logged.end() ? m : other->second;
+                                if (other == logged.end()) return m;
+                                ++n_known;
+                                frames.insert(s.key.second);
+                                return other->second;
                               })(data, ignored) &&
-                              n_known >= fewest_of_shift && 2 * n_known >= data.samples.size();
+                              frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
                      },
                      price_of_lag});
   }
