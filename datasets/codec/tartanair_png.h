@@ -1,6 +1,6 @@
 #pragma once
 
-// What the pixels of TartanAir V2's depth and flow images mean (tartanair.org/modalities.html). Invalid pixels
+// Meaning of the pixels in TartanAir V2's depth and flow images (tartanair.org/modalities.html). Invalid pixels
 // are NaN on our side.
 //
 //   depth  8-bit RGBA: the bytes B, G, R, A of a pixel are a little-endian float32, z in m. Values that are not

@@ -518,7 +518,7 @@ TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
   }
 }
 
-// Of the mistakes above those that two frames can show: no shifts by a frame, no yaw of cars that drive straight on.
+// The mistakes above that two frames can show: no shifts by a frame, no yaw of cars that drive straight on.
 // Two frames do not tell all causes apart: that a check fails counts.
 TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
   SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");

@@ -74,7 +74,8 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Of the rotations of true steps: the geometric mean of the bounds that truth_floor.h has, or the one that is known.
+/// Standard deviation of the rotations of true steps: geometric mean of the bounds of truth_floor.h, or the one
+/// that is known.
 std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
   if (!floor.rotation_deg || !floor.rotation_timing_deg)
     return floor.rotation_deg ? floor.rotation_deg : floor.rotation_timing_deg;

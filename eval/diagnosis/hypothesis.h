@@ -41,7 +41,7 @@ struct Hypothesis {
   bool fits_number = false;  ///< undo() searches for a number, which can explain much
 };
 
-/// What a hypothesis leaves of the data.
+/// Residual that a hypothesis leaves, with its names.
 struct Reading {
   std::string code, cause, remedy;
   double residual = 0;
@@ -75,7 +75,7 @@ std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, co
   return readings;
 }
 
-/// What a reading must beat besides the declared one.
+/// Conditions under which a reading is reported, besides being better than the declared one.
 struct ExplanationRule {
   double negligible = 0;                     ///< a declared residual up to here needs no explanation
   std::optional<double> null = std::nullopt;  ///< residual of the null reading

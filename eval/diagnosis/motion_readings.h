@@ -49,7 +49,7 @@ double squared_residual(const SE3& given, const SE3& reference);
 /// The mean of the smallest four fifths; empty for fewer than `fewest` values.
 std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest);
 
-/// What is known of one step, in one world.
+/// Motion and poses known at one step, in one world.
 struct MotionSample {
   ObjectFrame key;
   SE3 given;                                       ///< as logged, in the declared frame
