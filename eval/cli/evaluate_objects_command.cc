@@ -4,6 +4,7 @@
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/html/html.h"
 
 namespace sextant {

@@ -12,6 +12,7 @@
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

@@ -7,6 +7,7 @@
 #include "sextant/eval/cli/command_tree.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

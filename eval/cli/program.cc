@@ -24,6 +24,7 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

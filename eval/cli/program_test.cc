@@ -10,6 +10,7 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/testing.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

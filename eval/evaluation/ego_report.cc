@@ -4,6 +4,7 @@
 
 #include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {

@@ -18,7 +18,6 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 

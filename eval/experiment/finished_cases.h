@@ -4,7 +4,7 @@
 // become a file of summaries, whose noise is summed and which is half as large, and the journal begins anew. At the end the
 // files are joined like shards.
 //
-//   DIR/.finished/OWNER/000001.bin   summary.bin (records/summary_file.h) of some cases; OWNER is who owns the journal
+//   DIR/.finished/OWNER/000001.bin   summary.bin (records/case_summary.h) of some cases; OWNER is who owns the journal
 //
 // A file is there as a whole or not at all. One that was damaged is passed over, and its cases are done again.
 

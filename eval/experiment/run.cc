@@ -12,7 +12,7 @@
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/plan.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

@@ -16,6 +16,7 @@
 #include "sextant/eval/experiment/run_journal.h"
 #include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
 

@@ -3,6 +3,8 @@
 #include <array>
 
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

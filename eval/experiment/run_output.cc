@@ -1,4 +1,6 @@
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

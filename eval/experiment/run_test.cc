@@ -5,6 +5,7 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/check/check_source.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {

@@ -19,7 +19,8 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

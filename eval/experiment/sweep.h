@@ -11,7 +11,7 @@
 //   records.jsonl  at the end: all records in order of case
 //   cases.jsonl    per case {"case","records"}: how many lines are its own; with noise "noise", the sums of
 //                  what was added (as in the journal)
-//   summary.bin    with "keep": "summary" instead of these two (records/summary_file.h)
+//   summary.bin    with "keep": "summary" instead of these two (records/case_summary.h)
 //   external/      what external estimators leave, a folder per case
 //   run.json       provenance, fingerprints and, per source and level, the noise that was asked for and achieved in the
 //                  cases of the folder

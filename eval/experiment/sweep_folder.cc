@@ -6,14 +6,14 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/base/progress.h"
 #include "sextant/base/json.h"
+#include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/finished_cases.h"
+#include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/summary_file.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

@@ -10,7 +10,7 @@
 #include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
-#include "sextant/eval/records/summary_file.h"
+#include "sextant/eval/records/case_summary.h"
 
 namespace sextant {
 namespace {

@@ -9,6 +9,7 @@
 #include "sextant/eval/experiment/sweep_status.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

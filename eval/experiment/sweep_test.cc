@@ -9,6 +9,7 @@
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/journal.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {

@@ -8,6 +8,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

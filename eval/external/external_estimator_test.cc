@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/logs/trajectory_files.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {

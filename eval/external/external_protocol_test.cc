@@ -10,6 +10,7 @@
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/run_summary.h"
 

@@ -7,8 +7,8 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/records/run_json.h"
 #include "sextant/eval/report/record_places.h"
 
 namespace sextant {

@@ -4,6 +4,7 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

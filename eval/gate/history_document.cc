@@ -3,6 +3,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

@@ -4,9 +4,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/records/case_summary.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {

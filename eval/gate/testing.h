@@ -11,7 +11,9 @@
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {

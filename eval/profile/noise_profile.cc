@@ -9,6 +9,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/parallel_for.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

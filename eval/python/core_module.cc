@@ -1,6 +1,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/python/bindings.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace py = pybind11;
 

@@ -14,7 +14,7 @@
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/python/array_arguments.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/run_summary.h"
 
 namespace py = pybind11;

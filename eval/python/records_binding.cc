@@ -6,6 +6,7 @@
 
 #include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/python/bindings.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace py = pybind11;
 

@@ -27,7 +27,8 @@ Fingerprint Fingerprint::from(const Json& json, const std::string& where) {
   for (const auto& [name, ignored] : parts.items())
     fingerprint.parts[name] = json_member<std::string>(parts, name, where + ": parts");
   for (const Json& text : json_list(json, "not_seen", where)) {
-    if (!text.is_string()) fail("{}: key 'not_seen': expected a list of texts, got {}", where, json_excerpt(text));
+    if (!text.is_string())
+      fail("{}: key 'not_seen': expected a list of texts, got {}", where, json_excerpt(text));
     fingerprint.not_seen.push_back(text);
   }
   return fingerprint;

@@ -1,12 +1,12 @@
 #pragma once
 
-// Fingerprint of an estimator that is no part of this program: a program that it starts, a function of Python. Two
-// results are of the same estimator when its fingerprints are equal.
+// Fingerprint of an estimator that is no part of this program: a program that it starts, a function of
+// Python. Two results are of the same estimator when its fingerprints are equal.
 //
 //   "fingerprints": {LABEL: [{"sha256": ..., "parts": {NAME: SHA-256}, "not_seen": [TEXT]}]}
 //
-// in plan.json and run.json: per label of records, the versions of the estimator that made the cases (more than one
-// after --reuse-stale or merge --allow-mixed).
+// in plan.json and run.json: per label of records, the versions of the estimator that made the cases (more
+// than one after --reuse-stale or merge --allow-mixed).
 //
 //   parts     what was looked at: "program python3", "estimator.py", "configuration", "global SCALE"
 //   not_seen  what belongs to the estimator and is in no part, in words
@@ -33,7 +33,8 @@ struct Fingerprint {
 /// Equal parts; what was not seen does not count.
 bool operator==(const Fingerprint& a, const Fingerprint& b);
 
-/// "estimator.py changed, params.txt is new, 3 more": how `now` differs from `before`; empty where they are equal.
+/// "estimator.py changed, params.txt is new, 3 more": how `now` differs from `before`; empty where they are
+/// equal.
 std::string difference(const Fingerprint& before, const Fingerprint& now);
 
 /// By the estimator's label.
@@ -44,7 +45,8 @@ void add_version(const Fingerprint& one, std::vector<Fingerprint>& versions);
 
 constexpr const char* fingerprints_key = "fingerprints";
 Json fingerprints_json(const Fingerprints& fingerprints);
-/// Those of a plan.json or run.json; none where the file has no such key. Throws Error that begins with `where`.
+/// Those of a plan.json or run.json; none where the file has no such key. Throws Error that begins with
+/// `where`.
 Fingerprints fingerprints_in(const Json& file, const std::string& where);
 
 }  // namespace sextant

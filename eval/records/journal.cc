@@ -14,14 +14,14 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
-#include "sextant/eval/records/summary_file.h"
+#include "sextant/eval/records/case_summary.h"
 
 namespace sextant {
 namespace {
 
 struct Header {
   uint64_t number = 0;
-  uint64_t n_records = 0;          ///< lines of content
+  uint64_t n_records = 0;           ///< lines of content
   std::optional<uint64_t> n_bytes;  ///< of content that is not lines
   Json noise;
   std::string sum;
@@ -30,8 +30,9 @@ struct Header {
 std::optional<Header> read_header(std::string_view line) {
   try {
     const Json json = parse_json(line, "journal");
-    Header header{json_member<uint64_t>(json, "case", "journal"), json_member<uint64_t>(json, "records", "journal", 0),
-                  std::nullopt, json.value("noise", Json()), json_member<std::string>(json, "sha256", "journal")};
+    Header header{json_member<uint64_t>(json, "case", "journal"),
+                  json_member<uint64_t>(json, "records", "journal", 0), std::nullopt,
+                  json.value("noise", Json()), json_member<std::string>(json, "sha256", "journal")};
     if (json.contains("bytes")) header.n_bytes = json_member<uint64_t>(json, "bytes", "journal");
     return header;
   } catch (const Error&) {
@@ -59,7 +60,8 @@ std::optional<std::string> read_content(std::ifstream& file, const Header& heade
   }
   if (*header.n_bytes >= left_bytes) return std::nullopt;
   content.resize(*header.n_bytes);
-  if (!file.read(content.data(), static_cast<std::streamsize>(content.size())) || file.get() != '\n') return std::nullopt;
+  if (!file.read(content.data(), static_cast<std::streamsize>(content.size())) || file.get() != '\n')
+    return std::nullopt;
   return content;
 }
 
@@ -93,7 +95,8 @@ Journal::Journal(std::filesystem::path path, Owners owners, const Fits& fits)
 
 Journal::~Journal() { ::close(file_); }
 
-std::string Journal::sum(const std::string& owner, uint64_t number, const Json& noise, std::string_view content) {
+std::string Journal::sum(const std::string& owner, uint64_t number, const Json& noise,
+                         std::string_view content) {
   const std::string note = noise.is_null() ? "" : json_line(noise) + "\n";
   return sha256(fmt::format("{}\n{}\n{}{}", owner, number, note, content));
 }
@@ -169,9 +172,11 @@ std::string Journal::content(const Block& block) const {
   std::string bytes(block.bytes, '\0');
   size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n = ::pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(block.offset + done));
+    const ssize_t n =
+        ::pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(block.offset + done));
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) fail("{}: cannot read: {}", path_.string(), n < 0 ? std::strerror(errno) : "it was cut off meanwhile");
+    if (n <= 0)
+      fail("{}: cannot read: {}", path_.string(), n < 0 ? std::strerror(errno) : "it was cut off meanwhile");
     done += static_cast<size_t>(n);
   }
   return bytes;

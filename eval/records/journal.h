@@ -4,8 +4,9 @@
 // block is that of this sweep's case alone: a block of another sweep, or under another number, is none. Every
 // block is durable before the next begins: a power cut costs the last one.
 //
-// A block stands under the name of its owner: the sweep, and with it the version of the estimator that made the case. The
-// owners of a case are all that are known, its present one first; blocks of the others are stale and are found as such.
+// A block stands under the name of its owner: the sweep, and with it the version of the estimator that made
+// the case. The owners of a case are all that are known, its present one first; blocks of the others are
+// stale and are found as such.
 
 #include <cstdint>
 #include <filesystem>
@@ -51,7 +52,8 @@ class Journal {
   Journal(std::filesystem::path path, Owners owners, const Fits& fits);
   /// All cases have one owner.
   Journal(std::filesystem::path path, const std::string& owner, const Fits& fits)
-      : Journal(std::move(path), [owner](uint64_t) { return std::vector{owner}; }, fits) {}
+      : Journal(
+            std::move(path), [owner](uint64_t) { return std::vector{owner}; }, fits) {}
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -71,7 +73,8 @@ class Journal {
  private:
   void find_blocks(const Fits& fits);
   void append_block(uint64_t number, Json header, const Block& block, std::string_view content);
-  static std::string sum(const std::string& owner, uint64_t number, const Json& noise, std::string_view content);
+  static std::string sum(const std::string& owner, uint64_t number, const Json& noise,
+                         std::string_view content);
 
   std::filesystem::path path_;
   Owners owners_;

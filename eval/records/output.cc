@@ -10,8 +10,8 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/safe_paths.h"
-#include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/summary_file.h"
+#include "sextant/eval/records/case_summary.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 
@@ -49,7 +49,8 @@ OutputFolder::~OutputFolder() {
 void OutputFolder::commit(const std::vector<std::string>& names) {
   // Before anything is moved: a link in the way leaves earlier results as they were.
   for (const std::string& name : names) {
-    if (const fs::path below = fs::path(name).parent_path(); !below.empty()) make_folder_below(folder_, below);
+    if (const fs::path below = fs::path(name).parent_path(); !below.empty())
+      make_folder_below(folder_, below);
   }
   for (const std::string& name : names) move_below(staging_ / name, folder_, name);
   sync_folder(folder_);

@@ -1,6 +1,6 @@
 #pragma once
 
-// An output folder that is either complete or not there, and where its content comes from.
+// An output folder that is either complete or not there.
 
 #include <filesystem>
 #include <map>
@@ -15,17 +15,14 @@ namespace sextant {
 /// Path relative to the output folder -> bytes.
 using OutputFiles = std::map<std::string, std::string>;
 
-/// Version, build and machine: what every run.json begins with.
-Json build_provenance();
-/// Version and commit of this program: results of one sweep come from one.
-Json program_identity();
 /// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
 /// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
 
-/// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit() moves them into
-/// place in the order given. Without commit() nothing of them stays, nor a folder that was made for them and is empty. It
-/// holds the lock of the folder, and no file goes through a link below it (base/folder_lock.h, base/safe_paths.h).
+/// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit()
+/// moves them into place in the order given. Without commit() nothing of them stays, nor a folder that was
+/// made for them and is empty. It holds the lock of the folder, and no file goes through a link below it
+/// (base/folder_lock.h, base/safe_paths.h).
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder);
@@ -46,11 +43,5 @@ class OutputFolder {
 /// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created:
 /// earlier results are as they were. Rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
-
-// ---- what this program was built from
-
-std::string version();
-/// Commit of the source tree, with "-dirty" when it had changes; "unknown" outside git.
-std::string git_commit();
 
 }  // namespace sextant

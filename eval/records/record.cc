@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/names.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/record_fields.h"
-#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {
@@ -106,9 +109,11 @@ class StrictReader {
         internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected, item.value(), where_);
       if (!internal::is_number_of(name, item.key(), result.at(item.key()))) {
         const bool is_error = std::string_view(name) == "errors";
-        const std::string expected = fmt::format("{} {} to be {}{}", is_error ? "error" : "number", item.key(),
-                                                 internal::expected_number, is_error ? ", not negative" : "");
-        internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected.c_str(), item.value(), where_);
+        const std::string expected =
+            fmt::format("{} {} to be {}{}", is_error ? "error" : "number", item.key(),
+                        internal::expected_number, is_error ? ", not negative" : "");
+        internal::wrong_member(fmt::format("{}.{}", name, item.key()), expected.c_str(), item.value(),
+                               where_);
       }
     }
     return result;
@@ -174,28 +179,6 @@ Record record_from_json(const Json& json, const std::string& where) {
   return record;
 }
 
-std::string write_records(const std::vector<Record>& records) {
-  std::string text;
-  for (const Record& record : records) {
-    text += json_line(to_json(record));
-    text += '\n';
-  }
-  return text;
-}
-
-std::vector<Record> parse_records(std::string_view text, const std::string& name) {
-  std::vector<Record> records;
-  records.reserve(static_cast<size_t>(std::ranges::count(text, '\n')));
-  for_each_record(text, name, [&](Record& record) { records.push_back(record); });
-  return records;
-}
-
-std::vector<Record> read_records(const std::filesystem::path& path) {
-  std::vector<Record> records;
-  for_each_record(path, [&](Record& record) { records.push_back(record); });
-  return records;
-}
-
 Record strip_times(Record record) {
   record.time_ms.clear();
   record.values.erase("peak_memory_mb");
@@ -216,5 +199,40 @@ void put(const PoseChangeError& error, const std::string& frame, Record::Numbers
   numbers["Et" + frame + "_m"] = error.Et_m;
   numbers["ER" + frame + "_deg"] = error.ER_deg;
 }
+
+namespace internal {
+bool is_body(std::string_view text) {
+  constexpr std::string_view prefix = "object:";
+  if (text == "ego") return true;
+  if (!text.starts_with(prefix)) return false;
+  text.remove_prefix(prefix.size());
+  int id = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+  return is_digits(text) && error == std::errc() && end == text.data() + text.size();
+}
+
+bool is_flow_truth(std::string_view text) { return text == "given" || text == "induced"; }
+
+bool is_count(int n) { return n >= 0; }
+
+bool is_number_of(std::string_view map, Interned name, double value) {
+  const bool is_negative_error = value < 0 && map == to_string(NumberMap::errors) &&
+                                 find_metric(NumberMap::errors, name.str()) != nullptr;
+  return is_number(value) && !is_negative_error;
+}
+
+const char* from_text(std::string_view text, Status& status) {
+  const std::optional<Status> known = find_name<Status>(text);
+  if (known) status = *known;
+  return known ? nullptr : "a status of docs/metrics.md";
+}
+
+const char* from_text(std::string_view text, Gate& gate) {
+  const std::optional<Gate> known = find_name<Gate>(text);
+  if (!known || *known == Gate::none) return "distance, area or static";
+  gate = *known;
+  return nullptr;
+}
+}  // namespace internal
 
 }  // namespace sextant

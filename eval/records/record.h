@@ -5,25 +5,87 @@
 //
 //   {"schema":1,"dataset":"synthetic","sequence":"s18",...,"errors":{"ER_deg":0.01,"Et_m":0.02},...}
 //
-// The keys of a line are the members of Record, in the order of record_fields.h; those inside the four maps are
-// in alphabetical order. docs/metrics.md defines every one of them, those of the maps from the list in
-// metrics/definitions.h. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles are
-// written with the fewest digits that read back to the same value.
+// The keys of a line are the members of Record, in the order of record_fields.h; those inside the four maps
+// are in alphabetical order. docs/metrics.md defines every one of them, those of the maps from the list in
+// metrics/definitions.h. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles
+// are written with the fewest digits that read back to the same value.
 
+#include <algorithm>
 #include <cstdint>
-#include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "sextant/base/error.h"
 #include "sextant/base/interned.h"
 #include "sextant/base/options.h"
 #include "sextant/base/status.h"
-#include "sextant/eval/records/named_numbers.h"
 #include "sextant/metrics/definitions.h"
 #include "sextant/metrics/pose_change.h"
 
 namespace sextant {
+
+/// A few numbers by name, in the order of the names: a map in one piece of memory, 16 bytes a number.
+class NamedNumbers {
+ public:
+  using key_type = Interned;
+  using mapped_type = double;
+  using value_type = std::pair<Interned, double>;
+  using iterator = std::vector<value_type>::iterator;
+  using const_iterator = std::vector<value_type>::const_iterator;
+
+  NamedNumbers() = default;
+  NamedNumbers(std::initializer_list<value_type> numbers) { insert(numbers.begin(), numbers.end()); }
+  bool operator==(const NamedNumbers&) const = default;
+
+  const_iterator begin() const { return numbers_.begin(); }
+  const_iterator end() const { return numbers_.end(); }
+  size_t size() const { return numbers_.size(); }
+  bool empty() const { return numbers_.empty(); }
+  void clear() { numbers_.clear(); }
+
+  const_iterator find(Interned name) const { return std::ranges::find(numbers_, name, &value_type::first); }
+  bool contains(Interned name) const { return find(name) != end(); }
+  double at(Interned name) const {
+    const auto it = find(name);
+    SEXTANT_CHECK(it != end());
+    return it->second;
+  }
+  double& operator[](Interned name) { return emplace(name, 0.0).first->second; }
+
+  /// Leaves a number that is there.
+  std::pair<iterator, bool> emplace(Interned name, double number) {
+    const auto known = std::ranges::find(numbers_, name, &value_type::first);
+    if (known != numbers_.end()) return {known, false};
+    const auto is_before = [](const value_type& item, Interned other) { return item.first < other; };
+    return {
+        numbers_.emplace(std::lower_bound(numbers_.begin(), numbers_.end(), name, is_before), name, number),
+        true};
+  }
+  template <typename Iterator>
+  void insert(Iterator first, Iterator last) {
+    for (; first != last; ++first) emplace(first->first, first->second);
+  }
+  /// False where the name does not stand behind all others.
+  bool append(Interned name, double number) {
+    if (!empty() && !(numbers_.back().first < name)) return false;
+    numbers_.emplace_back(name, number);
+    return true;
+  }
+
+  void erase(Interned name) {
+    std::erase_if(numbers_, [&](const value_type& item) { return item.first == name; });
+  }
+  template <typename Condition>
+  friend void erase_if(NamedNumbers& numbers, const Condition& condition) {
+    std::erase_if(numbers.numbers_, condition);
+  }
+
+ private:
+  std::vector<value_type> numbers_;
+};
 
 struct Record {
   using Numbers = NamedNumbers;
@@ -54,7 +116,8 @@ struct Record {
 /// The keys of a line, in order.
 const std::vector<std::string>& record_field_names();
 
-/// "values.altitude_m": keys in the four maps that the list of metrics lacks. Records of others may have them.
+/// "values.altitude_m": keys in the four maps that the list of metrics lacks. Records of others may have
+/// them.
 std::vector<std::string> unlisted_keys(const std::vector<Record>& records);
 /// Throws InternalError that names them: for whatever makes records.
 void check_listed(const std::vector<Record>& records);
@@ -65,12 +128,6 @@ std::string object_body(int id);
 Json to_json(const Record& record);
 /// Strict: a missing, unknown or ill-typed key throws Error that begins with `where` ("FILE:LINE").
 Record record_from_json(const Json& json, const std::string& where);
-
-/// One line a record, each ended by a newline.
-std::string write_records(const std::vector<Record>& records);
-/// `name` is used in messages as "NAME:LINE: ...". An unfinished last line is an error.
-std::vector<Record> parse_records(std::string_view text, const std::string& name);
-std::vector<Record> read_records(const std::filesystem::path& path);
 
 /// The record without what differs from run to run on the same input: its times, and peak_memory_mb.
 Record strip_times(Record record);

@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {

@@ -91,9 +91,11 @@ TEST(Record, ReaderNamesFileLineAndKey) {
   expect_refused_after([](Json& j) { j["body"] = "object:"; }, "key 'body'");
   expect_refused_after([](Json& j) { j["body"] = "object:2147483648"; }, "key 'body'");
   for (const double number : {1e101, -0.5, 1e308})
-    expect_refused_after([&](Json& j) { j["errors"]["Et_m"] = number; }, "key 'errors.Et_m': expected error Et_m to be of a size");
+    expect_refused_after([&](Json& j) { j["errors"]["Et_m"] = number; },
+                         "key 'errors.Et_m': expected error Et_m to be of a size");
   for (const double number : {-1e101, 1e308})
-    expect_refused_after([&](Json& j) { j["values"]["nees"] = number; }, "key 'values.nees': expected number nees to be of a size");
+    expect_refused_after([&](Json& j) { j["values"]["nees"] = number; },
+                         "key 'values.nees': expected number nees to be of a size");
   expect_refused_after([](Json& j) { j["level"] = 1e308; }, "key 'level'");
   expect_refused_after([](Json& j) { j["errors"]["Et_m"] = nullptr; }, "key 'errors.Et_m'");
   expect_refused_after([](Json& j) { j["gate"] = "distance"; }, "key 'gate'");

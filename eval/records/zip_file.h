@@ -1,7 +1,7 @@
 #pragma once
 
-// Writing zip files, and numpy arrays for them: what `sextant export` and evo's result files are made of. The same content
-// gives the same bytes. Errors name the file.
+// Writing zip files, and numpy arrays for them: what `sextant export` and evo's result files are made of. The
+// same content gives the same bytes. Errors name the file.
 
 #include <filesystem>
 #include <string>

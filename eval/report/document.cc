@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

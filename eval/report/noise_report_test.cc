@@ -5,6 +5,7 @@
 #include "sextant/base/philox.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/achieved_noise.h"
 #include "sextant/eval/report/estimator_comparisons.h"

@@ -6,9 +6,9 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/records/case_summary.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/records/run_json.h"
-#include "sextant/eval/records/summary_file.h"
 
 namespace sextant {
 namespace {

@@ -1,3 +1,5 @@
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/parts.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 #include "sextant/base/error.h"

@@ -4,6 +4,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/record_places.h"

@@ -6,7 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 namespace {

@@ -9,7 +9,8 @@
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/parts.h"
 #include "sextant/eval/reproduce/reproduce.h"
 

@@ -8,6 +8,7 @@
 #include "sextant/base/safe_paths.h"
 #include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/run_summary.h"

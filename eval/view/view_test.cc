@@ -4,6 +4,7 @@
 #include "sextant/base/json.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/view/page.h"
 
 namespace sextant {

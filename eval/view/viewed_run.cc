@@ -9,7 +9,8 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run.h"
-#include "sextant/eval/records/run_json.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/metrics/epe.h"
 
 namespace sextant {

@@ -2,6 +2,7 @@
 
 #include "sextant/base/progress.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/estimator_comparisons.h"

@@ -10,7 +10,7 @@
 #include "sextant/base/philox.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/records/case_summary.h"
-#include "sextant/eval/records/summary_file.h"
+#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/claims/noise_document.h"
 
