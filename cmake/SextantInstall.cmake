@@ -35,11 +35,8 @@ install(FILES README.md CONTRIBUTING.md CITATION.cff DESTINATION ${doc_dir} COMP
 install(DIRECTORY docs DESTINATION ${doc_dir} COMPONENT program)
 install(DIRECTORY eval/plans DESTINATION ${data_dir} COMPONENT program FILES_MATCHING PATTERN *.json)
 install(DIRECTORY results/published DESTINATION ${data_dir} COMPONENT program)
-file(GLOB fetch_scripts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/fetch_*)
-list(FILTER fetch_scripts EXCLUDE REGEX "\\.(py|sh|txt)$")
-install(PROGRAMS ${fetch_scripts} DESTINATION ${data_dir}/scripts COMPONENT program)
-install(FILES scripts/common.sh scripts/fetch_archive.sh scripts/fetch_common.sh scripts/fetch_checksums.txt
-  DESTINATION ${data_dir}/scripts COMPONENT program)
+install(PROGRAMS scripts/fetch DESTINATION ${data_dir}/scripts COMPONENT program)
+install(FILES scripts/fetch_data_sets.py scripts/fetch_checksums.txt DESTINATION ${data_dir}/scripts COMPONENT program)
 
 # Man pages and completions, which the program writes itself.
 install(CODE "

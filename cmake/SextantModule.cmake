@@ -64,9 +64,9 @@ function(sextant_module NAME)
   endif()
 endfunction()
 
-# sextant_script_test(NAME word...): a test that is a script or another program, in a folder of its own (scripts/own_folder).
+# sextant_script_test(NAME word...): a test that is a script or another program, in a folder of its own (scripts/maintain/own_folder).
 function(sextant_script_test NAME)
-  add_test(NAME ${NAME} COMMAND ${PROJECT_SOURCE_DIR}/scripts/own_folder ${ARGN})
+  add_test(NAME ${NAME} COMMAND ${PROJECT_SOURCE_DIR}/scripts/maintain/own_folder ${ARGN})
   set_tests_properties(${NAME} PROPERTIES TIMEOUT ${SEXTANT_TEST_TIMEOUT_S})
 endfunction()
 

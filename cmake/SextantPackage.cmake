@@ -27,7 +27,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME sextant)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${long_description}")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11, fonts-dejavu-core")  # figures
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "curl, unzip")  # the scripts that fetch data
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3, ca-certificates")  # share/sextant/scripts/fetch
 
 # ---- sextant-dev: the packages that hold what find_package() found
 set(found ${Eigen3_DIR} ${fmt_DIR} ${nlohmann_json_DIR} ${CLI11_DIR} ${Ceres_DIR} ${embree_DIR}

@@ -4,7 +4,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 say() { printf '\033[1m==> %s\033[0m\n' "$*" | if [[ -t 1 ]]; then cat; else sed 's/\x1b\[[0-9]*m//g'; fi; }
 die() {
-  printf '%s: %s\n' "scripts/$(basename "$0")" "$*" >&2
+  printf '%s: %s\n' "$(realpath --relative-to="$root" "$0")" "$*" >&2
   exit 2
 }
 

@@ -61,7 +61,7 @@ constexpr Place places[] = {
 /// Flags whose places other tests look at, and why.
 const std::map<std::string, std::string> elsewhere = {
     {"--cache", "experiment/PackTest: a folder of the user alone"},
-    {"sextant reproduce --out", "scripts/fault_test --reproduce; its files go through OutputFolder and make_folder_below()"},
+    {"sextant reproduce --out", "eval/fuzz/fault_test.py --reproduce; its files go through OutputFolder and make_folder_below()"},
 };
 
 Outcome start(std::string arguments, const fs::path& in, const fs::path& out) {

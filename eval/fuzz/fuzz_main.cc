@@ -1,4 +1,4 @@
-// The program that scripts/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET; "list" prints
+// The program that scripts/maintain/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET; "list" prints
 // them.
 
 #include <cstdio>

@@ -6,11 +6,11 @@
 //
 // How to add a reader: one line in the table of targets.cc, and in corpus/<name>/ small files of our own, one
 // of them at least taken without an Error. Trajectory formats and adapters are targets by being in their
-// registries; they need their files alone. scripts/check_layers.py refuses a reader in a header that no
+// registries; they need their files alone. scripts/maintain/check_layers.py refuses a reader in a header that no
 // target calls, and targets_test.cc a target without files.
 //
 // corpus/<name>/        made by us, a few bytes to a few kB; each run of the tests replays all of them
-// corpus/<name>/found/  what scripts/fuzz has found, kept when it is mended
+// corpus/<name>/found/  what scripts/maintain/fuzz has found, kept when it is mended
 
 #include <functional>
 #include <span>

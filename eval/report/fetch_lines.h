@@ -6,11 +6,11 @@
 
 namespace sextant {
 
-constexpr const char* fetch_demo = "scripts/fetch_demo --out ROOT/kitti_03_demo";
-constexpr const char* fetch_vkitti1_text = "scripts/fetch_vkitti1 --text-only";
-constexpr const char* fetch_vkitti1 = "scripts/fetch_vkitti1 --rgb --depth --flow --masks";
-constexpr const char* fetch_vkitti2 = "scripts/fetch_vkitti2 --all";
-constexpr const char* fetch_kitti = "scripts/fetch_kitti_tracking --left --right";
+constexpr const char* fetch_demo = "scripts/fetch demo --out ROOT/kitti_03_demo";
+constexpr const char* fetch_vkitti1_text = "scripts/fetch vkitti1 --text-only";
+constexpr const char* fetch_vkitti1 = "scripts/fetch vkitti1 --rgb --depth --flow --masks";
+constexpr const char* fetch_vkitti2 = "scripts/fetch vkitti2 --all";
+constexpr const char* fetch_kitti = "scripts/fetch kitti_tracking --left --right";
 constexpr const char* fetch_peers = "run the systems yourself; docs/reproduction.md says where their files go";
 
 /// What fetches the data and then measures; where no script of ours fetches them, what to do instead.

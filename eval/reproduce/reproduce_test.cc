@@ -78,7 +78,7 @@ TEST_F(ReproduceTest, OpensWithTheAnswerThenClaimsOneRowEach) {
   EXPECT_LT(html.find("<h3>Claims</h3>"), html.find("id=\"table_1_classification\""));
   EXPECT_LT(html.find("id=\"table_1_classification\""), html.find("id=\"table_2_flow_error\""));
   EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // folded above
-  EXPECT_THAT(html, HasSubstr("measured by: scripts/fetch_vkitti1 --rgb --depth --flow --masks &amp;&amp; sextant reproduce"));
+  EXPECT_THAT(html, HasSubstr("measured by: scripts/fetch vkitti1 --rgb --depth --flow --masks &amp;&amp; sextant reproduce"));
   EXPECT_THAT(html, HasSubstr("<a href=\"../parts/demo/records.jsonl\">"));
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The one door through which JSON comes in; scripts/check_layers.py sees to it that there is no other. What
+// The one door through which JSON comes in; scripts/maintain/check_layers.py sees to it that there is no other. What
 // is not JSON, a number that no double holds, a key that is there twice and more than max_json_depth levels
 // are Errors with file and line. Members are read by type; Errors name file and key.
 

@@ -1,7 +1,7 @@
 #pragma once
 
 // Ground truth of a sequence. Only metrics, noise checks, data sets and the experiment that joins them may
-// include this; estimators never see it (scripts/check_layers.py enforces it).
+// include this; estimators never see it (scripts/maintain/check_layers.py enforces it).
 
 #include <map>
 #include <optional>

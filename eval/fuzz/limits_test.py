@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/limits_test.py SEXTANT [--interrupt-s S] [unittest arguments]
+"""usage: eval/fuzz/limits_test.py SEXTANT [--interrupt-s S] [unittest arguments]
 
 The limits of docs/security.md, each kept by the program as a user starts it: memory and time of hostile input, refusals, Ctrl-C,
 closed streams, and what is printed of hostile texts. --interrupt-s: how soon it must end after Ctrl-C (1; more on a machine that
@@ -17,8 +17,8 @@ import tempfile
 import time
 import unittest
 
-import hostile_files as files
-from hostile_program import PROGRAM_MB, REFUSED_MB, Program, printed_faults
+import hostile_files_testing as files
+from program_testing import PROGRAM_MB, REFUSED_MB, Program, printed_faults
 
 MB = 1e6
 TEXT_RATIO = 20

@@ -26,7 +26,7 @@ need_bare_root() {
     exit 77
   fi
   if ((EUID != 0)); then
-    echo "skipped; a root by debootstrap needs root: sudo scripts/$(basename "$0")"
+    echo "skipped; a root by debootstrap needs root: sudo $(realpath --relative-to="$root" "$0")"
     exit 77
   fi
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/check_docs.py [--update] [--external] SEXTANT [FILE.md ...]
+"""usage: scripts/maintain/check_docs.py [--update] [--external] SEXTANT [FILE.md ...]
 
 README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md, as a reader meets them:
 
@@ -26,7 +26,7 @@ import tempfile
 
 from check_recipes import flag_problems
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(!?)\[[^\]\n]*\]\(([^()\s]+)\)")
 TIME_LIMIT_S = 3000  # ends a command that hangs

@@ -1,4 +1,4 @@
-"""Faults of sweeps in shards, for scripts/fault_test: kills counted one by one, two hosts, a full disk on one of many
+"""Faults of sweeps in shards, for fault_test.py: kills counted one by one, two hosts, a full disk on one of many
 nodes, and what is refused."""
 
 import collections
@@ -9,6 +9,8 @@ import re
 import shutil
 import subprocess
 import time
+
+import program_testing
 
 N_SHARDS = 4
 
@@ -22,15 +24,8 @@ TIMES = re.compile(rb'"time_ms":\{[^}]*\}|"wall_time_s": [^,]*')
 
 def contents(folder):
     """Path -> bytes, records and runs without their times."""
-    files = {}
-    for path in sorted(folder.rglob("*")):
-        if not path.is_file():
-            continue
-        data = path.read_bytes()
-        if path.name in ("records.jsonl", "run.json"):
-            data = TIMES.sub(b"", data)
-        files[path.relative_to(folder).as_posix()] = data
-    return files
+    return program_testing.contents(folder, lambda name, data: TIMES.sub(b"", data)
+                                    if name in ("records.jsonl", "run.json") else data)
 
 
 def compare(found, wanted, what, may_lack=False, skip=None):
@@ -53,7 +48,7 @@ UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.
 
 
 class ShardFaults:
-    """Mixed into Faults of scripts/fault_test; `plans` and `whole` are by what a plan keeps: records or summary."""
+    """Mixed into Faults of fault_test.py; `plans` and `whole` are by what a plan keeps: records or summary."""
 
     def shard_words(self, keep, folder, shard, n=N_SHARDS, cache=None):
         return self.command("sweep", self.plans[keep], "--shard", f"{shard}/{n}", "--out", folder / "shards" / str(shard),

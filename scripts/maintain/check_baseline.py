@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares a reproduction with the committed reference run of the embedded part.
 
-usage: scripts/check_baseline.py DIR [--baseline DIR] [--update] [--self-test]
+usage: scripts/maintain/check_baseline.py DIR [--baseline DIR] [--update] [--self-test]
 
 DIR is what `sextant reproduce --out DIR` has written, with or without data. Every measured row of
 results/baseline/*.json has to be in DIR/report/tables with equal texts and numbers equal within rounding:
@@ -72,7 +72,7 @@ def self_test():
 
 
 def main():
-    root = pathlib.Path(__file__).resolve().parent.parent
+    root = pathlib.Path(__file__).resolve().parents[2]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", nargs="?", type=pathlib.Path)
     parser.add_argument("--baseline", type=pathlib.Path, default=root / "results" / "baseline")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/completion_test.py SEXTANT
+"""usage: eval/cli/completion_test.py SEXTANT
 
 Completions of bash, zsh and fish and the man pages, as `sextant completion` and `sextant man` print them: bash and fish are asked
 what they offer, zsh reads its script, man formats every page without a warning. A shell that is not installed is left out, and

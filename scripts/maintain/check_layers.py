@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks that includes follow the layers of docs/architecture.md.
 
-usage: scripts/check_layers.py [--root DIR] [--self-test]
+usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 
 1. A file includes project headers as "sextant/<folder>/<file>.h", and the header exists.
 2. A folder includes only the folders that LAYERS allows it.
@@ -204,7 +204,7 @@ def check(root):
         problems += [f"{path}:{line}: {what}" for line, what in doors]
         folder = folder_of(name)
         if folder not in LAYERS:
-            problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/check_layers.py")
+            problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/maintain/check_layers.py")
             continue
         for line, include in includes:
             where = f"{path}:{line}"
@@ -285,7 +285,7 @@ def self_test():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent.parent)
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
     parser.add_argument("--self-test", action="store_true", help="plant violations and see them caught")
     arguments = parser.parse_args()
     if arguments.self_test:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/fault_test [--minutes N] [--seed N] [--only NAME] [--kills N] [--reproduce N] [--program FILE] [--keep]
+"""usage: eval/fuzz/fault_test.py [--minutes N] [--seed N] [--only NAME] [--kills N] [--reproduce N] [--program FILE] [--keep]
 
 Kills, fills disks, damages journals and packs, and compares what is there in the end with what an undisturbed
 run writes, file by file and byte by byte. Of records their times are left out: nothing else may differ.
@@ -12,14 +12,14 @@ run writes, file by file and byte by byte. Of records their times are left out: 
                  merge or pack of these alone
   --reproduce N  instead: `sextant reproduce` killed N times, then compared; takes N times half a minute
   --program FILE the sextant program (build/release/bin/sextant)
-  --keep         leave the working folder of a failure
+  --keep         leave the working folder
 
 Full disks are file systems of a few hundred kB in memory, which needs root; without it those are skipped, and it
 says so. Exit codes: 0 held, 1 something differed, 2 usage.
 """
 
-import argparse
 import collections
+import contextlib
 import json
 import os
 import pathlib
@@ -32,9 +32,9 @@ import sys
 import tempfile
 import time
 
-from fault_shards import Broken, ShardFaults, compare, contents
+from program_testing import ROOT, options, working_folder
+from shard_faults_testing import Broken, ShardFaults, compare, contents
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
 PLAN = {
     "name": "faults",
     "sources": ["synthetic:s18@0-3"],
@@ -292,65 +292,45 @@ def reproduce(faults, n_kills):
     print(f"held: {len(wanted)} files after {n} kills; beside times of records these hold times: {', '.join(with_times)}")
 
 
+def try_all(faults, kinds, end):
+    """Each kind at least once, then until the end."""
+    done = collections.Counter()
+    while not done or time.monotonic() < end:
+        for kind in kinds:
+            if done[kind] > 0 and time.monotonic() > end:
+                break
+            said = getattr(faults, kind)()
+            done[kind] += 1
+            if done[kind] == 1:
+                print(f"{kind:<10} {said}", flush=True)
+    print("held: " + ", ".join(f"{kind} x {n}" for kind, n in done.items()))
+    for what in sorted(faults.skipped):
+        print(f"skipped: {what}")
+
+
 def main():
-    parser = argparse.ArgumentParser(usage=__doc__, add_help=False)
-    parser.add_argument("--minutes", type=float, default=2)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", choices=KINDS)
-    parser.add_argument("--kills", type=int, default=0)
-    parser.add_argument("--reproduce", type=int, default=0)
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sextant")
-    parser.add_argument("--keep", action="store_true")
-    parser.add_argument("-h", "--help", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.help:
-        print(__doc__.strip())
-        return 0
-    if not arguments.program.exists():
-        print(f"scripts/fault_test: {arguments.program} is not there: run scripts/build first", file=sys.stderr)
-        return 2
+    arguments = options(__doc__, KINDS, 2, kills=0, reproduce=0)
     end = time.monotonic() + 60 * arguments.minutes
-    work = pathlib.Path(tempfile.mkdtemp(prefix="sextant-faults-"))
-    faults = Faults(arguments.program.resolve(), work, random.Random(arguments.seed))
-    held = False
-    try:
-        if arguments.reproduce:
-            reproduce(faults, arguments.reproduce)
-            held = True
+    with contextlib.ExitStack() as stack:
+        work = stack.enter_context(working_folder("faults", arguments.keep))
+        faults = Faults(arguments.program, work, random.Random(arguments.seed))
+        stack.callback(lambda: [faults.unmount(folder) for folder in list(faults.mounts)])
+        try:
+            if arguments.reproduce:
+                reproduce(faults, arguments.reproduce)
+                return 0
+            faults.prepare()
+            if arguments.kills:
+                for kind in (faults.kill, faults.merge, faults.pack):
+                    if arguments.only in (None, kind.__name__):
+                        print(kind(arguments.kills), flush=True)
+                print("held")
+                return 0
+            try_all(faults, [arguments.only] if arguments.only else KINDS, end)
             return 0
-        faults.prepare()
-        if arguments.kills:
-            for kind in (faults.kill, faults.merge, faults.pack):
-                if arguments.only in (None, kind.__name__):
-                    print(kind(arguments.kills), flush=True)
-            held = True
-            print("held")
-            return 0
-        kinds = [arguments.only] if arguments.only else KINDS
-        done = collections.Counter()
-        while not done or time.monotonic() < end:
-            for kind in kinds:
-                if done[kind] > 0 and time.monotonic() > end:
-                    break
-                said = getattr(faults, kind)()
-                done[kind] += 1
-                if done[kind] == 1:
-                    print(f"{kind:<10} {said}", flush=True)
-        held = True
-        print("held: " + ", ".join(f"{kind} x {n}" for kind, n in done.items()))
-        for what in sorted(faults.skipped):
-            print(f"skipped: {what}")
-        return 0
-    except Broken as broken:
-        print(f"BROKEN: {broken}")
-        return 1
-    finally:
-        for folder in list(faults.mounts):
-            faults.unmount(folder)
-        if held or not arguments.keep:
-            shutil.rmtree(work, ignore_errors=True)
-        else:
-            print(f"left: {work}")
+        except Broken as broken:
+            print(f"BROKEN: {broken}")
+            return 1
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/hostile_test [--minutes N] [--seed N] [--only KIND] [--count N] [--case I] [--program FILE] [--keep]
+"""usage: eval/fuzz/hostile_test.py [--minutes N] [--seed N] [--only KIND] [--count N] [--case I] [--program FILE] [--keep]
 
 Feeds the program hostile input of eight kinds and prints, by kind, how many were tried and how many held: the program ended
 with a documented exit code and a reason, within its bounds of memory and time (docs/security.md), and left behind what it should.
@@ -24,23 +24,19 @@ with a documented exit code and a reason, within its bounds of memory and time (
 Exit codes: 0 all held, 1 some did not, 2 usage.
 """
 
-import argparse
 import json
-import os
-import pathlib
 import random
 import resource
 import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 
-import hostile_files as files
-from hostile_program import Program, printed_faults
+import hostile_files_testing as files
+from program_testing import (PROGRAM_MB, REFUSED_MB, Program, contents, options, printed_faults,
+                             working_folder)
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
 PLAN = {"name": "hostile", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only", "joint_flow"],
         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2,
         "options": {"pipeline": {"max_object_distance_m": 35}}}
@@ -55,10 +51,6 @@ INTERRUPT_S = 1.0
 RESUMED = ("unfinished.jsonl", "journal.jsonl")
 
 
-def contents(folder):
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
 class Hostile:
     def __init__(self, file, work, interrupt_s):
         self.work = work
@@ -70,12 +62,12 @@ class Hostile:
         self.records = (self.good / "records.jsonl").read_text(encoding="utf-8").splitlines()
         self.run_json = json.loads((self.good / "run.json").read_text(encoding="utf-8"))
         for path in self.program.scratch.iterdir():
-            raise SystemExit(f"scripts/hostile_test: {path} was left in the temporary folder by a good run")
+            raise SystemExit(f"eval/fuzz/hostile_test.py: {path} was left in the temporary folder by a good run")
 
     def must(self, *words):
         done = self.program.run(*words, time_limit_s=600)
         if done.code != 0:
-            raise SystemExit(f"scripts/hostile_test: {' '.join(map(str, words))}: exit {done.code}: {done.err}")
+            raise SystemExit(f"eval/fuzz/hostile_test.py: {' '.join(map(str, words))}: exit {done.code}: {done.err}")
         return done
 
     def folder(self, name):
@@ -186,7 +178,6 @@ class Hostile:
 
     @staticmethod
     def most_mb(n_bytes, n_files=1):
-        from hostile_program import PROGRAM_MB, REFUSED_MB
         return PROGRAM_MB + n_files * max(REFUSED_MB, 200 * n_bytes / 1e6)
 
     def vdo(self, here):
@@ -318,34 +309,18 @@ KINDS = {"json": Hostile.json, "records": Hostile.records_, "headers": Hostile.h
 
 
 def main():
-    parser = argparse.ArgumentParser(usage=__doc__, add_help=False)
-    parser.add_argument("--minutes", type=float, default=1)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", choices=KINDS)
-    parser.add_argument("--count", type=int)
-    parser.add_argument("--case", type=int)
-    parser.add_argument("--interrupt-s", type=float, default=INTERRUPT_S)
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sextant")
-    parser.add_argument("--keep", action="store_true")
-    parser.add_argument("-h", "--help", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.help:
-        print(__doc__.strip())
-        return 0
-    if not arguments.program.exists():
-        print(f"scripts/hostile_test: {arguments.program} is not there: run scripts/build first", file=sys.stderr)
-        return 2
-    work = pathlib.Path(tempfile.mkdtemp(prefix="sextant-hostile-"))
+    arguments = options(__doc__, KINDS, 1, count=None, case=None, interrupt_s=INTERRUPT_S)
     kinds = [arguments.only] if arguments.only else list(KINDS)
     all_held = True
-    try:
-        hostile = Hostile(arguments.program.resolve(), work, arguments.interrupt_s)
+    with working_folder("hostile", arguments.keep) as work:
+        hostile = Hostile(arguments.program, work, arguments.interrupt_s)
         print(f"{'kind':<10} {'tried':>6} {'held':>6}")
         for kind in kinds:
             end = time.monotonic() + 60 * arguments.minutes / len(kinds)
             first = arguments.case or 0
             tried, faults = 0, []
-            while tried == 0 or (arguments.case is None and (tried < arguments.count if arguments.count else time.monotonic() < end)):
+            while tried == 0 or (arguments.case is None and
+                                 (tried < arguments.count if arguments.count else time.monotonic() < end)):
                 at = first + tried
                 fault = KINDS[kind](hostile, random.Random(f"{arguments.seed}/{kind}/{at}"))
                 tried += 1
@@ -355,12 +330,7 @@ def main():
             for line in faults[:10]:
                 print(line.encode(errors="backslashreplace").decode(), flush=True)
             all_held = all_held and not faults
-        return 0 if all_held else 1
-    finally:
-        if arguments.keep:
-            print(f"left: {work}")
-        else:
-            shutil.rmtree(work, ignore_errors=True)
+    return 0 if all_held else 1
 
 
 if __name__ == "__main__":

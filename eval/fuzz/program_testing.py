@@ -1,18 +1,23 @@
-"""The program on hostile input, for hostile_test and limits_test.py: how it ended, what it cost, and whether that is as
-docs/security.md says."""
+"""The program under stress, for fault_test.py, hostile_test.py and limits_test.py: how it ended, what it cost, whether that
+is as docs/security.md says, and what it has left."""
 
+import argparse
 import csv
+import contextlib
 import dataclasses
 import io
 import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: Exit codes of the documentation; 1 and 3 are verdicts of `compare`, 130 is an interrupt.
 DOCUMENTED = (0, 1, 2, 3, 130)
 #: Resident memory of the program itself, with its libraries: what a refused file takes comes on top.
@@ -144,3 +149,44 @@ def printed_faults(folder):
         if path.suffix in (".csv", ".md", ".tex") and re.search(r"(?<![\w.])-?(?:inf|nan)(?![\w.])", text):
             return f"{path.name} holds inf or nan"
     return ""
+
+
+def contents(folder, strip=lambda name, data: data):
+    """Path -> bytes of every file."""
+    return {path.relative_to(folder).as_posix(): strip(path.name, path.read_bytes())
+            for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def options(text, kinds, minutes, **more):
+    """The command line of a stress test: `text` is its help; `more` are further options with their defaults or types."""
+    parser = argparse.ArgumentParser(usage=text, add_help=False)
+    parser.add_argument("--minutes", type=float, default=minutes)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", choices=kinds)
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sextant")
+    parser.add_argument("--keep", action="store_true")
+    for name, default in more.items():
+        parser.add_argument("--" + name.replace("_", "-"), type=type(default) if default is not None else int, default=default)
+    parser.add_argument("-h", "--help", action="store_true")
+    found = parser.parse_args()
+    if found.help:
+        print(text.strip())
+        sys.exit(0)
+    if not found.program.exists():
+        print(f"{sys.argv[0]}: {found.program} is not there: run scripts/build first", file=sys.stderr)
+        sys.exit(2)
+    found.program = found.program.resolve()
+    return found
+
+
+@contextlib.contextmanager
+def working_folder(name, keep):
+    """A folder that disappears, unless it is to be kept."""
+    work = pathlib.Path(tempfile.mkdtemp(prefix=f"sextant-{name}-"))
+    try:
+        yield work
+    finally:
+        if keep:
+            print(f"left: {work}")
+        else:
+            shutil.rmtree(work, ignore_errors=True)

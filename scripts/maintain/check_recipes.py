@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/check_recipes.py SEXTANT [FILE.md ...]
+"""usage: scripts/maintain/check_recipes.py SEXTANT [FILE.md ...]
 
 Recipes that people copy out of the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
 has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows. Without FILEs the workflows
@@ -22,7 +22,7 @@ except ImportError:
     print("no PyYAML (python3-yaml): recipes are not checked")
     sys.exit(77)
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def blocks(text):
@@ -109,7 +109,7 @@ def flag_problems(sextant, text):
 
 def script_problems(command):
     """Scripts of this repository that a command calls and that do not exist, and flags that their help does not have."""
-    for name, rest in re.findall(r"\bscripts/(\w+)((?: +[^\s|;&]+)*)", command):
+    for name, rest in re.findall(r"\bscripts/((?:maintain/)?\w+)((?: +[^\s|;&]+)*)", command):
         script = ROOT / "scripts" / name
         if not script.is_file():
             yield f"there is no scripts/{name}"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the rooms of docs/architecture.md: docs/rooms.svg, from the table that check_layers.py checks.
 
-usage: scripts/draw_rooms.py [--check]
+usage: scripts/maintain/draw_rooms.py [--check]
 
 Results flow downwards. Three ways run through the rooms: that of a measurement, that of the truth, and that of
 records; the first two meet in eval/experiment. Every room has its place, and every step of a way is an include that
@@ -15,7 +15,7 @@ import sys
 
 from check_layers import LAYERS, TRUTH_FREE, matches
 
-FILE = pathlib.Path(__file__).resolve().parent.parent / "docs" / "rooms.svg"
+FILE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "rooms.svg"
 
 # Rows from top to bottom, columns from left to right.
 PLACES = [
@@ -58,7 +58,7 @@ MARGIN = (14, 58)
 
 
 def fail(message):
-    raise SystemExit(f"scripts/draw_rooms.py: {message}")
+    raise SystemExit(f"scripts/maintain/draw_rooms.py: {message}")
 
 
 def top(room):
@@ -127,7 +127,7 @@ def main():
     if parser.parse_args().check:
         if FILE.is_file() and FILE.read_text(encoding="utf-8") == draw():
             return 0
-        print(f"{FILE}: the rooms have changed since it was drawn; run scripts/draw_rooms.py")
+        print(f"{FILE}: the rooms have changed since it was drawn; run scripts/maintain/draw_rooms.py")
         return 1
     partial = FILE.with_suffix(".svg.partial")
     partial.write_text(draw(), encoding="utf-8")

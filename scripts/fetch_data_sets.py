@@ -1,0 +1,180 @@
+"""The data sets of scripts/fetch: parts, addresses, licences, and where their files go."""
+
+import dataclasses
+import typing
+
+VARIATIONS = "(/(clone|fog|morning|overcast|rain|sunset|(15|30)-deg-(left|right)))?"
+BY_NC_SA = """Creative Commons Attribution-NonCommercial-ShareAlike 3.0 (CC BY-NC-SA 3.0)
+  https://creativecommons.org/licenses/by-nc-sa/3.0/
+  Non-commercial use only; share derived data under the same terms; cite:
+"""
+GAIDON = "A. Gaidon, Q. Wang, Y. Cabon, E. Vig: Virtual Worlds as Proxy for Multi-Object Tracking Analysis, CVPR 2016"
+GEIGER = ("A. Geiger, P. Lenz, R. Urtasun: Are we ready for Autonomous Driving? The KITTI Vision Benchmark Suite, "
+          "CVPR 2012")
+REGISTRATION = """
+  KITTI asks for a registration: https://www.cvlibs.net/datasets/kitti/user_login.php
+  The terms that count: https://www.cvlibs.net/datasets/kitti/"""
+REGISTER = ("The KITTI page asks for a registration before it gives its links; please register there. Archives from there "
+            "are used by --archives.")
+
+
+@dataclasses.dataclass(frozen=True)
+class Part:
+    name: str
+    kind: str  # text or image
+    archive: str
+    address: str  # of the archive, or with / at its end of the archive's folder
+    size: str  # approximate, from public notes; - is unknown
+    content: str
+    globs: typing.Callable  # of a sequence or '': the members to unpack; * matches / as well
+    folder: str  # glob of the unpacked folders that are placed in DIR/target
+    target: str = "."
+    else_whole: bool = False  # an archive without that folder is placed as a whole under its name
+    required: tuple = ()  # what a single such folder holds, alternatives by |; then its content is placed in DIR
+
+
+@dataclasses.dataclass(frozen=True)
+class DataSet:
+    name: str
+    title: str
+    folder: str  # default name of the output folder
+    note: str
+    licence: str
+    parts: tuple
+    hint: str  # what to try next, with {data}, {out}, {sequence}
+    pattern: str = ""  # of an entry of --sequences; empty: no such option
+    sequences: str = ""  # the same for readers
+    example: str = ""
+    variation: str = ""
+
+    def complete_sequence(self, sequence):
+        return sequence + self.variation if "/" not in sequence else sequence
+
+
+def hint(*commands):
+    return "\n".join(("Try:", "  export SEXTANT_DATA={data}", *(f"  sextant {c}" for c in commands)))
+
+
+def vkitti1_globs(sequence):
+    """<archive>/<world>/<variation>/00000.png and <archive>/<world>_<variation>....txt"""
+    top = "*vkitti_1.3.1_*/"
+    if not sequence:
+        return [top + "*"]
+    flat = sequence.replace("/", "_")
+    return [f"{top}{sequence}/*", f"{top}{flat}_*.txt"] + ([f"{top}{flat}.txt"] if "/" in sequence else [])
+
+
+def vkitti1():
+    base = "https://download.europe.naverlabs.com/virtual-kitti-1.3.1/"
+    page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-1/"
+    rows = (("extrinsics", "text", "extrinsicsgt.tar.gz", "1.1 MB", "camera poses"),
+            ("objects", "text", "motgt.tar.gz", "-", "object boxes, poses, moving flags"),
+            ("rgb", "image", "rgb.tar", "14 GB", "colour images"),
+            ("depth", "image", "depthgt.tar", "5.1 GB", "depth, cm"),
+            ("flow", "image", "flowgt.tar", "-", "optical flow to the next frame"),
+            ("masks", "image", "scenegt.tar", "488 MB", "instances as colours, with their tables"))
+    return DataSet(
+        "vkitti1", "Virtual KITTI 1.3.1", "vkitti_1.3.1", f"For the adapter vkitti1. Home page: {page}",
+        f"Virtual KITTI 1.3.1: {BY_NC_SA}  {GAIDON}.\n  The terms that count: {page}",
+        tuple(Part(name, kind, f"vkitti_1.3.1_{file}", base, size, content, vkitti1_globs, "vkitti_1.3.1_*")
+              for name, kind, file, size, content in rows),
+        hint("data check replay-vkitti1:{out}#{sequence}      # text parts are enough",
+             "data check vkitti1:{out}#{sequence}             # with rgb, depth, flow and masks",
+             "run vkitti1:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti1"),
+        "(0001|0002|0006|0018|0020)" + VARIATIONS,
+        "0001, 0002, 0006, 0018, 0020, each with /VARIATION (clone, fog, 15-deg-left, ...) or without", "0018/clone",
+        "/clone")
+
+
+def vkitti2():
+    base = "https://download.europe.naverlabs.com/virtual_kitti_2.0.3/"
+    page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-2/"
+    rows = (("text", "text", "textgt.tar.gz", "24 MB", "poses, calibration, boxes, track ids"),
+            ("rgb", "image", "rgb.tar", "7.5 GB", "colour images"),
+            ("depth", "image", "depth.tar", "8.1 GB", "depth, cm"),
+            ("flow", "image", "forwardFlow.tar", "31 GB", "optical flow to the next frame"),
+            ("backward-flow", "image", "backwardFlow.tar", "29 GB", "optical flow to the previous frame"),
+            ("masks", "image", "instanceSegmentation.tar", "170 MB", "instances"))
+    return DataSet(
+        "vkitti2", "Virtual KITTI 2.0.3", "vkitti_2.0.3", f"For the adapter vkitti2, both cameras. Home page: {page}",
+        f"Virtual KITTI 2: {BY_NC_SA}  Y. Cabon, N. Murray, M. Humenberger: Virtual KITTI 2, arXiv:2001.10773, 2020, and\n"
+        f"  {GAIDON}.\n  The terms that count: {page}",
+        tuple(Part(name, kind, f"vkitti_2.0.3_{file}", base, size, content,
+                   lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]")
+              for name, kind, file, size, content in rows),
+        hint("data check vkitti2:{out}#{sequence}",
+             "run vkitti2:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti2   # with the image parts"),
+        "Scene(01|02|06|18|20)" + VARIATIONS,
+        "Scene01, Scene02, Scene06, Scene18, Scene20, each with /VARIATION (clone, fog, ...) or without", "Scene18/clone",
+        "/clone")
+
+
+def kitti_globs(sequence):
+    """training/<kind>/<sequence>.txt and training/<kind>/<sequence>/*"""
+    return [f"*training/*/{sequence}.txt", f"*training/*/{sequence}/*"] if sequence else ["*training/*"]
+
+
+def kitti_tracking():
+    base = "https://s3.eu-central-1.amazonaws.com/avg-kitti/"
+    mots = "https://www.vision.rwth-aachen.de/media/resource_files/"
+    page = "https://www.vision.rwth-aachen.de/page/mots"
+    rows = (("calib", "text", "data_tracking_calib.zip", "1 MB", "camera calibration"),
+            ("oxts", "text", "data_tracking_oxts.zip", "8 MB", "GPS and IMU: true camera poses"),
+            ("labels", "text", "data_tracking_label_2.zip", "9 MB", "object boxes and poses"),
+            ("left", "image", "data_tracking_image_2.zip", "15.8 GB", "left colour images (with the test set)"),
+            ("right", "image", "data_tracking_image_3.zip", "-", "right colour images (with the test set)"))
+    any_sequence = "[0-9][0-9][0-9][0-9]"
+    masks = (Part("masks", "text", "instances_txt.zip", mots, "4.1 MB", "MOTS masks, run lengths as text",
+                  lambda sequence: [f"*{sequence or any_sequence}.txt"], "instances_txt", "training", else_whole=True),
+             Part("mask-images", "image", "instances.zip", mots, "-", "MOTS masks, PNG",
+                  lambda sequence: [f"*{sequence or any_sequence}/*.png"], "instances", "training", else_whole=True))
+    return DataSet(
+        "kitti_tracking", "KITTI tracking (training) and KITTI MOTS", "kitti_tracking",
+        f"For the adapter kitti. Home pages: https://www.cvlibs.net/datasets/kitti/eval_tracking.php, {page}\n{REGISTER}",
+        f"KITTI and KITTI MOTS: {BY_NC_SA}  {GEIGER}\n"
+        "  P. Voigtlaender et al.: MOTS: Multi-Object Tracking and Segmentation, CVPR 2019 (the masks)"
+        f"{REGISTRATION} and {page}",
+        tuple(Part(name, kind, file, base, size, content, kitti_globs, "training")
+              for name, kind, file, size, content in rows) + masks,
+        hint("data check replay-kitti:{out}#{sequence}        # text parts are enough",
+             "data check kitti:{out}#{sequence}               # with --left --right",
+             "run kitti:{out}#{sequence} --estimator joint_flow --out results/runs/kitti"),
+        "00(0[0-9]|1[0-9]|20)", "0000 to 0020", "0003")
+
+
+def sceneflow2015():
+    base = "https://s3.eu-central-1.amazonaws.com/avg-kitti/"
+    rows = (("calib", "text", "data_scene_flow_calib.zip", "1.6 MB", "camera calibration"),
+            ("images", "image", "data_scene_flow.zip", "1.7 GB", "stereo pairs, flow, disparity (with the test set)"))
+    return DataSet(
+        "sceneflow2015", "KITTI scene flow 2015 (training)", "kitti_sceneflow_2015",
+        f"Home page: https://www.cvlibs.net/datasets/kitti/eval_scene_flow.php\n{REGISTER}",
+        f"KITTI: {BY_NC_SA}  M. Menze, A. Geiger: Object Scene Flow for Autonomous Vehicles, CVPR 2015{REGISTRATION}",
+        tuple(Part(name, kind, file, base, size, content, lambda sequence: ["*training/*"], "training")
+              for name, kind, file, size, content in rows),
+        "In place: {out}/training/{{image_2,image_3,flow_occ,flow_noc,disp_occ_0,disp_noc_0,disp_occ_1,disp_noc_1,"
+        "calib_cam_to_cam}}\n"
+        "No adapter reads this folder as a sequence; its pairs are the truth for flow and stereo sources.")
+
+
+def demo(ref="15ec535739d5e6c075de1db21f70d52419d207d9"):
+    return DataSet(
+        "demo", "demo of the multimot_track authors", "kitti_03_demo",
+        """The sample that the paper's authors publish with their code, for the adapter vdo: the first frames of KITTI
+tracking 0003 with disparity, flow, masks and true poses. It is the folder kitti_sample of
+https://github.com/halajun/multimot_track; the archive of the repository is downloaded, and only that folder is unpacked.
+
+A longer demo is linked from https://github.com/halajun/VDO_SLAM (section Examples, kitti-demo): it lies on a drive that
+needs a browser. Unpacked by hand, it is read as vdo:DIR in the same way.""",
+        f"Demo of multimot_track: the repository is under GPLv3; its images and labels are KITTI data, under\n  {BY_NC_SA}"
+        "  J. Zhang, M. Henein, R. Mahony, V. Ila: Robust Ego and Object 6-DoF Motion Estimation and Tracking, IROS 2020\n"
+        f"  {GEIGER}\n"
+        "  The terms that count: https://github.com/halajun/multimot_track and https://www.cvlibs.net/datasets/kitti/",
+        (Part("sample", "text", f"multimot_track-{ref}.tar.gz",
+              f"https://codeload.github.com/halajun/multimot_track/tar.gz/{ref}", "-",
+              "frames of KITTI 0003 with all inputs and truth", lambda sequence: ["*/kitti_sample/*"], "kitti_sample",
+              required=("depth", "flow", "semantic", "pose_gt.txt", "object_pose.txt", "image_0|image")),),
+        hint("data check vdo:{out}", "run vdo:{out} --estimator joint_flow --out results/runs/demo"))
+
+
+DATA_SETS = {make.__name__: make for make in (vkitti1, vkitti2, kitti_tracking, sceneflow2015, demo)}
