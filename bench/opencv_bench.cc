@@ -6,9 +6,9 @@
 #include <opencv2/features2d.hpp>
 #include <random>
 
-#include "sextant/estimator/points/fast_corners.h"
+#include "sextant/estimator/points/extraction.h"
 #include "sextant/estimator/solvers/testing.h"
-#include "sextant/estimator/start/p3p.h"
+#include "sextant/estimator/start/robust_start.h"
 
 namespace sextant {
 namespace {

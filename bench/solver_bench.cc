@@ -6,10 +6,10 @@
 #include <ctime>
 
 #include "sextant/base/quantile.h"
-#include "sextant/estimator/estimators/joint_flow_depth.h"
+#include "sextant/estimator/flow_depth/correlated_errors.h"
+#include "sextant/estimator/flow_depth/correlated_weights.h"
+#include "sextant/estimator/flow_depth/joint_flow_depth.h"
 #include "sextant/estimator/registry.h"
-#include "sextant/estimator/solvers/cholesky.h"
-#include "sextant/estimator/solvers/correlated_errors.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
 #include "sextant/estimator/solvers/testing.h"
 #include "sextant/estimator/start/robust_start.h"

@@ -1,5 +1,7 @@
 #include "sextant/base/quantile.h"
 
+#include <cmath>
+
 namespace sextant {
 namespace {
 
@@ -31,6 +33,19 @@ double quantile_of(std::span<double> values, double p) {
   std::nth_element(values.begin(), middle, values.end());
   const double above = middle + 1 == values.end() ? *middle : *std::min_element(middle + 1, values.end());
   return *middle + share * (above - *middle);
+}
+
+double chi_square_quantile(int dof, double probability) {
+  // Normal quantile by bisection of erfc: called a few times per estimate.
+  double low = -10;
+  double high = 10;
+  for (int k = 0; k < 60; ++k) {
+    const double x = 0.5 * (low + high);
+    (0.5 * std::erfc(-x / std::sqrt(2.0)) < probability ? low : high) = x;
+  }
+  if (dof == 2) return -2 * std::log1p(-probability);
+  const double h = 2.0 / (9.0 * dof);
+  return dof * std::pow(1 - h + low * std::sqrt(h), 3);
 }
 
 }  // namespace sextant

@@ -24,4 +24,8 @@ auto middle_of(Values& values) {
   return *middle;
 }
 
+// Quantiles of the chi-square distribution (Wilson & Hilferty 1931; two degrees of freedom: exact).
+
+double chi_square_quantile(int degrees_of_freedom, double probability);
+
 }  // namespace sextant

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "sextant/estimator/solvers/chi_square.h"
+#include "sextant/base/quantile.h"
 
 namespace sextant {
 namespace {

@@ -2,22 +2,23 @@
 
 // Dynamic or static (docs/classification.md).
 //
-// threshold, from scene flow (paper eq. (12)):  f = m_prev - T_prev_curr * m_curr  per point, with m_curr from the
-// current depth at p + phi. An object is dynamic when more than `min_moving_share` of its points move faster than
-// `min_speed_mps`. The vertical component is left out by default, as in the published code: cars move on the ground
-// plane, and the vertical scene flow adds depth noise only.
+// threshold, from scene flow (paper eq. (12)):  f = m_prev - T_prev_curr * m_curr  per point, with m_curr
+// from the current depth at p + phi. An object is dynamic when more than `min_moving_share` of its points
+// move faster than `min_speed_mps`. The vertical component is left out by default, as in the published code:
+// cars move on the ground plane, and the vertical scene flow adds depth noise only.
 //
-// likelihood, from the estimated motion X and that of the background X_b, with their covariances: d = X c - X_b c is
-// the displacement of the body's centre c, given that the body does not turn, and S its covariance. With r =
-// smallest_speed_mps dt, an object is dynamic when no displacement within r explains d:
+// likelihood, from the estimated motion X and that of the background X_b, with their covariances: d = X c -
+// X_b c is the displacement of the body's centre c, given that the body does not turn, and S its covariance.
+// With r = smallest_speed_mps dt, an object is dynamic when no displacement within r explains d
+// (chi2_3: quantile of the chi-square distribution of 3 degrees of freedom):
 //
-//   min_{|e| <= r} (d - e)^T S^-1 (d - e)  >  chi-square quantile of 3 degrees of freedom at 1 - false_alarm_rate
+//   min_{|e| <= r} (d - e)^T S^-1 (d - e)  >  chi2_3(1 - false_alarm_rate)
 //
 // So a body slower than smallest_speed_mps is called dynamic no more often than at that rate.
 
 #include "sextant/base/names.h"
 #include "sextant/base/options.h"
-#include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/estimator/solvers/estimator.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {
@@ -35,11 +36,13 @@ struct ClassificationOptions {
 
   void visit(auto& v) {
     v("test", test, "",
-      "threshold: the share of moving points (the paper's); likelihood: whether the covariances explain the motion");
+      "threshold: the share of moving points (the paper's); likelihood: whether the covariances explain the "
+      "motion");
     v("min_speed_mps", min_speed_mps, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)");
     v("min_moving_share", min_moving_share, "fraction", "a dynamic object has more moving points than this");
     v("use_vertical", use_vertical, "", "use the vertical scene flow too");
-    v("smallest_speed_mps", smallest_speed_mps, "m/s", "of likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
+    v("smallest_speed_mps", smallest_speed_mps, "m/s",
+      "of likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
     v("false_alarm_rate", false_alarm_rate, "probability",
       "of likelihood: of calling one of those dynamic, at most");
   }

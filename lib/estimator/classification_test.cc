@@ -104,7 +104,8 @@ TEST(MotionLikelihood, WeighsDirectionsByTheirCovariance) {
   EXPECT_FALSE(at(0, 0.2).is_dynamic);
 }
 
-// A body that stands still, measured with errors of the covariance it states: false alarms at the stated rate.
+// A body that stands still, measured with errors of the covariance it states: false alarms at the stated
+// rate.
 TEST(MotionLikelihood, FalseAlarmsComeAtTheStatedRate) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;

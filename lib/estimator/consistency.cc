@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sextant/estimator/solvers/error_model.h"
+#include "sextant/estimator/flow_depth/error_model.h"
 
 namespace sextant {
 namespace {

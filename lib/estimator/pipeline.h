@@ -14,7 +14,7 @@
 
 #include "sextant/estimator/classification.h"
 #include "sextant/estimator/consistency.h"
-#include "sextant/estimator/estimators/estimator.h"
+#include "sextant/estimator/solvers/estimator.h"
 #include "sextant/estimator/start/point_choice.h"
 #include "sextant/estimator/start/robust_start.h"
 #include "sextant/geometry/object_motion.h"
@@ -30,7 +30,8 @@ struct PipelineOptions {
   SEXTANT_OPTIONS(
       (RobustStartOptions, start, {}, "", "RANSAC against the propagated motion"),
       (RefineOn, refine_on, RefineOn::reselected, "",
-       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of RANSAC, every one, or those within the noise that the residuals show"),
+       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of "
+       "RANSAC, every one, or those within the noise that the residuals show"),
       (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "the same for objects"),
       (ClassificationOptions, classification, {}, "", "dynamic or static"),
       (double, max_object_distance_m, 25.0, "m",

@@ -1,9 +1,7 @@
 #include "sextant/base/registry.h"
 
 #include "sextant/estimator/estimators/joint_flow.h"
-#include "sextant/estimator/estimators/joint_flow_depth.h"
-#include "sextant/estimator/estimators/motion_only.h"
-#include "sextant/estimator/reference/ceres_flow_depth.h"
+#include "sextant/estimator/flow_depth/joint_flow_depth.h"
 #include "sextant/estimator/reference/ceres_reference.h"
 #include "sextant/estimator/registry.h"
 

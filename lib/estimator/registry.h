@@ -2,7 +2,7 @@
 
 // The table of the estimators that exist. How to add one:
 //   1. write lib/estimator/estimators/<name>.{h,cc}: an options struct (base/options.h) and a class derived
-//      from Estimator;
+//      from Estimator (solvers/estimator.h);
 //   2. add one line to the table in registry.cc.
 // The parametrised test in registry_test.cc then runs over it.
 
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "sextant/base/options.h"
-#include "sextant/estimator/estimators/estimator.h"
+#include "sextant/estimator/solvers/estimator.h"
 
 namespace sextant {
 

@@ -27,7 +27,8 @@ import tempfile
 
 # Folder -> the folders it may include, bottom to top. A folder may always include itself.
 _MEASUREMENT = ["base", "geometry", "measurement"]
-_ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/estimators", "estimator"]
+_ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
+              "estimator/estimators", "estimator"]
 _DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
 _PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html"]
 LAYERS = {
@@ -39,10 +40,11 @@ LAYERS = {
     "estimator/points": _MEASUREMENT,
     "estimator/solvers": _MEASUREMENT,
     "estimator/start": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/estimators": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/reference": _MEASUREMENT + ["estimator/solvers", "estimator/estimators"],
-    "estimator": _MEASUREMENT + ["estimator/points", "estimator/solvers", "estimator/start", "estimator/estimators",
-                                 "estimator/reference"],
+    "estimator/flow_depth": _MEASUREMENT + ["estimator/solvers"],
+    "estimator/estimators": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth"],
+    "estimator/reference": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth", "estimator/estimators"],
+    "estimator": _MEASUREMENT + ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
+                                 "estimator/estimators", "estimator/reference"],
     "metrics": _MEASUREMENT + ["truth"],
     "stats": ["base"],
     "datasets/codec": _MEASUREMENT,
@@ -236,7 +238,7 @@ def self_test():
         "lib/base/error.h": "",
         "lib/geometry/se3.h": '#include "sextant/base/error.h"\n',
         "lib/truth/truth.h": '#include "sextant/geometry/se3.h"\n',
-        "lib/estimator/estimators/estimator.h": '#include "sextant/geometry/se3.h"\n',
+        "lib/estimator/solvers/estimator.h": '#include "sextant/geometry/se3.h"\n',
         "lib/estimator/estimator_test.cc": '#include "sextant/truth/truth.h"\n',
         "lib/noise/depth.h": "#include <vector>\n",
         "lib/metrics/errors.h": '#include "sextant/truth/truth.h"\n',
@@ -247,11 +249,11 @@ def self_test():
     }
     planted = [
         ("upward include", "lib/base/error.h", "sextant/geometry/se3.h", "base may not include geometry"),
-        ("truth in the estimator", "lib/estimator/estimators/estimator.h", "sextant/truth/truth.h", "may not see"),
+        ("truth in the estimator", "lib/estimator/solvers/estimator.h", "sextant/truth/truth.h", "may not see"),
         ("truth in the report", "eval/report/table.h", "sextant/truth/truth.h", "may not see"),
         ("truth through a header", "lib/noise/depth.h", "sextant/metrics/errors.h", "reaches the ground"),
-        ("truth in the estimator through a data set", "lib/estimator/estimators/estimator.h", "sextant/datasets/dataset.h",
-         "estimator/estimators/estimator.h -> datasets/dataset.h -> truth/truth.h"),
+        ("truth in the estimator through a data set", "lib/estimator/solvers/estimator.h", "sextant/datasets/dataset.h",
+         "estimator/solvers/estimator.h -> datasets/dataset.h -> truth/truth.h"),
         ("relative include", "lib/geometry/se3.h", "../base/error.h", "write project includes"),
         ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
         ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),

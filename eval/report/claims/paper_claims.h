@@ -42,7 +42,7 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
 //                     the kernel of the published code's joint function: 0, read as within 1 %; (b) what one
 //                     function loses on the inliers against all points: the camera's 300 %
 //   joint_is_matched  the largest difference of E_t of a pair, below 1e-6 m: with the default options the
-//                     effective kernel of joint_flow (estimator/solvers/huber.h) is that of motion_only
+//                     effective kernel of joint_flow (estimator/solvers/robust_kernel.h) is that of motion_only
 //   epe_falls         change of the mean EPE of joint_flow by refinement, in %, below 0
 //   classification    share of wrong decisions, at most the paper's of that sequence
 

@@ -1,17 +1,44 @@
 #pragma once
 
+// The two estimators of the paper.
+//
+// motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
+// covariance Sigma_1 = sigma^2 I. The flow is not refined.
+//
 // joint_flow (paper eq. (11)): minimise over X and every refined flow phihat_i
 //
 //   sum_i h1(p_i + phihat_i - project(X m_i)) + h2(phi_i - phihat_i),
 //
 // h1, h2 Huber with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are eliminated in closed
-// form (huber.h): X is the optimum of motion_only with the effective kernel, and the refined flow follows per
-// point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
+// form (robust_kernel.h): X is the optimum of motion_only with the effective kernel, and the refined flow
+// follows per point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the
+// flow.
+//
+// Two options are not of the paper and lead to flow_depth/: robust = geman_mcclure_gnc (graduation.h) and
+// covariance = correlated (correlated_covariance.h).
 
 #include "sextant/base/with_options.h"
-#include "sextant/estimator/estimators/motion_only.h"
+#include "sextant/estimator/solvers/estimator.h"
+#include "sextant/estimator/solvers/reprojection_solver.h"
 
 namespace sextant {
+
+struct MotionOnlyOptions {
+  SEXTANT_OPTIONS(
+      (double, sigma_px, 1.0, "px", "standard deviation of the reprojection error per axis"),
+      (double, huber, 1.345, "sigmas", "Huber threshold"),  // 95 % efficiency on Gaussian data (Huber 1981)
+      (Robust, robust, Robust::huber, "", "kernel"),
+      (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
+      (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
+  void check() const;
+};
+
+class MotionOnly : public WithOptions<Estimator, MotionOnlyOptions> {
+ public:
+  explicit MotionOnly(const MotionOnlyOptions& options) : WithOptions(options) {}
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
+  bool chooses_points() const override { return options_.robust == Robust::geman_mcclure_gnc; }
+};
 
 struct JointFlowOptions {
   SEXTANT_OPTIONS(

@@ -8,14 +8,14 @@
 //   collinear       the pixels lie on a line (within 0.5 px RMS) and along it inverse depth is affine (within
 //                   2 kappa RMS), as it is on every line in space; or all pixels are one: a turn about that
 //                   line cannot be seen
-//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation, or a
-//                   translation of the points' centre of more than half its distance. Turns and translations
-//                   look the same, as for a small flat patch.
+//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation,
+//                   or a translation of the points' centre of more than half its distance. Turns and
+//                   translations look the same, as for a small flat patch.
 //
 // A camera or body that stands still is none of these: depth is measured, so motion need not reveal it.
 
+#include "sextant/estimator/solvers/estimator.h"
 #include "sextant/estimator/solvers/levenberg_marquardt.h"
-#include "sextant/estimator/solvers/motion_estimate.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {
@@ -36,8 +36,8 @@ void conclude(const Problem& problem, const Matrix6d& hessian, double variance_f
               MotionEstimate& estimate);
 /// The same from the covariance itself.
 void conclude(const Problem& problem, const Matrix6d& covariance, MotionEstimate& estimate);
-/// Another covariance of the same motion, and its condition. Where it leaves the motion open, only the status changes,
-/// from ok to no_parallax.
+/// Another covariance of the same motion, and its condition. Where it leaves the motion open, only the status
+/// changes, from ok to no_parallax.
 void replace_covariance(const Matrix6d& covariance, MotionEstimate& estimate);
 
 }  // namespace sextant

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sextant/estimator/solvers/normal_sums.h"
+#include "sextant/estimator/solvers/levenberg_marquardt.h"
 #include "sextant/estimator/solvers/robust_kernel.h"
 
 namespace sextant {

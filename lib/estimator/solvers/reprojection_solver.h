@@ -2,7 +2,7 @@
 
 // Minimises the robust reprojection cost of one rigid body over X = T_curr_prev (paper eq. (4), (10)):
 //
-//   C(X) = 1/2 sum_i h(p_i + phi_i - project(X m_i)),  m_i = backproject(p_i, d_i),  h: huber.h
+//   C(X) = 1/2 sum_i h(p_i + phi_i - project(X m_i)),  m_i = backproject(p_i, d_i),  h: robust_kernel.h
 //
 // Levenberg-Marquardt on SE(3), left perturbation X <- exp(xi) X, analytic Jacobians, Newton weights of the
 // kernel: I/s^2 inside, k/(s|r|) (I - r r^T/|r|^2) outside, which is the exact (semi-definite) Hessian of h.
@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "sextant/estimator/solvers/huber.h"
 #include "sextant/estimator/solvers/levenberg_marquardt.h"
+#include "sextant/estimator/solvers/robust_kernel.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/estimator/solvers/estimator.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {

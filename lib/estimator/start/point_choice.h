@@ -19,7 +19,7 @@
 // sigma; where many are wrong, or tails are heavy, it closes to about 2.3 sigma. Fit and motion alternate.
 
 #include "sextant/base/names.h"
-#include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/estimator/solvers/estimator.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {

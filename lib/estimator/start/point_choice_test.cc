@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "sextant/estimator/estimators/motion_only.h"
+#include "sextant/estimator/estimators/joint_flow.h"
 #include "sextant/estimator/solvers/testing.h"
 #include "sextant/estimator/start/robust_start.h"
 

@@ -1,13 +1,15 @@
 #pragma once
 
-// Robust start: AP3P (p3p.h) inside RANSAC (Fischler & Bolles) against the propagated motion; the model with
-// more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples come from a counter-based
-// sequence of the sample's index: no state, no clock, no thread.
+// Robust start: AP3P (P3PSolutions) inside RANSAC (Fischler & Bolles) against the propagated motion; the
+// model with more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples come from a
+// counter-based sequence of the sample's index: no state, no clock, no thread.
 
+#include <array>
 #include <optional>
 
 #include "sextant/base/options.h"
-#include "sextant/estimator/solvers/motion_estimate.h"
+#include "sextant/estimator/solvers/estimator.h"
+#include "sextant/geometry/se3.h"
 #include "sextant/measurement/problem.h"
 
 namespace sextant {
@@ -15,7 +17,8 @@ namespace sextant {
 struct RobustStartOptions {
   SEXTANT_OPTIONS(
       (double, inlier_threshold_px, 1.0, "px",
-       "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which points are refined on"),
+       "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which "
+       "points are refined on"),
       (double, confidence, 0.999, "probability", "of one all-inlier sample; sets the number of samples"),
       (int, max_iterations, 500, "count", "most samples drawn"),
       (int, min_iterations, 20, "count", "fewest samples drawn"),
@@ -35,5 +38,29 @@ struct RobustStart {
 /// Needs at least 4 points. `propagated` is the motion predicted from the past, if there is one.
 RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
                          const RobustStartOptions& options);
+
+// AP3P (Ke & Roumeliotis, CVPR 2017; the paper's ref. for its robust start): the motions that bring three
+// points onto three rays,
+//
+//   d_i ray_i = R point_i + t,   d_i > 0 for the right one; the others are left to the caller's vote.
+//
+// One angle's cosine is the root of a quartic, the rest follows without further trigonometry. Rays of unit
+// length. Degenerate triangles give no solution.
+
+class P3PSolutions {
+ public:
+  P3PSolutions(const std::array<Eigen::Vector3d, 3>& points, const std::array<Eigen::Vector3d, 3>& rays);
+  const SE3* begin() const { return motions_.data(); }
+  const SE3* end() const { return motions_.data() + size_; }
+  size_t size() const { return size_; }
+
+ private:
+  std::array<SE3, 4> motions_;
+  size_t size_ = 0;
+};
+
+/// Real parts of the roots of x^4 + a[0] x^3 + a[1] x^2 + a[2] x + a[3] (Ferrari),
+/// polished by Newton's method.
+std::array<double, 4> quartic_roots(const std::array<double, 4>& a);
 
 }  // namespace sextant

@@ -1,0 +1,71 @@
+// What holds directions that relief does not tell, from matrices alone. Whole estimates:
+// joint_flow_depth_test.cc.
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "sextant/estimator/flow_depth/errors_in_variables.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t n_points = 200;
+
+/// H is the unit matrix, lambda that of the first direction; the other five are determined.
+DepthInformation with_lambda(double lambda) {
+  DepthInformation out{Matrix6d::Identity(), Matrix6d::Zero()};
+  out.errors(0, 0) = 1 - lambda;
+  return out;
+}
+
+MotionPrior hold(double lambda, double measured, double gradient, Scores scores) {
+  const DepthInformation of_mean{measured * Matrix6d::Identity(), Matrix6d::Zero()};
+  Vector6d along = Vector6d::Zero();
+  along[0] = gradient;
+  return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
+}
+
+// Relief in which noise seems larger than all there is: the cost alone has no minimum there.
+TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
+  for (const Scores scores : {Scores::independent, Scores::correlated}) {
+    for (const double lambda : {-3.0, -0.2, 0.0}) {
+      for (const double measured : {1.0, 0.3, 0.01}) {  // also by a mean that scatters
+        const MotionPrior prior = hold(lambda, measured, 1, scores);
+        const DepthInformation at = with_lambda(lambda);
+        const Matrix6d curvature = at.total - at.errors + prior.precision;
+        EXPECT_EQ(curvature.llt().info(), Eigen::Success) << lambda << " " << measured;
+        const Matrix6d covariance = motion_covariance(at, prior);
+        ASSERT_TRUE(covariance.allFinite()) << lambda << " " << measured;
+        // As far as the two estimates are apart the held one may be off.
+        const double least = std::sqrt(18.0 / n_points);
+        EXPECT_GE(covariance(0, 0), 1 / (least * least)) << lambda << " " << measured;
+        const double others = prior.precision.bottomRightCorner<5, 5>().norm();
+        EXPECT_NEAR(others, 0, 1e-9);
+      }
+    }
+  }
+}
+
+// The bias squared is the difference squared, 4 here, less what the scatter of that explains: its whole
+// variance, 2, of independent errors, a tenth of it of correlated ones.
+TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
+  constexpr double lambda = 0.5, difference = 2;
+  DepthInformation of_mean = with_lambda(lambda);
+  of_mean.total *= 0.5;
+  Vector6d gradient = Vector6d::Zero();
+  gradient[0] = lambda * difference;
+  const auto bias2 = [&](Scores scores) {
+    return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, gradient, n_points, scores).bias(0, 0);
+  };
+  EXPECT_NEAR(bias2(Scores::independent), 2, 1e-12);
+  EXPECT_NEAR(bias2(Scores::correlated), 3.8, 1e-12);
+}
+
+TEST(WeakDirections, AreNotHeldWhereTheStructuredEstimateIsNoWorse) {
+  EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::independent).holds());
+  EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::correlated).holds());
+}
+
+}  // namespace
+
+}  // namespace sextant

@@ -1,0 +1,129 @@
+#include "sextant/estimator/flow_depth/flow_depth_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sextant {
+
+template <typename Real>
+FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
+    : camera_(camera),
+      size_(size),
+      padded_((size + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
+      valid_(size, 0),
+      share_curr_(size, 0),
+      values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
+  for (const Column k : {x, y, target_u, target_v, weight, has_curr}) {
+    std::fill_n(column(k), padded_, Real(0));
+  }
+  for (const Column k : {measured, measured_curr, refined}) std::fill_n(column(k), padded_, Real(1));
+}
+
+template <typename Real>
+FlowDepthPoints<Real>::FlowDepthPoints(const Problem& problem)
+    : FlowDepthPoints(problem.camera, problem.points.size()) {
+  const Correspondences& p = problem.points;
+  const PinholeCamera& left = camera_.left;
+  const double per_fx = 1 / left.fx;
+  const double per_fy = 1 / left.fy;
+  const auto real = [](double value) { return static_cast<Real>(value); };
+  for (size_t i = 0; i < size_; ++i) {
+    column(x)[i] = real((p.u[i] - left.cx) * per_fx);
+    column(y)[i] = real((p.v[i] - left.cy) * per_fy);
+    column(target_u)[i] = real(p.u[i] + p.flow_u[i]);
+    column(target_v)[i] = real(p.v[i] + p.flow_v[i]);
+    column(measured)[i] = real(1 / p.depth[i]);
+    column(measured_curr)[i] = real(1 / p.depth_curr[i]);
+    column(weight)[i] = column(has_curr)[i] = share_curr_[i] = valid_[i] = 1;
+  }
+  neutralise_invalid();
+  reset_depths();
+}
+
+template <typename Real>
+template <typename Other>
+FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
+    : FlowDepthPoints(other.camera_, other.size_) {
+  for (int k = 0; k <= refined; ++k) {
+    const auto* from = other.column(static_cast<typename FlowDepthPoints<Other>::Column>(k));
+    std::transform(from, from + size_, column(static_cast<Column>(k)),
+                   [](Other value) { return static_cast<Real>(value); });
+  }
+  valid_ = other.valid_;
+  std::transform(other.share_curr_.begin(), other.share_curr_.end(), share_curr_.begin(),
+                 [](Other share) { return static_cast<Real>(share); });
+  neutralise_invalid();
+}
+
+template <typename Real>
+void FlowDepthPoints<Real>::neutralise_invalid() {
+  const Real max = std::numeric_limits<Real>::max();
+  for (size_t i = 0; i < size_; ++i) {
+    const auto keep = [i](bool valid, Real* values, Real otherwise) {
+      values[i] = valid ? values[i] : otherwise;
+    };
+    const Real inverse = column(measured)[i];
+    const Real inverse_curr = column(measured_curr)[i];
+    const bool valid = (valid_[i] != 0) & (std::abs(column(target_u)[i]) <= max) &
+                       (std::abs(column(target_v)[i]) <= max) & (inverse > 0) &
+                       (inverse <= max);  // not NaN either
+    const bool valid_curr = valid & (share_curr_[i] > 0) & (inverse_curr > 0) & (inverse_curr <= max);
+    for (const Column k : {x, y, target_u, target_v}) keep(valid, column(k), 0);
+    keep(valid, column(measured), 1);
+    keep(valid, column(refined), 1);
+    keep(valid_curr, column(measured_curr), 1);
+    valid_[i] = valid ? 1 : 0;
+    if (!valid_curr) share_curr_[i] = 0;
+    use(i, used(i), uses_depth_curr(i));
+  }
+}
+
+template <typename Real>
+FlowDepthPoints<Real> FlowDepthPoints<Real>::sample(size_t size,
+                                                    const std::vector<unsigned char>& among) const {
+  const Real* const weights = column(weight);
+  std::vector<uint32_t> counting(size_);
+  size_t n = 0;
+  for (size_t i = 0; i < size_; ++i) {
+    const bool counts = (weights[i] > 0) & (among.empty() || (i < among.size() && among[i] != 0));
+    counting[n] = static_cast<uint32_t>(i);
+    n += counts ? 1 : 0;
+  }
+  const size_t stride = std::max<size_t>(n / size, 1);
+  FlowDepthPoints out(camera_, (n + stride - 1) / stride);
+  const auto take = [&](const Real* from, Real* to) {
+    for (size_t i = 0, at = 0; i < out.size_; ++i, at += stride) to[i] = from[counting[at]];
+  };
+  std::fill(out.valid_.begin(), out.valid_.end(), 1);
+  take(share_curr_.data(), out.share_curr_.data());
+  for (const Column k : {x, y, target_u, target_v, measured, measured_curr, weight, has_curr, refined})
+    take(column(k), out.column(k));
+  return out;
+}
+
+template <typename Real>
+size_t FlowDepthPoints<Real>::n_used() const {
+  return static_cast<size_t>(
+      std::count_if(column(weight), column(weight) + size_, [](Real w) { return w > 0; }));
+}
+
+template <typename Real>
+void FlowDepthPoints<Real>::reset_depths() {
+  std::copy_n(column(measured), padded_, column(refined));
+}
+
+template <typename Real>
+PointDepths FlowDepthPoints<Real>::depths(size_t i, const NoiseLevels& levels) const {
+  const auto root_information = [&](double delta_d_px) {
+    return delta_d_px > 0 ? camera_.bf / delta_d_px : 0.0;
+  };
+  return {column(measured)[i], root_information(levels.delta_d_px), column(measured_curr)[i],
+          std::sqrt(static_cast<double>(column(has_curr)[i])) * root_information(levels.delta_d_curr_px)};
+}
+
+template class FlowDepthPoints<double>;
+template class FlowDepthPoints<float>;
+template FlowDepthPoints<float>::FlowDepthPoints(const FlowDepthPoints<double>&);
+
+}  // namespace sextant
