@@ -9,7 +9,6 @@ namespace sextant {
 namespace {
 
 constexpr size_t fewest_steps = 3;
-constexpr int longest_lag = 3;
 constexpr size_t fewest_of_shift = 8;  // different frames: smooth motions resemble their neighbours
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as well.
@@ -96,6 +95,47 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
   return {Eigen::Quaterniond(R), t};
 }
 
+/// One motion A in the world and B in the body frame, P = inverse(L_0) L_{k-1}.
+struct BodyStep {
+  SE3 A, B, P;
+
+  /// What B leaves of A read at L_0, m and rad at 1 m.
+  Vector6d error(const SE3& L0) const {
+    const SE3 L = L0 * P;
+    return step_numbers(B.inverse() * L.inverse() * A * L);
+  }
+};
+
+/// Minimises the errors of steps in the body frame, where a rotation has no lever arm as it has in the world, with
+/// Huber's weights from `L0` on.
+SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
+  constexpr int n_rounds = 15;
+  constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5;
+  for (int round = 0; round < n_rounds; ++round) {
+    std::vector<double> sizes;
+    for (const BodyStep& step : steps) sizes.push_back(step.error(L0).norm());
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::ranges::nth_element(sizes, middle);
+    const double scale = std::max(1e-9, huber * *middle);
+    Matrix6d N = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
+    for (const BodyStep& step : steps) {
+      const Vector6d e = step.error(L0);
+      Matrix6d J;
+      for (int c = 0; c < 6; ++c)
+        J.col(c) = (step.error(L0 * SE3::exp(delta * Vector6d::Unit(c))) - e) / delta;
+      const double weight = e.norm() > scale ? scale / e.norm() : 1;
+      N += weight * J.transpose() * J;
+      b -= weight * J.transpose() * e;
+    }
+    N.diagonal().array() += damping * N.trace();
+    const Vector6d xi = N.ldlt().solve(b);
+    if (!xi.allFinite()) break;
+    L0 = L0 * SE3::exp(xi);
+  }
+  return L0;
+}
+
 }  // namespace
 
 void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(const MotionSample&)>& in_world) {
@@ -103,6 +143,7 @@ void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(c
   for (size_t first = 0; first < data.samples.size();) {
     std::vector<SE3> P = {SE3()};  // L_{k-1} = L_0 P
     std::vector<std::pair<SE3, SE3>> pairs;
+    std::vector<BodyStep> steps;
     size_t last = first;
     for (; last < data.samples.size(); ++last) {
       const MotionSample& s = data.samples[last];
@@ -111,10 +152,11 @@ void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(c
                                      data.samples[first].key.second + static_cast<int>(last - first)))
         break;
       pairs.emplace_back(*H, P.back() * s.reference * P.back().inverse());
+      steps.push_back({*H, s.reference, P.back()});
       P.push_back(P.back() * s.reference);
     }
     if (pairs.size() >= fewest_of_stretch) {
-      const SE3 L = solve_conjugation(pairs);
+      const SE3 L = refine_object_pose(steps, solve_conjugation(pairs));
       for (size_t i = 0; i < pairs.size(); ++i) data.samples[first + i].T_world_object = L * P[i];
     }
     first = std::max(last, first + 1);
@@ -158,14 +200,16 @@ std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame
 
 namespace {
 
+SE3 in_body_frame(const SE3& motion, MotionFrame declared, const MotionSample& sample) {
+  if (const auto body = change_frame(motion, declared, MotionFrame::body, sample)) return *body;
+  // Without the object's pose: about the camera, which is nearer to it than the origin of the world.
+  if (declared != MotionFrame::world || !sample.T_world_prev) return motion;
+  return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
+}
+
 double step_residual(const MotionSample& sample, MotionFrame declared) {
-  const auto in_body = [&](const SE3& motion) {
-    if (const auto body = change_frame(motion, declared, MotionFrame::body, sample)) return *body;
-    // Without the object's pose: about the camera, which is nearer to it than the origin of the world.
-    if (declared != MotionFrame::world || !sample.T_world_prev) return motion;
-    return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
-  };
-  return squared_residual(in_body(sample.given), in_body(sample.reference));
+  return squared_residual(in_body_frame(sample.given, declared, sample),
+                          in_body_frame(sample.reference, declared, sample));
 }
 
 }  // namespace
@@ -245,7 +289,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                                                             : m * before->second.inverse();
                      })(data, ignored);
                    }});
-  for (int lag = -longest_lag; lag <= longest_lag; ++lag) {
+  for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
     table.push_back({fmt::format("lag_{}", lag),
                      fmt::format("the frame numbers look shifted: the motion of frame k stands at frame k{:+d}", lag),
@@ -270,62 +314,30 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   return table;
 }
 
-namespace {
-
-/// Squared residuals of single steps as logged, and read with the shift.
-struct ShiftedSteps {
-  std::vector<double> declared, read;
-};
-
-ShiftedSteps shifted_steps(const MotionData& data, int lag) {
-  ShiftedSteps steps;
+std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
+  std::map<ObjectFrame, const MotionSample*> samples;
+  for (const MotionSample& sample : data.samples) samples.emplace(sample.key, &sample);
+  std::vector<StepError> steps;
   for (const MotionSample& sample : data.samples) {
-    const auto other = data.logged.find({sample.key.first, sample.key.second + lag});
-    if (other == data.logged.end()) continue;
-    MotionSample changed = sample;
-    changed.given = other->second;
-    steps.declared.push_back(step_residual(sample, data.declared));
-    steps.read.push_back(step_residual(changed, data.declared));
+    const SE3 back = in_body_frame(sample.reference, data.declared, sample).inverse();
+    StepError step{sample.key.first, sample.key.second,
+                   step_numbers(back * in_body_frame(sample.given, data.declared, sample)), {}};
+    for (int n = -longest_shift; n <= longest_shift; ++n) {
+      const auto other = samples.find({sample.key.first, sample.key.second - n});
+      if (other == samples.end()) continue;
+      step.of_shift.emplace(n, step_numbers(back * in_body_frame(other->second->reference, data.declared, sample)));
+    }
+    steps.push_back(std::move(step));
   }
-  return steps;
+  const std::optional<FrameShift> found = find_frame_shift(steps);
+  const std::optional<double> declared = motion_residual(data);
+  if (!found || !declared) return std::nullopt;
+  std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
+  std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
+  const std::vector<Reading> read = read_as(table, data, motion_residual);
+  if (read.empty()) return std::nullopt;
+  return found->explanation(read.front(), *declared);
 }
-
-/// Mean of the differences of stretches of five steps over its standard error: neighbouring steps depend on each other.
-double advantage(const ShiftedSteps& steps) {
-  constexpr size_t stretch = 5, fewest_stretches = 6;
-  std::vector<double> means;
-  for (size_t i = 0; i + stretch <= steps.read.size(); i += stretch) {
-    double sum = 0;
-    for (size_t j = i; j < i + stretch; ++j) sum += (steps.declared[j] - steps.read[j]) / stretch;
-    means.push_back(sum);
-  }
-  if (means.size() < fewest_stretches) return 0;
-  const auto n = static_cast<double>(means.size());
-  double mean = 0, squares = 0;
-  for (const double m : means) mean += m / n;
-  for (const double m : means) squares += (m - mean) * (m - mean);
-  return squares > 0 ? mean / std::sqrt(squares / (n * (n - 1))) : 0;
-}
-
-/// A shift that noise hides from the rule of hypothesis.h: by far the best of all, and better by `sure` standard errors.
-std::optional<Explanation> explain_small_shift(const MotionData& data, const std::vector<Reading>& shifts) {
-  constexpr double sure = 4, better_times = 1.3;
-  std::optional<Explanation> best;
-  for (int lag = -longest_lag; lag <= longest_lag; ++lag) {
-    const ShiftedSteps steps = shifted_steps(data, lag);
-    if (lag == 0 || 2 * steps.read.size() < data.samples.size() || advantage(steps) < sure) continue;
-    const auto declared = trimmed_mean(steps.declared, fewest_steps), read = trimmed_mean(steps.read, fewest_steps);
-    if (!declared || !read || better_times * *read > *declared) continue;
-    if (best && best->best.residual <= *read) continue;
-    const auto known = std::ranges::find(shifts, fmt::format("lag_{}", lag), &Reading::code);
-    if (known == shifts.end()) continue;
-    best = Explanation{*known, {}, *declared};
-    best->best.residual = *read;
-  }
-  return best;
-}
-
-}  // namespace
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   const std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
@@ -339,8 +351,7 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
                    {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
   });
   if (out.empty()) {
-    if (const auto shift = explain_small_shift(data, read_as(table, data, motion_residual)))
-      out.push_back({{ids.begin(), ids.end()}, true, *shift});
+    if (const auto shift = explain_hidden_shift(data)) out.push_back({{ids.begin(), ids.end()}, true, *shift});
   }
   return out;
 }
@@ -367,6 +378,31 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
   // Of a rotation by 60 degrees.
   constexpr double large = rms_radius_m * rms_radius_m;
   return explain(*declared, read_as(table, motions, mean_square), {.negligible = large});
+}
+
+std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
+                                     const std::vector<Eigen::Vector3d>& forward) {
+  constexpr double least_m = 0.1, least_cosine = 0.866, share = 0.95;
+  constexpr size_t fewest = 10;
+  struct Count {
+    size_t moving = 0, backwards = 0;
+  };
+  std::map<int, Count> counts;
+  for (const auto& [key, motion] : body_motions) {
+    const Eigen::Vector3d& t = motion.translation();
+    if (t.norm() < least_m) continue;
+    Count& count = counts[key.first];
+    ++count.moving;
+    count.backwards += std::ranges::any_of(
+        forward, [&](const Eigen::Vector3d& axis) { return -axis.dot(t) > least_cosine * t.norm(); });
+  }
+  std::vector<int> out;
+  for (const auto& [id, count] : counts) {
+    if (count.moving < fewest) continue;
+    if (static_cast<double>(count.backwards) < share * static_cast<double>(count.moving)) return {};
+    out.push_back(id);
+  }
+  return out;
 }
 
 }  // namespace sextant

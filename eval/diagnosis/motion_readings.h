@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "sextant/base/names.h"
+#include "sextant/eval/diagnosis/frame_shift.h"
 #include "sextant/eval/diagnosis/object_explanation.h"
 #include "sextant/geometry/se3.h"
 
@@ -91,8 +92,16 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 /// What explains the motions of all objects, or of single ones, better than the declared reading.
 std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 
-/// The same from the motions alone, by their rotations: motions between successive frames turn an object by far
+/// A shift of the frame numbers of all objects by frame_shift.h: where explain_motions() finds nothing else.
+std::optional<Explanation> explain_hidden_shift(const MotionData& data);
+
+/// An explanation from the motions alone, by their rotations: motions between successive frames turn an object by far
 /// less than 90 degrees. Quaternions in another order turn it by about 180.
 std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions);
+
+/// Bodies whose motions in their own frames point backwards, against one of the axes `forward` within 30 degrees, in all but
+/// a twentieth of at least ten steps of 0.1 m or more; empty where one of the others moves at all.
+std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
+                                     const std::vector<Eigen::Vector3d>& forward);
 
 }  // namespace sextant

@@ -118,21 +118,78 @@ INSTANTIATE_TEST_SUITE_P(Diagnosis, MotionPlants,
                          testing::Combine(testing::Values(MotionFrame::world, MotionFrame::body),
                                           testing::Values(0.03, 0.8)));
 
+/// The estimates of `right` at the frames of others.
+MotionData shifted(const MotionData& right, int lag) {
+  MotionData data{right.declared, {}, {}};
+  for (const auto& [key, motion] : right.logged) data.logged[{key.first, key.second + lag}] = motion;
+  for (MotionSample s : right.samples) {
+    const auto at = data.logged.find(s.key);
+    if (at == data.logged.end()) continue;
+    s.given = at->second;
+    data.samples.push_back(s);
+  }
+  return data;
+}
+
 TEST(MotionReadings, ShiftedFramesAreNamedWithTheirShift) {
   const MotionData right = data_of(scene(3, 40, 0.8), MotionFrame::world, 0.05);
   for (const int lag : {-3, -1, 1, 2}) {
-    MotionData data{right.declared, {}, {}};
-    for (const auto& [key, motion] : right.logged) data.logged[{key.first, key.second + lag}] = motion;
-    for (MotionSample s : right.samples) {
-      const auto at = data.logged.find(s.key);
-      if (at == data.logged.end()) continue;
-      s.given = at->second;
-      data.samples.push_back(s);
-    }
-    const auto found = explain_motions(data);
+    const auto found = explain_motions(shifted(right, lag));
     ASSERT_FALSE(found.empty()) << lag;
     EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag));
   }
+}
+
+TEST(MotionReadings, ShiftsThatNoiseHidesAreNamedByTheChangeOfTheMotion) {
+  // Errors of about a third of a step: the residuals of both readings differ little.
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const MotionData right = data_of(scene(3, 60, 0.8), MotionFrame::world, 0.35, seed);
+    EXPECT_FALSE(explain_hidden_shift(right));
+    for (const int lag : {-2, -1, 1, 3}) {
+      const auto found = explain_motions(shifted(right, lag));
+      ASSERT_FALSE(found.empty()) << lag << ", seed " << seed;
+      EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag)) << "seed " << seed;
+    }
+  }
+}
+
+TEST(MotionReadings, ShiftsBelowTheNoiseOfEstimatesOrTruthAreLeftOpen) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const MotionData right = data_of(scene(3, 60, 0.8), MotionFrame::world, 3, seed);
+    for (const int lag : {-1, 0, 1}) EXPECT_FALSE(explain_hidden_shift(shifted(right, lag))) << lag << ", seed " << seed;
+    // A truth that is noise from frame to frame, as labels by hand are.
+    MotionData labelled = data_of(scene(3, 60, 0.8), MotionFrame::world, 0.05, seed);
+    const MotionData noise = data_of(scene(3, 60, 0.8), MotionFrame::world, 1, seed + 100);
+    for (size_t i = 0; i < labelled.samples.size(); ++i) labelled.samples[i].reference = noise.samples[i].given;
+    EXPECT_FALSE(explain_hidden_shift(labelled)) << seed;
+  }
+}
+
+TEST(MotionReadings, MotionsInTheWorldAreNamedWithoutPosesOfObjects) {
+  // 30 m from the origin a rotation of a degree moves an object by half a metre.
+  Scene far = scene(2, 60, 0.5);
+  const SE3 away = about_y(0, {20, 0, 25});
+  for (auto& [key, pose] : far.L) pose = away * pose;
+  for (auto& [k, pose] : far.C) pose = away * pose;
+  MotionData data = data_of(far, MotionFrame::body, 0.2);
+  plant(data, [](const SE3& m, const MotionSample& s) { return *change_frame(m, MotionFrame::body, MotionFrame::world, s); });
+  for (MotionSample& s : data.samples) s.T_world_object.reset();
+  const auto found = explain_motions(data);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].code(), "frame_world") << found[0].text("log");
+}
+
+TEST(MotionReadings, ObjectsThatReverseInAllOfTheLogAreListed) {
+  const MotionData data = data_of(scene(3, 30, 0.5), MotionFrame::body, 0.05);
+  const std::vector<Eigen::Vector3d> forward = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()};
+  EXPECT_TRUE(bodies_that_reverse(data.logged, forward).empty());
+  std::map<ObjectFrame, SE3> inverse;
+  for (const auto& [key, motion] : data.logged) inverse[key] = motion.inverse();
+  EXPECT_EQ(bodies_that_reverse(inverse, forward), (std::vector<int>{1, 2, 3}));
+  for (auto& [key, motion] : inverse) {
+    if (key.first == 2) motion = motion.inverse();
+  }
+  EXPECT_TRUE(bodies_that_reverse(inverse, forward).empty());
 }
 
 TEST(MotionReadings, AbsoluteMotionsAreNamed) {
@@ -209,6 +266,27 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     const auto found = explain_poses(steps);
     ASSERT_FALSE(found.empty());
     EXPECT_TRUE(found[0].allows("per_step")) << found[0].text("log");
+  }
+}
+
+TEST(PoseReadings, AShiftOfACameraThatDriftsShowsInTheChangesOfItsSteps) {
+  const Scene truth = scene(1, 80, 0.5);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (const int lag : {-3, -1, 0, 1, 2}) {
+    PoseData data{SharedFrame::body, {}, {}, {}};
+    SE3 drifting;
+    for (const auto& [k, pose] : truth.C) {
+      data.reference[{0, k}] = pose;
+      Vector6d xi;
+      for (int i = 0; i < 6; ++i) xi[i] = normal(random) * (i < 3 ? 0.03 : 0.001);
+      if (k > 0) drifting = drifting * truth.C.at(k - 1).inverse() * pose * SE3::exp(xi);
+      data.given[{0, k + lag}] = drifting;
+    }
+    const auto found = explain_poses(data);
+    ASSERT_EQ(found.size(), lag == 0 ? 0u : 1u) << lag;
+    if (lag == 0) continue;
+    EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag));
   }
 }
 

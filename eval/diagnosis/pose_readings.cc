@@ -6,7 +6,6 @@ namespace sextant {
 namespace {
 
 constexpr size_t fewest_steps = 3;
-constexpr int longest_lag = 3;
 constexpr double price_of_lag = 0.2;
 
 using Poses = std::map<ObjectFrame, SE3>;
@@ -114,7 +113,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                      })(data, ignored);
                    },
                    0.1});
-  for (int lag = -longest_lag; lag <= longest_lag; ++lag) {
+  for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
     table.push_back({fmt::format("lag_{}", lag),
                      fmt::format("the frame numbers look shifted: the pose of frame k stands at frame k{:+d}", lag),
@@ -133,33 +132,47 @@ std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
   std::set<int> ids;
   for (const auto& [key, pose] : data.given) ids.insert(key.first);
   const std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
-  return explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+  std::vector<ObjectExplanation> out = explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
     const PoseData some = of_objects(data, of);
     const std::optional<double> declared = pose_residual(some);
     if (!declared) return std::nullopt;
     return explain(*declared, read_as(table, some, pose_residual),
                    {.null = null_of_poses(some), .times = explains_times_of(some.given.size())});
   });
+  if (out.empty()) {
+    if (const auto shift = explain_hidden_shift(data)) out.push_back({{ids.begin(), ids.end()}, true, *shift});
+  }
+  return out;
 }
 
-std::optional<Explanation> explain_shift_by_rotations(const PoseData& data) {
-  constexpr size_t fewest_turns = 10;
-  const auto residual = [](const PoseData& read) {
-    std::vector<double> squares;
-    for_each_step(read, [&](const SE3& g0, const SE3& g1, const SE3& r0, const SE3& r1) {
-      const SE3 g((g0.inverse() * g1).rotation(), Eigen::Vector3d::Zero());
-      squares.push_back(squared_residual(g, SE3((r0.inverse() * r1).rotation(), Eigen::Vector3d::Zero())));
-    });
-    return trimmed_mean(std::move(squares), fewest_turns);
+std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
+  const auto step_of = [&](const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) -> std::optional<SE3> {
+    const auto p0 = poses.find({key.first, key.second - 1}), p1 = poses.find(key);
+    if (p0 == poses.end() || p1 == poses.end()) return std::nullopt;
+    return data.shared == SharedFrame::body ? p0->second.inverse() * p1->second : p1->second * p0->second.inverse();
   };
-  const std::optional<double> declared = residual(data);
-  if (!declared) return std::nullopt;
-  PoseData still = data;
-  for (auto& [key, pose] : still.given) pose = SE3();
-  std::vector<Hypothesis<PoseData>> shifts = pose_hypotheses();
-  std::erase_if(shifts, [](const Hypothesis<PoseData>& h) { return !h.code.starts_with("lag_"); });
-  return explain(*declared, read_as(shifts, data, residual),
-                 {.null = residual(still), .times = explains_times_of(data.given.size())});
+  std::vector<StepError> steps;
+  for (const auto& [key, pose] : data.given) {
+    const auto given = step_of(data.given, key), expected = step_of(data.reference, key);
+    if (!given || !expected) continue;
+    // Steps in one world are compared at the reference's place.
+    const SE3 place = data.shared == SharedFrame::body ? SE3() : data.reference.at({key.first, key.second - 1});
+    const auto difference = [&](const SE3& step) { return step_numbers(place.inverse() * expected->inverse() * step * place); };
+    StepError step{key.first, key.second, difference(*given), {}};
+    for (int n = -longest_shift; n <= longest_shift; ++n) {
+      if (const auto other = step_of(data.reference, {key.first, key.second - n}))
+        step.of_shift.emplace(n, difference(*other));
+    }
+    steps.push_back(std::move(step));
+  }
+  const std::optional<FrameShift> found = find_frame_shift(steps);
+  const std::optional<double> declared = pose_residual(data);
+  if (!found || !declared) return std::nullopt;
+  std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
+  std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
+  const std::vector<Reading> read = read_as(table, data, pose_residual);
+  if (read.empty()) return std::nullopt;
+  return found->explanation(read.front(), *declared);
 }
 
 }  // namespace sextant

@@ -37,8 +37,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses();
 
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
-/// A shift of the frame numbers of one body's poses from the rotations of its steps alone, which recordings know far
-/// better than their lengths.
-std::optional<Explanation> explain_shift_by_rotations(const PoseData& data);
+/// A shift of the frame numbers of all bodies by frame_shift.h: where explain_poses() finds nothing else.
+std::optional<Explanation> explain_hidden_shift(const PoseData& data);
 
 }  // namespace sextant

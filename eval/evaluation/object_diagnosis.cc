@@ -100,18 +100,24 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
   if (!holds_poses(truth)) return {};
   const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
   std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
-  if (out.empty()) {
-    // Both wrong in the same way.
-    const auto own = explain_alone(series_of(camera)), of_truth = explain_alone(series_of(truth));
-    if (own && of_truth && own->best.code == of_truth->best.code && own->best.code == "inverse") {
-      out.push_back({"inverse", fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
-                                            "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
-                                            "deg as declared: invert each pose of both",
-                                            subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
-    }
+  if (!out.empty()) return out;
+  // Both wrong in the same way agree with each other.
+  const auto own = explain_alone(series_of(camera)), of_truth = explain_alone(series_of(truth));
+  if (own && of_truth && own->best.code == "inverse" && of_truth->best.code == "inverse") {
+    out.push_back({"inverse", fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
+                                          "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
+                                          "deg as declared: invert each pose of both",
+                                          subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
+    return out;
   }
-  if (const auto shift = explain_shift_by_rotations(data); shift && out.empty())
-    out.push_back({shift->best.code, message(*shift, subject + ", rotations", "m at 1 m")});
+  Motions steps;
+  for (const auto& [frame, pose] : truth.poses()) {
+    if (const auto last = truth.pose(frame - 1)) steps.emplace(ObjectFrame(0, frame), last->inverse() * pose);
+  }
+  if (!bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) {
+    out.push_back({"backwards", subject + " and true camera: backwards (-z of the camera) in all of the log: unless the camera looks "
+                                          "backwards, the poses are inverted (world to body): invert each pose of both"});
+  }
   return out;
 }
 
@@ -134,6 +140,17 @@ std::vector<LogDiagnosis> diagnose_rotations(const Motions& motions, const std::
   const auto found = explain_rotations(motions);
   if (!found) return {};
   return {{found->best.code, message(*found, subject, "m")}};
+}
+
+/// Motions in the objects' own frames that are inverse in truth and estimate agree with each other, but drive backwards.
+std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions& motions) {
+  if (log.frame != MotionFrame::body) return {};
+  const std::vector<int> backwards = bodies_that_reverse(motions, {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()});
+  if (backwards.empty()) return {};
+  return {{"backwards",
+           fmt::format("{}, motions of object{} {}: backwards (-x or -z of their own axes) in all of the log: if x or z "
+                       "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth decides",
+                       log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
 }
 
 // ---- against the truth of a data set
@@ -237,13 +254,14 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
       {SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
   append(out, told(of_poses, name + ", estimated poses of objects"));
 
-  if (of_poses.empty() && (truth.empty() || log.true_poses.empty())) {
+  if (of_poses.empty()) {
     for (const ObjectExplanation& own :
          explain_motions(motion_data(given, log.frame, log.poses, log.camera, by_poses(log.poses)))) {
-      if (!any_allows(of_estimate, own.code()))
+      if (!any_allows(of_estimate, own.code()) && !any_allows(of_truth, own.code()))
         out.push_back({own.code(), own.text(name + ", estimated motions against the estimated poses")});
     }
   }
+  if (out.empty()) append(out, diagnose_direction(log, truth.empty() ? given : truth));
   append(out, diagnose_camera(log.camera, log.true_camera, name + ", estimated camera"));
   return out;
 }
@@ -270,6 +288,21 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                                                           motion_residual, null_of_motions),
                                     ids.size()),
                    name + ", estimated motions"));
+  if (out.empty()) {
+    // All objects together, each with the true object that it fits best as declared.
+    MotionData all{log.frame, {}, given};
+    for (const int id : ids) {
+      std::optional<MotionData> best;
+      for (const int true_id : true_ids) {
+        MotionData data = motions_of(id, true_id);
+        const auto left = motion_residual(data);
+        if (left && (!best || *left < *motion_residual(*best))) best = std::move(data);
+      }
+      if (best) std::ranges::move(best->samples, std::back_inserter(all.samples));
+    }
+    if (const auto shift = explain_hidden_shift(all))
+      out.push_back({shift->best.code, message(*shift, name + ", estimated motions", "m")});
+  }
   const auto poses_of = [&](int id, int true_id) {
     return PoseData{SharedFrame::world, of_object(log.poses, id, id), of_object(L, true_id, id),
                     log.camera.poses()};

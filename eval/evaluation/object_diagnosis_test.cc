@@ -201,6 +201,12 @@ TEST_P(ObjectDiagnosis, AnInvertedCameraIsNamed) {
   expect_named(evaluate(Drive(), {.camera = [](const SE3& C) { return C.inverse(); }}), "inverse");
 }
 
+TEST_P(ObjectDiagnosis, MotionsThatAreInverseInTruthAndEstimateAreNamedOrDriveBackwards) {
+  const Plant inverse = [](const SE3& H, const SE3&, int) { return H.inverse(); };
+  expect_named(evaluate(Drive(), {.estimate = inverse, .truth = inverse}),
+               GetParam() == LogFormat::vdo ? "backwards" : "inverse");
+}
+
 TEST_P(ObjectDiagnosis, MissingFramesCountAndAreListed) {
   const ObjectScores scores =
       evaluate(Drive(), {.keep = [](int k) { return k < 20 || k > 24; }, .with_poses = false});
@@ -291,6 +297,63 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
     EXPECT_EQ(scores.rate_text(), tum ? "Frame rate: 20 Hz (time stamps of the log)"
                                       : "Frame rate: 10 Hz (default, --rate changes it)");
     for (const Record& record : scores.records) EXPECT_EQ(record.status, Status::ok);
+  }
+}
+
+/// Poses of objects with errors of known covariance, written as plain files: NEES of the objects, or the error.
+TEST(PlainObjectFiles, CovariancesOfObjectsAreJudgedByTheirNees) {
+  constexpr int n_poses = 400;
+  const auto evaluate = [&](double times, bool exchanged, std::optional<CovarianceConvention> convention) {
+    const TempFolder folder;
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    for (const int id : {1, 4}) {
+      std::string own, truth;
+      SE3 pose = about_y(0.3 * id, {2.0 * id, 1, 9});
+      for (int k = 0; k < n_poses; ++k) {
+        pose = pose * about_y(0.02 * std::cos(0.1 * k), {0, 0, 0.5});
+        // Position in the world, rotation in the body: openvins.
+        const Eigen::Matrix<double, 6, 1> sigma(0.004, 0.002, 0.003, 0.05, 0.02, 0.08);  // rotation, position
+        Vector6d e;
+        for (int i = 0; i < 6; ++i) e[i] = sigma[i] * normal(random);
+        const SE3 estimate(pose.rotation() * so3_exp(e.head<3>()), pose.translation() + e.tail<3>());
+        std::string numbers;
+        for (int i = 0; i < 6; ++i) {
+          for (int j = i; j < 6; ++j) {
+            const int at = exchanged ? (i + 3) % 6 : i;
+            numbers += fmt::format(" {:.17g}", i == j ? times * sigma[at] * sigma[at] : 0);
+          }
+        }
+        const auto text = [&](const SE3& T) {
+          const Eigen::Vector4d& q = T.rotation().coeffs();
+          return fmt::format("{} {:.17g} {:.17g}", k, fmt::join(T.translation(), " "), fmt::join(q, " "));
+        };
+        own += text(estimate) + numbers + "\n";
+        truth += text(pose) + "\n";
+      }
+      folder.write(fmt::format("obj_{}.tum", id), own);
+      folder.write(fmt::format("obj_{}_gt.tum", id), truth);
+    }
+    ObjectFiles files;
+    files.folders = {folder.path()};
+    files.format = LogFormat::poses;
+    files.covariance = convention;
+    return evaluate_object_files(files).consistency;
+  };
+  const double tolerance = 6 * 3 * std::sqrt(2.0 / (6 * n_poses));
+  for (const double times : {1.0, 0.25}) {
+    const auto found = evaluate(times, false, CovarianceConvention::openvins);
+    ASSERT_EQ(found.size(), 2u);
+    for (const ObjectConsistency& object : found) {
+      EXPECT_NEAR(object.nees.nees, 6 / times, tolerance / times) << object.object;
+      EXPECT_EQ(object.nees.n, static_cast<size_t>(n_poses));
+    }
+  }
+  try {
+    evaluate(1, true, CovarianceConvention::openvins);
+    FAIL() << "expected an Error";
+  } catch (const Error& error) {
+    EXPECT_THAT(std::string(error.what()), AllOf(HasSubstr("obj_1.tum"), HasSubstr("--covariance")));
   }
 }
 

@@ -8,20 +8,23 @@
 namespace sextant {
 
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator) {
+                                       const std::string& estimator, const Trajectory* recorded_camera) {
   std::vector<std::string> out;
   const auto tell = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
       std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
-      // The flag of `evaluate objects` is a key of the configuration of a program.
-      constexpr std::string_view flag = "give --frame ";
-      if (const size_t at = text.find(flag); at != std::string::npos)
-        text.replace(at, flag.size(), "declare objects.frame as ");
+      // What is a flag or an edit elsewhere is a key of the configuration of a program.
+      using Key = std::pair<std::string_view, std::string_view>;
+      for (const auto& [edit, key] : {Key("give --frame ", "declare objects.frame as "),
+                                      Key(": invert each pose", ": declare camera.inverse, or invert each pose")}) {
+        if (const size_t at = text.find(edit); at != std::string::npos) text.replace(at, edit.size(), key);
+      }
       out.push_back(std::move(text));
     }
   };
   PoseData cameras{SharedFrame::body, {}, {}, {}};
-  for (const auto& [frame, pose] : motions.estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
+  const Trajectory& estimated = recorded_camera != nullptr ? *recorded_camera : motions.estimated;
+  for (const auto& [frame, pose] : estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
   for (const auto& [frame, pose] : truth.camera.poses()) cameras.reference.emplace(ObjectFrame(0, frame), pose);
   tell(explain_poses(cameras), "estimated camera");
   // Motions of objects are kept in the world of the estimated camera: no judgement without it.

@@ -11,8 +11,9 @@
 
 namespace sextant {
 
-/// One line for each diagnosis; `estimator` begins it.
+/// One line for each diagnosis; `estimator` begins it. `recorded_camera`: the poses that the motions of the camera are from,
+/// where there are such; quaternions in another order show in them alone.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator);
+                                       const std::string& estimator, const Trajectory* recorded_camera = nullptr);
 
 }  // namespace sextant

@@ -45,6 +45,8 @@ class PairSolver {
   virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
   /// What went wrong, for the user, one line each. Records have a status for it too.
   virtual std::vector<std::string> problems() const { return {}; }
+  /// T_world_camera as somebody else wrote it, in a world of its own, for case_diagnosis.h; nullptr: motions alone are known.
+  virtual const Trajectory* recorded_camera() const { return nullptr; }
 };
 
 /// One of the results of a case. Records call it by the estimator's label, and ".NAME" where it has a name.

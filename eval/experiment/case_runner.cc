@@ -42,7 +42,8 @@ class CaseRunner {
     for (const Result& result : results_) {
       std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label),
+        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label,
+                                                result.solver->recorded_camera()),
                           std::back_inserter(out_.problems));
     }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);

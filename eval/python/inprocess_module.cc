@@ -160,7 +160,12 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
   if (!force) check_same_version(out, run_fingerprints(config));
   const RunResult result =
       run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
-  return json_line(summary_json(result.records, find_preset(preset)));
+  Json summary = summary_json(result.records, find_preset(preset));
+  summary["problems"] = Json::array();
+  for (const SourceRun& source : result.sources) {
+    for (const std::string& problem : source.problems) summary["problems"].push_back(problem);
+  }
+  return json_line(summary);
 }
 
 std::string sweep_here(const std::string& plan, const std::string& name, const std::string& data_root,

@@ -179,7 +179,7 @@ def run(sources, *, out, estimator="joint_flow", noise="none", options=None, see
                                       noise="none" if noise == "none" else _noise_text(noise), data=data, level=level,
                                       seeds=seeds, jobs=jobs, preset=text("preset", preset), force=bool(force),
                                       quiet=not progress)
-        warnings = []
+        warnings = summary["problems"]
     else:
         flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
                        options=None if options is None else json_text("options", options), procedure=procedure,

@@ -77,6 +77,32 @@ class Estimators(unittest.TestCase):
         self.assertGreater(records.values_nees.notna().sum(), 10)
         self.assertTrue((self.folder / "run1" / "summary.csv").is_file())
 
+    def test_results_that_mean_something_else_are_named(self):
+        """Right ones have no warning; the numbers are those that the function returned."""
+        def changed(change):
+            def estimator(problem):
+                T = least_squares(problem).T_curr_prev
+                return change(T)
+            return estimator
+
+        def centimetres(T):
+            T[:3, 3] *= 100
+            return T
+
+        def right(T):
+            return T
+        source = "synthetic:s18@0-10"
+        for change, expected in ((right, None), (centimetres, "look like centimetres"), (numpy.linalg.inv, "look inverted")):
+            run = sextant.run(source, out=self.folder / f"planted_{change.__name__}", estimator=changed(change), noise=NOISE)
+            sweep = sextant.sweep({"sources": [source], "estimators": ["python:e"], "seeds": 1,
+                                   "noise": {"parameter": "depth.delta_d_px", "levels": [0.2]}},
+                                  out=self.folder / f"sweep_{change.__name__}", estimators={"e": changed(change)})
+            for said in (run.warnings, sweep.problems):
+                if expected is None:
+                    self.assertEqual(said, [])
+                else:
+                    self.assertTrue(any("estimated camera" in text and expected in text for text in said), (expected, said))
+
     def test_sees_measurements_alone(self):
         seen = []
 

@@ -1,0 +1,140 @@
+#include "sextant/eval/diagnosis/frame_shift.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace sextant {
+namespace {
+
+constexpr size_t fewest_shifted_steps = 30, fewest_frames = 20, n_stretches = 10, fewest_of_body = 10;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Errors and changes over one shift.
+struct ShiftFit {
+  std::vector<const StepError*> steps;
+  std::vector<Vector6d> changes;
+
+  /// Scatter of each component of e - share d by body.
+  std::map<int, Vector6d> scatter(double share) const {
+    std::map<int, std::array<std::vector<double>, 6>> sizes;
+    for (size_t i = 0; i < steps.size(); ++i) {
+      const Vector6d left = steps[i]->error - share * changes[i];
+      for (int c = 0; c < 6; ++c) sizes[steps[i]->body][static_cast<size_t>(c)].push_back(std::abs(left[c]));
+    }
+    constexpr double sigma_of_median = 1.4826, rounding = 1e-9;
+    std::map<int, Vector6d> out;
+    for (const auto& [body, of_body] : sizes) {
+      if (of_body[0].size() < fewest_of_body) continue;
+      for (int c = 0; c < 6; ++c)
+        out[body][c] = std::max(rounding, sigma_of_median * median(of_body[static_cast<size_t>(c)]));
+    }
+    return out;
+  }
+
+  /// Negative log likelihood of normal errors with the scatter of a share.
+  double cost(double share) const {
+    double sum = 0;
+    const std::map<int, Vector6d> scale = scatter(share);
+    for (const StepError* step : steps) {
+      if (const auto at = scale.find(step->body); at != scale.end()) sum += at->second.array().log().sum();
+    }
+    return sum;
+  }
+
+  std::optional<FrameShift> fit(const std::map<int, size_t>& stretch_of_frame) const {
+    constexpr double huber = 2;
+    constexpr int n_rounds = 8;
+    double share = cost(1) < cost(0) ? 1 : 0;
+    std::array<double, n_stretches> along{}, across{};
+    for (int round = 0; round < n_rounds; ++round) {
+      const std::map<int, Vector6d> scale = scatter(share);
+      along.fill(0);
+      across.fill(0);
+      for (size_t i = 0; i < steps.size(); ++i) {
+        const auto at = scale.find(steps[i]->body);
+        if (at == scale.end()) continue;
+        const size_t stretch = stretch_of_frame.at(steps[i]->frame);
+        for (int c = 0; c < 6; ++c) {
+          const double d = changes[i][c] / at->second[c], e = steps[i]->error[c] / at->second[c];
+          const double left = std::abs(e - share * d), weight = left > huber ? huber / left : 1;
+          along[stretch] += weight * d * e;
+          across[stretch] += weight * d * d;
+        }
+      }
+      double d_e = 0, d_d = 0;
+      for (size_t s = 0; s < n_stretches; ++s) {
+        d_e += along[s];
+        d_d += across[s];
+      }
+      if (!(d_d > 0)) return std::nullopt;
+      share = d_e / d_d;
+    }
+    double d_e = 0, d_d = 0, squares = 0;
+    for (size_t s = 0; s < n_stretches; ++s) {
+      d_e += along[s];
+      d_d += across[s];
+    }
+    for (size_t s = 0; s < n_stretches; ++s) {
+      if (!(d_d - across[s] > 0)) return std::nullopt;
+      const double without = (d_e - along[s]) / (d_d - across[s]);
+      squares += (without - share) * (without - share);
+    }
+    constexpr auto n = static_cast<double>(n_stretches);
+    return FrameShift{0, share, std::sqrt(squares * (n - 1) / n)};
+  }
+};
+
+}  // namespace
+
+Vector6d step_numbers(const SE3& error) {
+  Vector6d numbers;
+  numbers << error.translation(), so3_log(error.rotation());
+  return numbers;
+}
+
+Explanation FrameShift::explanation(Reading read, double declared) const {
+  read.cause += fmt::format("; of the change over these frames the errors hold {:.2f} +- {:.2f}, shifted ones 1, right ones 0",
+                            share, standard_error);
+  return {std::move(read), {}, declared};
+}
+
+std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
+  constexpr double sure = 4, half = 0.5, near_one = 0.3;
+  std::optional<FrameShift> best;
+  double least = 0;
+  for (int n = -longest_shift; n <= longest_shift; ++n) {
+    if (n == 0) continue;
+    ShiftFit fit;
+    std::set<int> frames;
+    for (const StepError& step : all) {
+      const auto change = step.of_shift.find(n);
+      if (change == step.of_shift.end()) continue;
+      fit.steps.push_back(&step);
+      fit.changes.push_back(change->second);
+      frames.insert(step.frame);
+    }
+    if (fit.steps.size() < fewest_shifted_steps || frames.size() < fewest_frames) continue;
+    std::map<int, size_t> stretch_of_frame;
+    for (const int frame : frames) {
+      const size_t rank = stretch_of_frame.size();
+      stretch_of_frame.emplace(frame, rank * n_stretches / frames.size());
+    }
+    auto found = fit.fit(stretch_of_frame);
+    if (!found || std::abs(found->share - 1) > near_one || found->share - half < sure * found->standard_error) continue;
+    // Shifts have different numbers of steps with a change: what each step gains against right numbers decides.
+    const double gain = (fit.cost(1) - fit.cost(0)) / static_cast<double>(fit.steps.size());
+    if (best && gain >= least) continue;
+    least = gain;
+    found->frames = n;
+    best = found;
+  }
+  return best;
+}
+
+}  // namespace sextant
