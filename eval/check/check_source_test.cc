@@ -463,8 +463,8 @@ TEST(CheckRealSource, TartanairAgreesToSixHundredthsOfAPixel) {
   EXPECT_EQ(flow->outcome, CheckOutcome::pass) << report(checks);
 }
 
-// ---- pairs of KITTI scene flow as the tracking frames that they are: stereo depth, flow of DIS, and a camera that moves
-// by 0.3 m (0000) or 0.8 m (0001) while its true steps are good to 0.03 m
+// ---- pairs of KITTI scene flow as the tracking frames that they are: stereo depth, flow of DIS, and a
+// camera that moves by 0.3 m (0000) or 0.8 m (0001) while its true steps are good to 0.03 m
 
 struct TrackingPair {
   const char* pair;
@@ -492,7 +492,8 @@ std::string lay_out(const TrackingPair& pair, const fs::path& root) {
                            fmt::format("{}_1{}.png", pair.pair, k)));
     }
   }
-  return fmt::format("kitti:{}#{}@{}-{}", root.string(), pair.sequence, pair.first_frame, pair.first_frame + 1);
+  return fmt::format("kitti:{}#{}@{}-{}", root.string(), pair.sequence, pair.first_frame,
+                     pair.first_frame + 1);
 }
 
 TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
@@ -501,8 +502,10 @@ TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
   const std::vector<Seed> large = {
       {"DepthDouble", "depth is too large by a factor", depth([](I, double z, int, int) { return 2 * z; })},
       {"DepthHalf", "depth is too large by a factor 0", depth([](I, double z, int, int) { return z / 2; })},
-      {"BaselineTooLong", "depth is too large by a factor", depth([](I, double z, int, int) { return 1.5 * z; })},
-      {"BaselineTooShort", "depth is too large by a factor 0", depth([](I, double z, int, int) { return z / 1.5; })},
+      {"BaselineTooLong", "depth is too large by a factor",
+       depth([](I, double z, int, int) { return 1.5 * z; })},
+      {"BaselineTooShort", "depth is too large by a factor 0",
+       depth([](I, double z, int, int) { return z / 1.5; })},
   };
   for (const TrackingPair& pair : tracking_pairs) {
     SCOPED_TRACE(pair.pair);
@@ -524,8 +527,8 @@ TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
   SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
   SEXTANT_NEEDS_DATA("kitti_tracking");
   const std::set<std::string> of_several_frames = {
-      "FlowToPrevious",   "FlowOfNextPair", "DepthOfNextFrame", "PosesOfNextFrame", "PosesMissingAsIdentity",
-      "MasksOfNextFrame", "YawNegated"};
+      "FlowToPrevious",         "FlowOfNextPair",   "DepthOfNextFrame", "PosesOfNextFrame",
+      "PosesMissingAsIdentity", "MasksOfNextFrame", "YawNegated"};
   const std::set<std::string> within_the_noise = {"DepthIsRange", "DepthScale", "PosesScaled"};
   const TempFolder folder;
   const LoadedSequence clean(lay_out(tracking_pairs[1], folder.path()));
@@ -536,8 +539,9 @@ TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
     LoadedSequence sequence(clean);
     seed.mistake(sequence);
     const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
-    EXPECT_TRUE(std::ranges::any_of(checks, [](const SourceCheck& c) { return c.outcome == CheckOutcome::fail; }))
-        << report(checks);
+    EXPECT_TRUE(std::ranges::any_of(checks, [](const SourceCheck& c) {
+      return c.outcome == CheckOutcome::fail;
+    })) << report(checks);
     ++n_planted;
   }
   EXPECT_GE(n_planted, 20);

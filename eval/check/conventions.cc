@@ -1,8 +1,227 @@
 #include "sextant/eval/check/conventions.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/base/interrupt.h"
+#include "sextant/base/parallel_for.h"
+#include "sextant/eval/check/diagnosis.h"
+#include "sextant/geometry/object_motion.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
+namespace {
+
+// Limits: docs/data-check.md.
+constexpr double moves_m = 0.1;
+constexpr double moving_flow_px = 1;
+constexpr double never = 1e9;  // the check cannot fail, only be suspect
+
+/// How far a ratio is from 1, in factors of `factor`.
+double factors_off(double ratio, double factor) {
+  return ratio > 0 && std::isfinite(ratio) ? std::abs(std::log(ratio)) / std::log(factor) : 100;
+}
+
+bool same(const SE3& a, const SE3& b) {
+  return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
+}
+
+bool moves(const Trajectory& camera, int prev, int curr) {
+  const auto motion = camera.motion(prev, curr);
+  return motion && motion->translation().norm() > moves_m;
+}
+
+/// Whether the background's flow from `frame` shows that the camera moved.
+bool flow_shows_motion(const GridFrame& frame) {
+  std::vector<double> lengths;
+  for (size_t i = 0; i < frame.flow.size(); ++i) {
+    const Flow& flow = frame.flow.data()[i];
+    const bool background = frame.mask.size() != frame.flow.size() || frame.mask.data()[i] == 0;
+    if (flow.valid() && background) lengths.push_back(std::hypot(double{flow.u}, double{flow.v}));
+  }
+  return !lengths.empty() && median(lengths) > moving_flow_px;
+}
+
+}  // namespace
+
+Finding check_camera_model(const ConventionData& data) {
+  Finding finding{
+      .check = "camera model", .limit = 1, .fail_limit = 2.5, .unit = "x limit", .n = 1, .counted = "camera"};
+  const PinholeCamera& camera = data.camera.left;
+  if (data.width <= 0 || data.height <= 0) {
+    finding.n = 0;
+    return finding.not_checkable("the image size is unknown");
+  }
+  const double w = data.width, h = data.height;
+  const std::pair<double, std::string> deviations[] = {
+      {std::abs(camera.cx - (w - 1) / 2) / (0.2 * w), fmt::format("cx = {:.1f} px of {:.0f}", camera.cx, w)},
+      {std::abs(camera.cy - (h - 1) / 2) / (0.2 * h), fmt::format("cy = {:.1f} px of {:.0f}", camera.cy, h)},
+      {factors_off(camera.fx / camera.fy, 1.1), fmt::format("fx / fy = {:.3f}", camera.fx / camera.fy)},
+      {factors_off(camera.fx / w, 4), fmt::format("fx = {:.1f} px for a width of {:.0f}", camera.fx, w)},
+      {data.camera.bf > 0 ? factors_off(data.camera.bf / camera.fx / 0.3, 8) : 0,
+       fmt::format("a baseline of {:.3g} m (bf / fx)", data.camera.bf / camera.fx)}};
+  const auto& worst = *std::ranges::max_element(deviations, {}, &std::pair<double, std::string>::first);
+  finding.value = worst.first;
+  finding.message = "the most unusual number: " + worst.second;
+  return finding;
+}
+
+Finding check_camera_path(const ConventionData& data) {
+  Finding finding{
+      .check = "camera path", .limit = 45, .fail_limit = never, .unit = "deg", .counted = "steps"};
+  std::vector<double> angles;
+  for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
+    if (!moves(data.truth.camera, frame, frame + 1)) continue;
+    const Eigen::Vector3d t = data.truth.camera.motion(frame, frame + 1)->translation();
+    angles.push_back(std::atan2(std::hypot(t.x(), t.y()), t.z()) * 180 / std::numbers::pi);
+  }
+  if (!finding.measure(angles)) {
+    return finding.not_checkable(data.truth.camera.empty() ? "no true camera poses"
+                                                           : "the camera stands still");
+  }
+  if (*finding.value > finding.limit) {
+    finding.message =
+        "the camera does not move along its z axis (right for a camera that looks sideways or back)";
+  }
+  return finding;
+}
+
+Finding check_repeated_poses(const ConventionData& data) {
+  Finding finding{.check = "repeated poses", .unit = "steps", .counted = "steps"};
+  int repeated = 0, identities = 0;
+  const Trajectory& camera = data.truth.camera;
+  for (int frame = data.first_frame + 1; frame <= data.last_frame(); ++frame) {
+    const auto before = camera.pose(frame - 1), now = camera.pose(frame);
+    if (!before || !now) continue;
+    ++finding.n;
+    if (same(*now, SE3()) && moves(camera, frame - 1, frame)) ++identities;
+    const bool neighbours = moves(camera, frame - 2, frame - 1) && moves(camera, frame, frame + 1);
+    if (same(*before, *now) && (neighbours || flow_shows_motion(data.at(frame - 1)))) ++repeated;
+  }
+  int objects = 0;
+  for (const auto& [frame, list] : data.truth.objects) {
+    if (!data.has(frame)) continue;
+    for (const ObjectTruth& object : list) objects += same(object.T_camera_object, SE3()) ? 1 : 0;
+  }
+  if (finding.n == 0 && objects == 0) {
+    return finding.not_checkable("no true poses in successive frames");
+  }
+  finding.value = repeated + identities + objects;
+  if (repeated > 0)
+    finding.message =
+        fmt::format("the pose of {} frames repeats the one before although the camera moves; ", repeated);
+  if (identities > 0)
+    finding.message += fmt::format("{} camera poses are exactly the identity; ", identities);
+  if (objects > 0) finding.message += fmt::format("{} object poses are exactly the identity; ", objects);
+  if (*finding.value > 0) finding.message += "is missing truth written as identity or as the last pose?";
+  return finding;
+}
+
+Finding check_speed(const ConventionData& data) {
+  Finding finding{.check = "speed", .limit = 250, .fail_limit = 1000, .unit = "km/h", .counted = "bodies"};
+  const Trajectory& camera = data.truth.camera;
+  const double kmh_per_step = data.rate_hz * kmh_per_mps;
+  std::vector<double> ego;
+  std::map<int, std::vector<double>> objects;
+  for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
+    const auto a = camera.pose(frame), b = camera.pose(frame + 1);
+    if (!a || !b) continue;
+    ego.push_back((b->translation() - a->translation()).norm() * kmh_per_step);
+    const auto list = data.truth.objects.find(frame);
+    if (list == data.truth.objects.end()) continue;
+    for (const ObjectTruth& object : list->second) {
+      const ObjectTruth* next = data.truth.find(frame + 1, object.id);
+      if (next == nullptr) continue;
+      const Eigen::Vector3d way =
+          *b * next->T_camera_object.translation() - *a * object.T_camera_object.translation();
+      objects[object.id].push_back(way.norm() * kmh_per_step);
+    }
+  }
+  if (ego.empty()) return finding.not_checkable("no true camera poses in successive frames");
+  double fastest = median(ego);
+  std::string who = "the camera";
+  for (const auto& [id, speeds] : objects) {
+    if (speeds.size() < 3 || median(speeds) <= fastest) continue;
+    fastest = median(speeds);
+    who = fmt::format("object {}", id);
+  }
+  finding.n = 1 + static_cast<int>(objects.size());
+  finding.value = fastest;
+  finding.message = fmt::format("fastest: {}, at {:g} Hz", who, data.rate_hz);
+  return finding;
+}
+
+Finding check_times(const ConventionData& data) {
+  Finding finding{.check = "times", .limit = 50, .fail_limit = never, .unit = "%", .counted = "stamps"};
+  std::vector<double> steps;
+  for (auto it = data.times_s.begin(); it != data.times_s.end(); ++it) {
+    if (!data.has(it->first)) continue;
+    ++finding.n;
+    const auto next = std::next(it);
+    if (next == data.times_s.end() || next->first != it->first + 1 || !data.has(next->first)) continue;
+    steps.push_back(next->second - it->second);
+  }
+  if (steps.empty()) return finding.not_checkable("the source has no time stamps");
+  const double typical = median(steps);
+  if (*std::ranges::min_element(steps) <= 0 || typical <= 0) {
+    finding.value = 100;
+    finding.fail_limit = finding.limit;
+    finding.message = "time stamps do not increase";
+    return finding;
+  }
+  double worst = 0;
+  for (const double step : steps) worst = std::max(worst, 100 * std::abs(step / typical - 1));
+  finding.value = worst;
+  if (worst > finding.limit)
+    finding.message = "uneven steps: are frames missing, or time stamps of another sensor?";
+  if (std::abs(typical * data.rate_hz - 1) > 0.01) {
+    finding.message += fmt::format("{}steps of {:.4g} s, but the rate in use is {:g} Hz",
+                                   finding.message.empty() ? "" : "; ", typical, data.rate_hz);
+  }
+  return finding;
+}
+
+namespace {
+
+constexpr double samples_per_frame = 5000;
+
+}  // namespace
+
+ConventionData make_convention_data(const Sequence& sequence) {
+  const SequenceInfo& info = sequence.info();
+  ConventionData data{.camera = info.camera,
+                      .width = info.width,
+                      .height = info.height,
+                      .rate_hz = info.rate_hz,
+                      .first_frame = info.first_frame};
+  data.frames.resize(static_cast<size_t>(info.last_frame - info.first_frame + 1));
+  const double area = static_cast<double>(info.width) * info.height;
+  data.step = std::max(1, static_cast<int>(std::lround(std::sqrt(area / samples_per_frame))));
+  data.depth_kind = info.depth_kind;
+  data.truth = sequence.truth();
+  data.floor = truth_floor(sequence);
+  data.times_s = info.times_s;
+  return data;
+}
+
+std::vector<FlowSample> flow_samples(const ConventionData& data, int k) {
+  const int from = k + data.flow_from, to = k + data.flow_to;
+  if (!data.has(k) || !data.has(from) || !data.has(to)) return {};
+  const Image<Flow>& flow = data.at(k).flow;
+  const Image<float>& depth = data.at(from).depth_m;
+  const Image<uint16_t>& mask = data.at(from).mask;
+  if (flow.empty() || depth.width() != flow.width() || depth.height() != flow.height()) return {};
+  const bool masked = mask.width() == flow.width() && mask.height() == flow.height();
+  std::vector<FlowSample> samples;
+  samples.reserve(flow.size());
+  for (const auto [i, j] : pixels(flow)) {
+    const float z = depth(i, j);
+    if (!flow(i, j).valid() || !std::isfinite(z) || z <= 0) continue;
+    samples.push_back({data.pixel(i), data.pixel(j), z, flow(i, j), masked ? mask(i, j) : 0});
+  }
+  return samples;
+}
 
 CheckOutcome Finding::outcome() const {
   if (!checkable()) return CheckOutcome::note;
@@ -33,6 +252,94 @@ std::vector<Finding> check_conventions(const ConventionData& data) {
           check_mask_boxes(data),     check_box_sideways(data), check_box_upright(data),
           check_heading(data),        check_camera_model(data), check_camera_path(data),
           check_repeated_poses(data), check_speed(data),        check_times(data)};
+}
+
+namespace {
+
+constexpr double max_penalty = 6;
+constexpr double lost = 3;      // a check that can no longer be made
+constexpr double alike = 0.25;  // penalties that do not tell two hypotheses apart
+constexpr size_t max_causes = 3;
+constexpr double negligible = 0.002;  // of the limit: a residual not worth explaining
+constexpr double taken_away = 0.1;    // of its residual is left to a sharp check whose cause is found
+
+/// A hypothesis and what the checks say under it.
+struct Trial {
+  std::string cause;
+  std::vector<Finding> findings;
+  double penalty = 0;
+};
+
+/// Grows from 0 with the distance from passing, slower and slower.
+double penalty(const Finding& before, const Finding& after) {
+  if (!after.checkable()) return before.checkable() ? lost : 0;
+  return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
+}
+
+Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData& data,
+              const std::vector<Finding>& before) {
+  check_interrupt();
+  ConventionData changed = data;
+  double fitted = 0;
+  if (!hypothesis.undo(changed, fitted)) return {};
+  Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
+              hypothesis.price};
+  bool breaks_another = false;
+  for (size_t i = 0; i < before.size(); ++i) {
+    const Finding& after = trial.findings[i];
+    trial.penalty += penalty(before[i], after);
+    breaks_another |= after.fails() && !before[i].fails() && before[i].checkable();
+  }
+  if (breaks_another) trial.findings.clear();
+  return trial;
+}
+
+std::string told(std::vector<const Trial*> fits) {
+  std::ranges::stable_sort(fits, {}, &Trial::penalty);
+  std::string causes;
+  for (size_t i = 0; i < std::min(fits.size(), max_causes); ++i) {
+    if (fits[i]->penalty > fits[0]->penalty + alike) break;
+    causes += (i > 0 ? "; or: " : "") + fits[i]->cause;
+  }
+  return causes;
+}
+
+Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::vector<Trial>& trials) {
+  const Finding& finding = findings[check];
+  Diagnosis out{finding, finding.outcome(), ""};
+  if (!finding.checkable()) return out;
+  const bool passes = finding.passes();
+  if (passes && (!finding.sharp || finding.ratio() < negligible)) return out;
+  std::vector<const Trial*> fits, perfect;
+  for (const Trial& trial : trials) {
+    if (trial.findings.empty() || !trial.findings[check].passes()) continue;
+    fits.push_back(&trial);
+    if (*trial.findings[check].value < taken_away * *finding.value) perfect.push_back(&trial);
+  }
+  if (!passes) out.cause = fits.empty() ? "no known cause fits" : told(fits);
+  if (!perfect.empty() && finding.sharp) {
+    out.outcome = CheckOutcome::fail;
+    out.cause = told(perfect);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs) {
+  const std::vector<Finding> findings = check_conventions(data);
+  const bool clean =
+      std::ranges::all_of(findings, [](const Finding& f) { return f.passes() || !f.checkable(); });
+  std::vector<Hypothesis<ConventionData>> table = hypotheses(data);
+  if (clean) std::erase_if(table, [](const auto& h) { return h.fits_number; });
+  std::vector<Trial> trials(table.size());
+  parallel_for(static_cast<int>(table.size()), jobs, [&](int i) {
+    const auto at = static_cast<size_t>(i);
+    trials[at] = try_out(table[at], data, findings);
+  });
+  std::vector<Diagnosis> out;
+  for (size_t i = 0; i < findings.size(); ++i) out.push_back(judge(i, findings, trials));
+  return out;
 }
 
 }  // namespace sextant

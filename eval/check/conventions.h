@@ -4,13 +4,16 @@
 // boxes and depth. Each is a pure function of the sampled data and gives one number that grows with the
 // disagreement. docs/data-check.md says what each measures, and why its limits are where they are.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sextant/base/names.h"
-#include "sextant/eval/check/convention_data.h"
+#include "sextant/datasets/dataset.h"
+#include "sextant/datasets/truth_floor.h"
+#include "sextant/eval/diagnosis/hypothesis.h"
 
 namespace sextant {
 
@@ -89,5 +92,83 @@ Finding check_times(const ConventionData& data);           ///< stamps' unevenne
 
 /// All of the above, in the order of the report.
 std::vector<Finding> check_conventions(const ConventionData& data);
+
+// ---- What the convention checks look at: the truth of a sequence, and its depth, flow and masks on a coarse
+// grid of pixels. A plain value: a hypothesis about a mistake is a change of a copy of it (diagnosis.h).
+//
+//   grid:  sample (i, j) stands at pixel (i step + step/2, j step + step/2)
+//   flow:  the flow image of frame k belongs to the pair (k + flow_from) -> (k + flow_to)
+//
+// An absent channel is an empty image. Units: m, px; NaN = invalid.
+
+struct GridFrame {
+  Image<float> depth_m;
+  Image<Flow> flow;
+  Image<uint16_t> mask;
+  std::map<int, MaskOutline> outlines;  ///< of the full image
+};
+
+struct ConventionData {
+  StereoCamera camera;
+  int width = 0;  ///< of the full images, px
+  int height = 0;
+  double rate_hz = 0;
+  int step = 1;  ///< px between samples
+  int first_frame = 0;
+  std::vector<GridFrame> frames;  ///< first_frame, first_frame + 1, ...; empty images where not looked at
+  int flow_from = 0;
+  int flow_to = 1;
+  std::string depth_kind;  ///< as in SequenceInfo
+  SequenceTruth truth;
+  TruthFloor floor;               ///< accuracy of the true camera motion, where the data set knows it
+  std::map<int, double> times_s;  ///< stamps, where the source has them
+
+  int last_frame() const { return first_frame + static_cast<int>(frames.size()) - 1; }
+  bool has(int frame) const { return frame >= first_frame && frame <= last_frame(); }
+  const GridFrame& at(int frame) const { return frames[static_cast<size_t>(frame - first_frame)]; }
+  double pixel(int sample) const { return sample * step + step / 2; }  // NOLINT: whole pixels
+};
+
+/// Everything but the grids: `frames` has the right number of empty ones.
+ConventionData make_convention_data(const Sequence& sequence);
+
+/// The samples of one channel.
+template <typename T>
+Image<T> sample_grid(const Image<T>& image, int step) {
+  const int from = step / 2;
+  return image_of((image.width() - from + step - 1) / step, (image.height() - from + step - 1) / step,
+                  [&](int i, int j) { return image(i * step + from, j * step + from); });
+}
+
+/// One sample of a flow image, with the depth and mask id at its starting point.
+struct FlowSample {
+  double u = 0, v = 0;  ///< px
+  double z_m = 0;
+  Flow flow;
+  int id = 0;
+};
+/// The valid samples of flow image k, taken at frame k + flow_from; none where a channel is missing.
+std::vector<FlowSample> flow_samples(const ConventionData& data, int k);
+
+// ---- Runs the convention checks and looks for the cause of what they find: every hypothesis of the table is
+// undone in a copy of the data and the checks run again. A check that did not pass is put down to the
+// hypothesis under which it passes, nothing else breaks, and all checks together are nearest to perfect; to
+// several when they do equally well; else to "no known cause fits".
+//
+// A sharp check that passes is looked at as well: when undoing a mistake takes nearly all of its residual
+// away, exact data have that mistake, however small the residual was.
+
+struct Diagnosis {
+  Finding finding;
+  CheckOutcome outcome = CheckOutcome::pass;
+  std::string cause;  ///< of a check that did not pass; else empty
+};
+
+std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs);
+
+/// The mistakes that people make with data sets' conventions and that make sense for these data: what the
+/// report tells the user, and how the mistake is undone in sampled data. How to add one: a line in the table
+/// of hypotheses.cc.
+std::vector<Hypothesis<ConventionData>> hypotheses(const ConventionData& data);
 
 }  // namespace sextant

@@ -74,17 +74,17 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Standard deviation of the rotations of true steps: geometric mean of the bounds of truth_floor.h, or the one
-/// that is known.
+/// Standard deviation of the rotations of true steps: geometric mean of the bounds of truth_floor.h, or the
+/// one that is known.
 std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
   if (!floor.rotation_deg || !floor.rotation_timing_deg)
     return floor.rotation_deg ? floor.rotation_deg : floor.rotation_timing_deg;
   return std::sqrt(*floor.rotation_deg * *floor.rotation_timing_deg);
 }
 
-/// Motions that are as likely true as that of the pair: each differs from it by one of the truth's own standard
-/// errors (datasets/truth_floor.h), along the way, sideways, or about one axis of the camera. Empty where the data
-/// set does not know how accurate its truth is.
+/// Motions that are as likely true as that of the pair: each differs from it by one of the truth's own
+/// standard errors (datasets/truth_floor.h), along the way, sideways, or about one axis of the camera. Empty
+/// where the data set does not know how accurate its truth is.
 std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from) {
   std::vector<Vector6d> errors;
   const auto add = [&](const Eigen::Vector3d& shift_m, const Eigen::Vector3d& turn_rad) {
@@ -102,7 +102,8 @@ std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from
   if (const auto rotation_deg = likely_rotation_error_deg(floor)) {
     // Shares of the axes: pitch, yaw and roll of a car are about the camera's x, y and z axis.
     Eigen::Vector3d shares = Eigen::Vector3d::Ones();
-    if (floor.gyro_deg) shares = Eigen::Vector3d(floor.gyro_deg->y(), floor.gyro_deg->z(), floor.gyro_deg->x());
+    if (floor.gyro_deg)
+      shares = Eigen::Vector3d(floor.gyro_deg->y(), floor.gyro_deg->z(), floor.gyro_deg->x());
     const Eigen::Vector3d axis_rad = *rotation_deg * std::numbers::pi / 180 * shares.normalized();
     for (int axis = 0; axis < 3; ++axis) add(none, axis_rad[axis] * Eigen::Vector3d::Unit(axis));
   }
@@ -111,10 +112,11 @@ std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from
   return motions;
 }
 
-/// Calls use(point, predicted flow, its change) for points of the pair, once for each motion that is as likely true,
-/// and end() after each of these.
+/// Calls use(point, predicted flow, its change) for points of the pair, once for each motion that is as
+/// likely true, and end() after each of these.
 template <typename Use, typename End>
-void for_each_likely_change(const ConventionData& data, const StaticPair& pair, const Use& use, const End& end) {
+void for_each_likely_change(const ConventionData& data, const StaticPair& pair, const Use& use,
+                            const End& end) {
   const size_t stride = pair.points.size() / truth_points + 1;
   for (const SE3& motion : likely_motions(data, pair.T_to_from)) {
     for (size_t i = 0; i < pair.points.size(); i += stride) {
@@ -127,7 +129,8 @@ void for_each_likely_change(const ConventionData& data, const StaticPair& pair, 
   }
 }
 
-/// Median length by which the predicted flow of the pair's points changes within the accuracy of the truth, px.
+/// Median length by which the predicted flow of the pair's points changes within the accuracy of the truth,
+/// px.
 double truth_error_px(const ConventionData& data, const StaticPair& pair) {
   double squares = 0;
   std::vector<double> changes;
@@ -257,8 +260,8 @@ DepthFactor fit_depth_factor(const ConventionData& data) {
     truth += truth_variance(data, *pair);
   }
   if (fit.n == 0) return fit;
-  // Few pairs do not show how far steps scatter: step_jitter and the accuracy of the truth are assumed as firmly as
-  // two pairs would show them.
+  // Few pairs do not show how far steps scatter: step_jitter and the accuracy of the truth are assumed as
+  // firmly as two pairs would show them.
   const double n = fit.n, mean = sum / n;
   const double spread = std::max(0.0, squares - n * mean * mean);
   const double assumed = step_jitter * step_jitter + truth / n;

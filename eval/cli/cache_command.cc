@@ -4,7 +4,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/cli/flags.h"
+#include "sextant/eval/experiment/pack.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -19,7 +20,7 @@ struct CacheFlags : CommonFlags {
 double megabytes(uint64_t bytes) { return static_cast<double>(bytes) / 1e6; }
 
 void list_packs(const CacheFlags& flags) {
-  const PackCache cache = cache_of(flags.folder);
+  const PackCache cache = pack_cache(flags.folder);
   Table table;
   table.title = fmt::format("Packs in {}", cache.folder().string());
   table.columns = {Column::text("source"), Column::count("pairs"),
@@ -36,14 +37,9 @@ void list_packs(const CacheFlags& flags) {
 }
 
 void pack(const CacheFlags& flags) {
-  const Json tree = options_tree(flags.options, flags.sets);
-  const ResolvedOptions options = resolve_options(tree);
-  SourceSpec source = find_source(flags.source, flags.data_root);
-  source.add_options(options.source);
-  const std::unique_ptr<Sequence> sequence = open_source(source);
-  check_runnable(source, *sequence);
   const PackCache::Packed packed =
-      cache_of(flags.folder).load(source, *sequence, options.extraction, Noise(), flags.jobs, flags.quiet);
+      pack_source(pack_cache(flags.folder), find_source(flags.source, flags.data_root),
+                  options_tree(flags.options, flags.sets), flags.jobs, flags.quiet);
   const double size = megabytes(std::filesystem::file_size(packed.file));
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"file", packed.file.string()},
@@ -72,8 +68,9 @@ void add_cache_command(CLI::App& app) {
   add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");
-  prune->callback(
-      [flags] { fmt::print("{:.2f} MB set free\n", megabytes(cache_of(flags->folder).prune(flags->all))); });
+  prune->callback([flags] {
+    fmt::print("{:.2f} MB set free\n", megabytes(pack_cache(flags->folder).prune(flags->all)));
+  });
 }
 
 void add_data_pack_command(CLI::App& data) {

@@ -75,8 +75,8 @@ std::vector<std::string> words_by_name(const std::string& command, const std::st
 
 /// Types of which nothing can be offered.
 bool is_text(const std::string& type) {
-  static const std::set<std::string> texts = {"N",     "K",    "NUMBER", "INT",     "UINT",        "FLOAT",
-                                              "I/N",   "NAME", "DIRECTION", "DISTANCE", "I,J,..."};
+  static const std::set<std::string> texts = {"N",   "K",    "NUMBER",    "INT",      "UINT",   "FLOAT",
+                                              "I/N", "NAME", "DIRECTION", "DISTANCE", "I,J,..."};
   return texts.contains(type) || type.starts_with("JSON");
 }
 
@@ -93,7 +93,8 @@ FlagHelp flag_help(const CLI::Option& option, const std::string& command) {
   help.default_value = option.get_default_str();
   help.environment = option.get_envname();
   help.required = option.get_required();
-  help.repeats = option.get_expected_max() > 1 || option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+  help.repeats =
+      option.get_expected_max() > 1 || option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
   if (option.get_items_expected_max() == 0) return help;
 
   const std::string type = option.get_type_name();  // "N:INT in [1 - 1024]"

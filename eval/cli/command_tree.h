@@ -2,8 +2,8 @@
 
 // The commands as data, read from the program's own parser: what man pages and completions are made of.
 //
-// A flag whose type reads `this|that` is a choice between these words; completions offer them. FORMAT, NAME and the like
-// are filled in by the flag's name (command_tree.cc).
+// A flag whose type reads `this|that` is a choice between these words; completions offer them. FORMAT, NAME
+// and the like are filled in by the flag's name (command_tree.cc).
 
 #include <string>
 #include <vector>
@@ -51,15 +51,5 @@ CommandHelp command_tree(const CLI::App& app);
 
 /// `tree` and all commands below it, a command before its own.
 std::vector<const CommandHelp*> all_commands(const CommandHelp& tree);
-
-/// Page of section 1 in man's macros, the list of `sextant options` where it belongs.
-std::string man_page(const CommandHelp& command);
-/// "sextant-evaluate-ego.1".
-std::string man_page_name(const CommandHelp& command);
-
-/// Scripts that a shell reads; the same bytes for the same program.
-std::string bash_completion(const CommandHelp& tree);
-std::string zsh_completion(const CommandHelp& tree);
-std::string fish_completion(const CommandHelp& tree);
 
 }  // namespace sextant

@@ -1,8 +1,15 @@
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
+#include <CLI/CLI.hpp>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
+#include "sextant/datasets/layout.h"
+#include "sextant/eval/check/check_source.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
+#include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -32,6 +39,142 @@ void list_adapters(bool as_json) {
   for (const Adapter& adapter : adapters())
     table.add_row({adapter.name, adapter.description, adapter.example});
   fmt::print("{}", to_text(table));
+}
+
+void check(const std::string& source, const CommonFlags& flags, bool quick) {
+  const std::unique_ptr<Sequence> sequence = open_source(source_of(source, flags));
+  const std::vector<SourceCheck> checks =
+      check_source(*sequence, {.jobs = flags.jobs, .quiet = flags.quiet, .quick = quick});
+  if (flags.json) {
+    fmt::print("{}", json_text(check_json(source, checks)));
+  } else if (!flags.quiet) {
+    fmt::print("{}", check_page(source, sequence->info(), checks));
+  }
+  std::fflush(stdout);
+  refuse_failed(source, checks);
+}
+
+void add_data_check_command(CLI::App& data) {
+  const auto flags = std::make_shared<CommonFlags>();
+  const auto source = std::make_shared<std::string>();
+  const auto quick = std::make_shared<bool>(false);
+  CLI::App* command =
+      data.add_subcommand("check", "Decode everything a source has; check that its parts fit together");
+  add_source_argument(*command, *source);
+  add_data_flag(*command, *flags);
+  add_option_flags(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress and no table: only the exit code and errors");
+  command->add_flag("--quick", *quick, "Decode only the 24 frames that the convention checks look at");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer(
+      "PASS, SUSPECT or FAIL per line with the likely cause, note for what cannot be checked; "
+      "exit code 2 when\n"
+      "one fails. docs/data-check.md explains every line.\n"
+      "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
+  command->callback([flags, source, quick] { check(*source, *flags, *quick); });
+}
+
+struct MakeFlags : CommonFlags {
+  std::string source;
+  std::string layout;
+  std::string out;
+  std::string sequence;
+};
+
+/// --set source.* goes to the adapter, --set layout.* to the writer.
+Json group(const Json& tree, const std::string& key) {
+  for (const auto& item : tree.items()) {
+    if (item.key() != "source" && item.key() != "layout") {
+      fail("unknown option key '{}': known: source, layout", item.key());
+    }
+  }
+  return tree.value(key, Json::object());
+}
+
+void make(const MakeFlags& flags) {
+  const Json options = options_tree(flags.options, flags.sets);
+  const Layout& layout = find_layout(flags.layout);
+  const bool is_scenario = flags.source.find(':') == std::string::npos;  // by its name alone
+  SourceSpec source = find_source((is_scenario ? "synthetic:" : "") + flags.source, flags.data_root);
+  source.add_options(group(options, "source"));
+  const std::unique_ptr<Sequence> sequence = open_source(source);
+  LayoutRequest request;
+  request.out = flags.out;
+  request.sequence = flags.sequence;
+  request.options = group(options, "layout");
+  request.jobs = flags.jobs;
+  request.quiet = flags.quiet;
+  request.between_frames = check_interrupt;
+  const std::string written = layout.write(*sequence, request);
+  if (flags.json) {
+    fmt::print("{}", json_text(Json{{"source", written}, {"layout", layout.name}}));
+  } else {
+    fmt::print("Written: {}\n", written);
+    if (!flags.quiet) fmt::print("Next: sextant data check {}\n", written);
+  }
+}
+
+void add_data_make_command(CLI::App& data) {
+  const auto flags = std::make_shared<MakeFlags>();
+  CLI::App* command = data.add_subcommand("make", "Write a scenario, or any source, in a data set's layout");
+  add_value(*command, "source", flags->source, "SCENARIO",
+            "A scenario (s18, city, ...) or adapter:path[#sequence][@first-last]")
+      ->required();
+  std::string names;
+  std::string lines;
+  for (const Layout& layout : layouts()) {
+    names += (names.empty() ? "" : "|") + layout.name;
+    lines += fmt::format("  {:<10} {}\n", layout.name, layout.description);
+    for (const OptionHelp& option : layout.options()) {
+      lines += fmt::format("    --set layout.{}={} [{}] {}\n", option.key, option.default_value, option.unit,
+                           option.meaning);
+    }
+  }
+  add_value(*command, "--layout", flags->layout, names, "Which data set's layout")->required();
+  add_value(*command, "--out", flags->out, "DIR", "Root folder of the data set; made if it does not exist")
+      ->required();
+  add_value(*command, "--sequence", flags->sequence, "NAME", "The sequence's name there, e.g. 0018/clone");
+  add_option_flags(*command, *flags);
+  add_data_flag(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress; only the SOURCE that was written");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer(fmt::format(
+      "Layouts:\n{}Example:\n"
+      "  sextant data make s18 --layout vkitti1 --out D && sextant run vkitti1:D#0018/clone --out results",
+      lines));
+  command->callback([flags] { make(*flags); });
+}
+
+struct StripFlags : CommonFlags {
+  std::string source;
+  std::string out;
+  int n_frames = 3;
+  int tile_px = 414;
+};
+
+void add_data_strip_command(CLI::App& data) {
+  const auto flags = std::make_shared<StripFlags>();
+  CLI::App* command =
+      data.add_subcommand("strip", "Draw some frames of a source: image, depth, flow and masks");
+  add_source_argument(*command, flags->source);
+  add_value(*command, "--out", flags->out, "FILE.png", "PNG file")->required();
+  command->add_option("--frames", flags->n_frames, "How many frames, evenly spread")
+      ->check(CLI::Range(1, 50))
+      ->capture_default_str();
+  command->add_option("--tile", flags->tile_px, "Width of one tile in px")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  add_option_flags(*command, *flags);
+  add_data_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No output");
+  command->footer("Example:\n  sextant data strip synthetic:s18 --out s18.png");
+  command->callback([flags] {
+    write_file(flags->out,
+               draw_strip(*open_source(source_of(flags->source, *flags)), flags->n_frames, flags->tile_px));
+    if (!flags->quiet) fmt::print("Picture: {}\n", flags->out);
+  });
 }
 
 }  // namespace

@@ -25,15 +25,16 @@ Outcome sextant(std::vector<std::string> arguments) {
 }
 
 /// A drive of 200 poses at 10 Hz from t0 on, as TUM lines with the time printed as asked for.
-std::string drive(double t0, const std::function<std::string(double t)>& time, double noise = 0, double scale = 1,
-                  bool rotations = true) {
+std::string drive(double t0, const std::function<std::string(double t)>& time, double noise = 0,
+                  double scale = 1, bool rotations = true) {
   std::string text;
   double x = 0, z = 0;
   for (int i = 0; i < 200; ++i) {
     const double t = 0.1 * i, yaw = 0.5 * std::sin(0.4 * t), speed = 8 + 2 * std::sin(0.3 * t);
     x += 0.1 * speed * std::sin(yaw);
     z += 0.1 * speed * std::cos(yaw);
-    text += fmt::format("{} {:.6f} {:.6f} {:.6f}", time(t0 + t), scale * (x + noise * std::sin(7.0 * i)), 0.0, scale * z);
+    text += fmt::format("{} {:.6f} {:.6f} {:.6f}", time(t0 + t), scale * (x + noise * std::sin(7.0 * i)), 0.0,
+                        scale * z);
     if (rotations) text += fmt::format(" 0 {:.8f} 0 {:.8f}", std::sin(yaw / 2), std::cos(yaw / 2));
     text += "\n";
   }
@@ -74,8 +75,8 @@ TEST_F(EvaluateEgoPlants, StampsInAnotherUnitAreAnErrorThatNamesIt) {
     double t0, factor;
     std::string unit;
   };
-  for (const Plant& plant : {Plant{0, 1e3, "ms"}, Plant{0, 1e6, "us"}, Plant{0, 1e9, "ns"}, Plant{1.4e9, 1e3, "ms"},
-                             Plant{1.4e9, 1e6, "us"}, Plant{1.4e9, 1e9, "ns"}}) {
+  for (const Plant& plant : {Plant{0, 1e3, "ms"}, Plant{0, 1e6, "us"}, Plant{0, 1e9, "ns"},
+                             Plant{1.4e9, 1e3, "ms"}, Plant{1.4e9, 1e6, "us"}, Plant{1.4e9, 1e9, "ns"}}) {
     SCOPED_TRACE(plant.unit);
     const std::string seconds = write("s.tum", drive(plant.t0, times(1)));
     const std::string other = write("other.tum", drive(plant.t0, times(plant.factor)));
@@ -133,16 +134,19 @@ TEST_F(EvaluateEgoPlants, AbsurdTruthIsAnErrorWithItsLine) {
   EXPECT_EQ(r.code, 2);
   EXPECT_THAT(r.err, AllOf(HasSubstr("mm.tum:3: the true step is absurd"), HasSubstr("m/s")));
   EXPECT_EQ(sextant({mm, est, "--max-speed", "2000"}).code, 0);
-  const std::string kitti = write("kitti.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 60\n1 0 0 0 0 1 0 0 0 0 1 61\n");
-  EXPECT_THAT(sextant({kitti, kitti}).err, HasSubstr("kitti.txt:2: the true step is absurd: 60 m in 1 frame"));
+  const std::string kitti =
+      write("kitti.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 60\n1 0 0 0 0 1 0 0 0 0 1 61\n");
+  EXPECT_THAT(sextant({kitti, kitti}).err,
+              HasSubstr("kitti.txt:2: the true step is absurd: 60 m in 1 frame"));
 }
 
 TEST_F(EvaluateEgoPlants, TwoFilesAreTwoSystemsAndIntervalsNeedFiveRuns) {
   const std::string other = write("other.tum", drive(0, times(1), 0.05));
   const Outcome r = sextant({gt, est, other});
   EXPECT_EQ(r.code, 0);
-  EXPECT_THAT(r.out, AllOf(Not(HasSubstr("pooled")), Not(HasSubstr("interval over runs")), HasSubstr("est.tum"),
-                           HasSubstr("other.tum"), Not(HasSubstr(folder.path().string() + "/est.tum"))));
+  EXPECT_THAT(r.out,
+              AllOf(Not(HasSubstr("pooled")), Not(HasSubstr("interval over runs")), HasSubstr("est.tum"),
+                    HasSubstr("other.tum"), Not(HasSubstr(folder.path().string() + "/est.tum"))));
   EXPECT_EQ(Json::parse(sextant({gt, est, other, "--json"}).out)["systems"].size(), 2);
   std::vector<std::string> runs = {gt};
   for (int n = 1; n <= 5; ++n) {
@@ -165,7 +169,8 @@ TEST_F(EvaluateEgoPlants, PositionsWithoutRotations) {
     for (const char* relation : {"trans_part", "point_distance"}) {
       const Outcome r = sextant({file, est, "--json", "--align", "se3", "--relation", relation});
       ASSERT_EQ(r.code, 0) << r.err;
-      EXPECT_NEAR(Json::parse(r.out)["stats"]["rmse"].get<double>(), whole["stats"]["rmse"].get<double>(), 1e-9);
+      EXPECT_NEAR(Json::parse(r.out)["stats"]["rmse"].get<double>(), whole["stats"]["rmse"].get<double>(),
+                  1e-9);
       EXPECT_EQ(Json::parse(r.out)["warnings"].size(), 0);
     }
     for (const char* relation : {"angle_deg", "rot_part", "full"}) {
@@ -175,7 +180,10 @@ TEST_F(EvaluateEgoPlants, PositionsWithoutRotations) {
     }
     EXPECT_EQ(sextant({file, est, "--rpe", "5m", "--relation", "point_distance"}).code, 0);
     EXPECT_THAT(sextant({file, est, "--rpe", "5m"}).err, HasSubstr("use --relation point_distance"));
-    EXPECT_EQ(sextant({file, est, "--estimate-offset", "--interpolate", "0.3", "--out", (folder.path() / "o").string()}).code, 0);
+    EXPECT_EQ(sextant({file, est, "--estimate-offset", "--interpolate", "0.3", "--out",
+                       (folder.path() / "o").string()})
+                  .code,
+              0);
     EXPECT_THAT(sextant({file, est, "--align", "origin"}).err, HasSubstr("needs rotations"));
   }
 }
@@ -204,14 +212,16 @@ TEST_F(EvaluateEgoPlants, InverseIsUndoneByItsFlag) {
   while (in >> t >> x >> y >> z >> qx >> qy >> qz >> qw) {
     const Eigen::Quaterniond q = Eigen::Quaterniond(qw, qx, qy, qz).conjugate();
     const Eigen::Vector3d p = -(q * Eigen::Vector3d(x, y, z));
-    inverse += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", t, p[0], p[1], p[2], q.x(), q.y(),
-                           q.z(), q.w());
+    inverse += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", t, p[0], p[1], p[2],
+                           q.x(), q.y(), q.z(), q.w());
   }
   const std::string file = write("inverse.tum", inverse);
-  EXPECT_THAT(sextant({gt, file}).err, AllOf(HasSubstr("inverse"), HasSubstr("--inverse"), Not(HasSubstr("opengl"))));
+  EXPECT_THAT(sextant({gt, file}).err,
+              AllOf(HasSubstr("inverse"), HasSubstr("--inverse"), Not(HasSubstr("opengl"))));
   const Outcome right = sextant({gt, file, "--inverse", "--json"});
   const Json json = Json::parse(right.out);
-  EXPECT_NEAR(json["stats"]["rmse"].get<double>(), Json::parse(sextant({gt, est, "--json"}).out)["stats"]["rmse"].get<double>(), 1e-5);
+  EXPECT_NEAR(json["stats"]["rmse"].get<double>(),
+              Json::parse(sextant({gt, est, "--json"}).out)["stats"]["rmse"].get<double>(), 1e-5);
   EXPECT_EQ(json["warnings"].size(), 0);
 }
 

@@ -23,7 +23,9 @@ Outcome sextant(std::vector<const char*> arguments) {
 
 class EvaluateEgo : public testing::Test {
  protected:
-  std::string write(const std::string& name, const std::string& text) const { return folder.write(name, text); }
+  std::string write(const std::string& name, const std::string& text) const {
+    return folder.write(name, text);
+  }
   TempFolder folder;
   std::string gt = write("gt.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 1 0 0 0 0 1\n4 3 1 1 0 0 0 1\n");
   std::string est =

@@ -123,7 +123,8 @@ TEST_F(EvaluateObjects, SeveralRunsArePooledComparedAndReported) {
   EXPECT_EQ(pooled["systems"][0]["runs"], 2) << "of one system";
   EXPECT_EQ(pooled["presets"][0]["rows"][0]["n_truth"], 10);
   EXPECT_FALSE(pooled["systems"][0].contains("Et_low_m")) << "an interval over two runs";
-  const Json five = Json::parse(evaluate(fmt::format("a={0} a={0} a={0} a={0} a={0} {1} --json", logs().string(), more)).out);
+  const Json five = Json::parse(
+      evaluate(fmt::format("a={0} a={0} a={0} a={0} a={0} {1} --json", logs().string(), more)).out);
   for (const Json& system : five["systems"])
     EXPECT_EQ(system.contains("Et_low_m"), system["runs"] == 5) << system;
 }

@@ -35,7 +35,8 @@ void add_export_command(CLI::App& app) {
   command->add_flag("--quiet", flags->quiet, "No progress, nothing printed");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(
-      "One row a record, one column a field: dataset, .., errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total.\n"
+      "One row a record, one column a field: dataset, .., errors_Et_m, values_v_kmh, bound_Et_m, "
+      "time_ms_total.\n"
       "Examples:\n  sextant export out --format csv --out records.csv\n"
       "  sextant export out --format sqlite --out records.db");
   command->callback([flags] { export_as_told(*flags); });

@@ -100,11 +100,13 @@ class ChangedProgram : public testing::Test {
   }
 
   fs::path at(const std::string& name) const { return folder_.path() / "mine" / name; }
-  /// Steps of the camera: what the script says, times what a file says, and a little that differs from seed to seed.
+  /// Steps of the camera: what the script says, times what a file says, and a little that differs from seed
+  /// to seed.
   void write(int in_script, int in_file) const {
-    write_file(at("program.sh"), fmt::format("f=$(cat more/factor)\nfor k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 "
-                                             "$((k * {} * f)).$((k * $2)); done > $1/camera.txt\n",
-                                             in_script));
+    write_file(at("program.sh"),
+               fmt::format("f=$(cat more/factor)\nfor k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 "
+                           "$((k * {} * f)).$((k * $2)); done > $1/camera.txt\n",
+                           in_script));
     write_file(at("more/factor"), fmt::format("{}\n", in_file));
   }
   void configure(Json more) const {
@@ -112,8 +114,8 @@ class ChangedProgram : public testing::Test {
     write_file(at("program.json"), more.dump());
   }
   std::string run(const std::string& arguments, int code) const {
-    const auto [found, said] =
-        shell(folder_, fmt::format("cd {} && SEXTANT_CACHE= {} {}", at("").string(), SEXTANT_PROGRAM, arguments));
+    const auto [found, said] = shell(
+        folder_, fmt::format("cd {} && SEXTANT_CACHE= {} {}", at("").string(), SEXTANT_PROGRAM, arguments));
     EXPECT_EQ(found, code) << arguments << "\n" << said;
     return said;
   }
@@ -143,7 +145,8 @@ TEST_F(ChangedProgram, BaselinesWithoutFingerprintsAreCompared) {
   run.erase("fingerprints");
   run["configuration"]["estimators"][0]["options"].erase("depends");
   write_file(at("base/run.json"), json_text(run));
-  EXPECT_THAT(compare(0), AllOf(HasSubstr("(not recorded)"), HasSubstr("depends"), HasSubstr("program: program.sh")));
+  EXPECT_THAT(compare(0),
+              AllOf(HasSubstr("(not recorded)"), HasSubstr("depends"), HasSubstr("program: program.sh")));
 }
 
 TEST_F(ChangedProgram, EndsInTheRightVerdict) {
@@ -225,8 +228,10 @@ TEST(ExternalProgram, NoMoreProcessesAllowed) {
     // The limit is none for root.
     const std::string user = ::geteuid() == 0 ? "setpriv --reuid=65534 --clear-groups " : "";
     // The leak check of the sanitizers starts a process too.
-    return shell(temp, fmt::format("cd {} && export ASAN_OPTIONS=$ASAN_OPTIONS:detect_leaks=0 && {}prlimit --nproc=1 -- {} {}",
-                                   here, user, SEXTANT_PROGRAM, arguments));
+    return shell(
+        temp, fmt::format(
+                  "cd {} && export ASAN_OPTIONS=$ASAN_OPTIONS:detect_leaks=0 && {}prlimit --nproc=1 -- {} {}",
+                  here, user, SEXTANT_PROGRAM, arguments));
   };
   const std::string outside = fmt::format("run {} --estimator external:program.json", fixture.source());
   // The second starts threads itself, the third has a library that does.

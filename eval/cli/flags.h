@@ -1,20 +1,31 @@
 #pragma once
 
-// Flags of a command, in one line each.
+// The flags of a command, in one line each, and those that several commands have.
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "sextant/base/folder_lock.h"
+#include <CLI/CLI.hpp>
+
+#include "sextant/base/options.h"
 #include "sextant/base/text.h"
+#include "sextant/datasets/dataset.h"
+#include "sextant/eval/experiment/run_options.h"
+#include "sextant/eval/records/output.h"
 
 namespace sextant {
 
-/// Refuses nan, infinities and what is below `least`. CLI11's ranges let nan pass, and print their largest number in full.
+struct SweepOutcome;
+
+/// Refuses nan, infinities and what is below `least`. CLI11's ranges let nan pass, and print their largest
+/// number in full.
 inline CLI::Validator finite_number(double least = -std::numeric_limits<double>::infinity()) {
   return CLI::Validator(
       [least](const std::string& text) {
@@ -42,9 +53,45 @@ CLI::Option* add_value(CLI::App& command, const std::string& flag, T& value, con
   return option;
 }
 
-/// The lock of an output folder, taken before anything is read or computed; none where no folder is given.
-inline std::optional<FolderLock> lock_folder(const std::string& folder) {
-  return folder.empty() ? std::nullopt : std::optional(FolderLock(folder));
+// ---- flags that several commands have
+
+struct CommonFlags {
+  std::string data_root;          ///< --data or SEXTANT_DATA
+  std::string options;            ///< --options
+  std::vector<std::string> sets;  ///< --set key=value
+  int jobs = 0;
+  bool quiet = false;
+  bool json = false;
+};
+
+/// A flag whose values are the names of an enumeration; another one is an Error that tells the nearest name.
+template <Named E>
+CLI::Option* add_choice(CLI::App& command, const std::string& flag, E& value, const std::string& help) {
+  const auto names = names_of(E{});
+  const std::string kind = flag.substr(flag.find_first_not_of('-'));
+  return add_choice(command, flag, help, {names.begin(), names.end()}, to_string(value),
+                    [&value, kind](const std::string& text) { value = from_name<E>(text, kind); });
 }
+CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
+                        const std::vector<std::string_view>& names, std::string_view preset,
+                        const std::function<void(const std::string&)>& take);
+
+void add_source_argument(CLI::App& command, std::string& source);
+void add_data_flag(CLI::App& command, CommonFlags& flags);
+void add_cache_flag(CLI::App& command, std::string& folder);
+void add_option_flags(CLI::App& command, CommonFlags& flags);
+void add_jobs_flag(CLI::App& command, CommonFlags& flags);
+
+/// SOURCE below --data, with the options below "source" of the tree; others are an Error.
+SourceSpec source_of(const std::string& text, const CommonFlags& flags);
+
+/// The first few on stderr, as warnings, and how many more there are.
+void warn_of_problems(std::span<const std::string> problems);
+
+/// What a sweep did, for `sweep` and for `rescore` of one.
+void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags);
+
+/// "NAME  description" lines of all estimators, for help texts.
+std::string estimator_list();
 
 }  // namespace sextant

@@ -48,7 +48,8 @@ TEST_F(GateProgram, ExitCodesAreTheVerdict) {
   fs::remove(temp_.path() / "new" / "records.jsonl");
   EXPECT_EQ(run("compare base new --out cmp"), 2);
   EXPECT_TRUE(text("err.txt").starts_with("sextant: error: not comparable: "));
-  for (const char* name : {"report.html", "comparison.md", "comparison.json", "junit.xml", "bmf.json", "github.json"})
+  for (const char* name :
+       {"report.html", "comparison.md", "comparison.json", "junit.xml", "bmf.json", "github.json"})
     EXPECT_TRUE(fs::exists(temp_.path() / "cmp" / name)) << name;
   write_file(temp_.path() / "a.json", benchmark_json(1, 1).dump());
   write_file(temp_.path() / "b.json", benchmark_json(1, 1, 3).dump());
@@ -65,12 +66,14 @@ TEST_F(GateProgram, ThePageLeadsFromEveryRegressionToItsFrame) {
   EXPECT_EQ(run("compare base new --out cmp"), 1);
   const std::string html = text("cmp/report.html");
   EXPECT_THAT(html, HasSubstr("/index.html#frame=4&amp;body=object:2"));
-  EXPECT_THAT(html, HasSubstr("sextant view base new --estimator joint_flow --level 0.1 --seed 1 --out cmp/view_"));
+  EXPECT_THAT(html,
+              HasSubstr("sextant view base new --estimator joint_flow --level 0.1 --seed 1 --out cmp/view_"));
   EXPECT_THAT(html, HasSubstr("href=\"../new/records.jsonl\""));
   const auto at = std::ranges::find_if(records, [](const Record& r) {
     return r.sequence == "city" && r.body == "object:2" && r.seed == 1 && r.frame == 4;
   });
-  EXPECT_THAT(html, HasSubstr(fmt::format("<a href=\"../base/records.jsonl\">{}</a>", at - records.begin() + 1)));
+  EXPECT_THAT(html,
+              HasSubstr(fmt::format("<a href=\"../base/records.jsonl\">{}</a>", at - records.begin() + 1)));
 }
 
 TEST_F(GateProgram, TextsOfStrangersDoNotTalkToTheTerminal) {

@@ -1,13 +1,241 @@
-// `sextant help [COMMAND]`: the text of `sextant COMMAND --help`.
+// Man pages in the macros of man(7). The lines of a footer stay as they are.
 
+#include <sys/wait.h>
+#include <unistd.h>
 #include <memory>
 
+#include <cstdio>
+#include <set>
+
 #include "sextant/base/error.h"
+#include "sextant/base/options.h"
+#include "sextant/base/registry.h"
 #include "sextant/base/text.h"
+#include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/command_tree.h"
 #include "sextant/eval/cli/flags.h"
+#include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/experiment/run.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
+#include "sextant/eval/report/table.h"
+#include "sextant/eval/report/table_layout.h"
+#include "sextant/eval/report/words.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
+namespace {
+
+/// `text` with what troff would take as its own made plain.
+std::string plain(std::string_view text) {
+  std::string out;
+  bool line_begins = true;
+  for (const char c : text) {
+    if (line_begins && (c == '.' || c == '\'')) out += "\\&";
+    if (c == '\\') {
+      out += "\\e";
+    } else if (c == '-') {
+      out += "\\-";
+    } else if (c == '`') {
+      out += "\\(ga";
+    } else if (c == '\'') {
+      out += "\\(aq";
+    } else if (c == '^') {
+      out += "\\(ha";
+    } else if (c == '~') {
+      out += "\\(ti";
+    } else {
+      out += c;
+    }
+    line_begins = c == '\n';
+  }
+  return out;
+}
+
+std::string bold(std::string_view text) { return "\\fB" + plain(text) + "\\fR"; }
+std::string italic(std::string_view text) { return "\\fI" + plain(text) + "\\fR"; }
+
+std::string page_of(const std::string& command) {
+  std::string page = command;
+  std::ranges::replace(page, ' ', '-');
+  return page;
+}
+
+std::string section(std::string_view name, const std::string& text) {
+  return text.empty() ? "" : fmt::format(".SH {}\n{}", name, text);
+}
+
+std::string synopsis(const CommandHelp& command) {
+  std::string line = bold(command.name);
+  if (!command.flags.empty()) line += " [" + italic("OPTION") + "]...";
+  for (const FlagHelp& argument : command.arguments) {
+    const std::string word = italic(argument.names.front()) + (argument.repeats ? "..." : "");
+    line += argument.required ? " " + word : " [" + word + "]";
+  }
+  if (!command.commands.empty()) line += " " + italic("COMMAND");
+  return line + "\n";
+}
+
+/// Name and type, then meaning, default and what else is known of it.
+std::string entry(const FlagHelp& flag) {
+  std::string head;
+  for (const std::string& name : flag.names) head += (head.empty() ? "" : ", ") + bold(name);
+  if (!flag.type.empty() && flag.type != flag.names.front()) head += " " + italic(flag.type);
+  std::string text = plain(flag.meaning);
+  const auto say = [&](const std::string& more) {
+    text += (text.empty() || text.back() == '.' ? " " : ". ") + more;
+  };
+  if (!flag.default_value.empty()) say("Default: " + plain(flag.default_value));
+  if (!flag.range.empty()) say("Range: " + plain(flag.range));
+  if (!flag.environment.empty()) say("Environment: " + bold(flag.environment));
+  if (flag.takes == Takes::words && flag.type.find('|') == std::string::npos)
+    say("One of: " + plain(fmt::format("{}", fmt::join(flag.words, ", "))));
+  if (flag.required && flag.names.front().starts_with('-')) say("Required");
+  if (flag.repeats) say("May be repeated");
+  return fmt::format(".TP\n{}\n{}.\n", head, text);
+}
+
+std::string entries(const std::vector<FlagHelp>& flags) {
+  std::string text;
+  for (const FlagHelp& flag : flags) text += entry(flag);
+  return text;
+}
+
+std::string option_entries(const std::vector<OptionHelp>& options, std::set<std::string>& told) {
+  std::string text;
+  for (const OptionHelp& option : options) {
+    if (!told.insert(option.key).second) continue;
+    const std::string unit = option.unit.empty() ? "" : fmt::format(" [{}]", plain(option.unit));
+    text += fmt::format(".TP\n{} = {}{}\n{}.\n", bold(option.key), plain(option.default_value), unit,
+                        plain(option.meaning));
+  }
+  return text;
+}
+
+/// What `sextant options` prints, for every estimator; an option stands with the first that has it.
+std::string option_sections() {
+  std::set<std::string> told;
+  std::string text;
+  for (const EstimatorEntry& estimator : all_estimators()) {
+    const std::string list = option_entries(run_options(estimator.name), told);
+    if (list.empty()) continue;
+    text += fmt::format(".SS {}\n{}.\n{}", plain(estimator.name), plain(estimator.description), list);
+  }
+  for (const Adapter& adapter : adapters()) {
+    std::vector<OptionHelp> options = adapter.options();
+    for (OptionHelp& option : options) option.key = "source." + option.key;
+    std::set<std::string> told_here;
+    text += fmt::format(".SS Sources of {}\n{}.\n{}", plain(adapter.name), plain(adapter.description),
+                        option_entries(options, told_here));
+  }
+  return text;
+}
+
+std::string see_also(const CommandHelp& command) {
+  if (command.name == "sextant") return "";
+  const std::string parent = command.name.substr(0, command.name.rfind(' '));
+  std::string text = fmt::format(".BR {} (1)", plain(page_of(parent)));
+  if (parent != "sextant") text += ",\n.BR sextant (1)";
+  return text + "\n";
+}
+
+constexpr const char* exit_codes =
+    ".TP\n0\nDone.\n.TP\n2\nBad input or usage; one line on standard error says what and where.\n"
+    ".TP\n70\nInternal error.\n.TP\n130\nInterrupted.\n";
+
+constexpr const char* files_of_an_installation =
+    "Below the prefix of the installation:\n"
+    ".TP\n\\fIshare/sextant/plans\\fR\nPlans for \\fBsextant sweep\\fR; those of \\fBsextant reproduce\\fR.\n"
+    ".TP\n\\fIshare/sextant/published\\fR\nNumbers of the paper that \\fBsextant reproduce\\fR compares "
+    "with.\n"
+    ".TP\n\\fIshare/sextant/scripts\\fR\nScripts that fetch the public data sets.\n"
+    ".TP\n\\fIshare/doc/sextant\\fR\nUser guide and definitions.\n";
+
+std::string man_page_name(const CommandHelp& command) { return page_of(command.name) + ".1"; }
+
+std::string man_page(const CommandHelp& command) {
+  std::string title = page_of(command.name);
+  std::ranges::transform(title, title.begin(), [](unsigned char c) { return std::toupper(c); });
+  std::string description = command.description;
+  if (!description.empty() && description.back() == '.') description.pop_back();
+  std::string text = fmt::format(".TH {} 1 \"\" \"sextant {}\" \"Sextant\"\n", plain(title), version());
+  text += section("NAME", fmt::format("{} \\- {}\n", plain(page_of(command.name)), plain(description)));
+  text += section("SYNOPSIS", synopsis(command));
+  text += section("ARGUMENTS", entries(command.arguments));
+  text += section("OPTIONS", entries(command.flags));
+  std::string commands;
+  for (const CommandHelp& below : command.commands)
+    commands += fmt::format(".TP\n.BR {} (1)\n{}.\n", plain(page_of(below.name)), plain(below.description));
+  text += section("COMMANDS", commands);
+  if (command.name == "sextant options") text += section("OPTIONS OF A RUN", option_sections());
+  if (command.name == "sextant sweep") {
+    std::set<std::string> told;
+    text += section("OPTIONS OF A PLAN", option_entries(plan_options(), told));
+  }
+  if (!command.footer.empty()) text += section("NOTES", fmt::format(".nf\n{}\n.fi\n", plain(command.footer)));
+  if (command.footer.find("Exit codes:") == std::string::npos) text += section("EXIT STATUS", exit_codes);
+  if (command.name == "sextant") text += section("FILES", files_of_an_installation);
+  text += section("SEE ALSO", see_also(command));
+  return text;
+}
+
+struct ManFlags {
+  std::vector<std::string> words;
+  std::string out;
+};
+
+/// Shows a man page in the reader's pager. False where there is no program `man`, whose shell exit code is
+/// 127.
+bool show_page(const std::string& page) {
+  FILE* pager = popen("command -v man >/dev/null || exit 127; exec man -l -", "w");
+  if (pager == nullptr) return false;
+  std::fwrite(page.data(), 1, page.size(), pager);
+  const int status = pclose(pager);
+  return !(WIFEXITED(status) && WEXITSTATUS(status) == 127);
+}
+
+/// Prints a man page: formatted on a terminal that has `man`, else its source, which `man -l -` reads.
+void print_page(const std::string& page) {
+  if (isatty(STDOUT_FILENO) == 0 || !show_page(page)) fmt::print("{}", page);
+}
+
+void print_page(const CommandHelp& tree, const std::vector<std::string>& words) {
+  const std::string name = fmt::format("sextant{}{}", words.empty() ? "" : " ", fmt::join(words, " "));
+  std::vector<std::string> known;
+  for (const CommandHelp* command : all_commands(tree)) {
+    if (command->name == name) return print_page(man_page(*command));
+    known.push_back(command->name);
+  }
+  fail("unknown command '{}': {}", name, suggest(name, known));
+}
+
+void write_pages(const CommandHelp& tree, const std::string& folder) {
+  OutputFiles pages;
+  for (const CommandHelp* command : all_commands(tree)) pages[man_page_name(*command)] = man_page(*command);
+  write_output_folder(folder, pages);
+  fmt::print("Man pages: {}\n", folder);
+}
+
+}  // namespace
+
+void add_man_command(CLI::App& app) {
+  const auto flags = std::make_shared<ManFlags>();
+  CLI::App* command = app.add_subcommand("man", "Show the man page of a command, or write all of them");
+  add_value(*command, "command", flags->words, "COMMAND", "Whose page, e.g. evaluate ego; none: of sextant");
+  add_value(*command, "--out", flags->out, "DIR", "Folder for all pages");
+  command->footer(
+      "Examples:\n  sextant man run\n  sextant man run > sextant-run.1\n  sextant man --out man1");
+  command->callback([flags, &app] {
+    const CommandHelp tree = command_tree(app);
+    if (!flags->words.empty() && !flags->out.empty()) fail("--out writes all pages: leave out the command");
+    flags->out.empty() ? print_page(tree, flags->words) : write_pages(tree, flags->out);
+  });
+}
+
+// ---- `sextant help [COMMAND]`: the text of `sextant COMMAND --help`.
+
 namespace {
 
 /// The command below `app` called `words`; throws Error that names the nearest command where there is none.
@@ -35,12 +263,105 @@ const CLI::App& find_command(const CLI::App& app, const std::vector<std::string>
 void add_help_command(CLI::App& app) {
   const auto words = std::make_shared<std::vector<std::string>>();
   CLI::App* command = app.add_subcommand("help", "Print the help of a command");
-  add_value(*command, "command", *words, "COMMAND", "Which command, e.g. evaluate ego; none: the list of commands");
+  add_value(*command, "command", *words, "COMMAND",
+            "Which command, e.g. evaluate ego; none: the list of commands");
   command->footer("Examples:\n  sextant help\n  sextant help evaluate ego");
   command->callback([words, &app] {
     const CLI::App& asked = find_command(app, *words);
     // CLI::App::help() would print the help of the command that was given, which is `help`.
     fmt::print("{}", asked.get_formatter()->make_help(&asked, words_of(asked), CLI::AppFormatMode::Normal));
+  });
+}
+
+namespace {
+
+struct ExplainFlags : CommonFlags {
+  std::string word;
+};
+
+constexpr size_t line_width = 100;
+
+void explain_words(const ExplainFlags& flags) {
+  std::vector<const Word*> words;
+  if (flags.word.empty()) {
+    for (const Word& word : all_words()) words.push_back(&word);
+  } else {
+    words = explain(flags.word);
+  }
+  if (flags.json) {
+    Json json = Json::array();
+    for (const Word* word : words)
+      json.push_back(
+          {{"word", word->word}, {"kind", word->kind}, {"meaning", word->meaning}, {"others", word->others}});
+    fmt::print("{}", json_text(json));
+    return;
+  }
+  for (const Word* word : words)
+    fmt::print("{}\n", wrapped(fmt::format("{} ({}): {}.", word->word, word->kind, word->meaning), line_width,
+                               "    "));
+}
+
+}  // namespace
+
+void add_explain_command(CLI::App& app) {
+  const auto flags = std::make_shared<ExplainFlags>();
+  CLI::App* command = app.add_subcommand("explain", "What a word of a table or report means");
+  add_value(*command, "word", flags->word, "WORD",
+            "The word: coverage, gated, E_t, split_nees, ..; none: all of them");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer("Example:\n  sextant explain coverage");
+  command->callback([flags] { explain_words(*flags); });
+}
+
+namespace {
+
+void add_rows(const std::vector<OptionHelp>& options, Table& table) {
+  for (const OptionHelp& option : options) {
+    table.add_row(
+        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
+  }
+}
+
+Table options_table(const std::string& estimator) {
+  Table table;
+  table.columns = {Column::text("key"), Column::text("default"), Column::text("unit"),
+                   Column::text("meaning")};
+  add_rows(run_options(estimator), table);
+  add_rows(plan_options(), table);
+  table.title = "Options of a run with " + estimator;
+  table.notes = {
+      "Also 'source.*': options of the data set's adapter, see `sextant data list --json`.",
+      "'noise.*' is also what --noise and plans take as JSON: {\"depth\": {\"delta_d_px\": 0.2}}."};
+  return table;
+}
+
+}  // namespace
+
+void add_options_command(CLI::App& app) {
+  struct Flags {
+    std::string estimator = RunConfig{}.estimator;
+    bool json = false;
+  };
+  const auto flags = std::make_shared<Flags>();
+  CLI::App* command =
+      app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
+  add_value(*command, "--estimator", flags->estimator, "NAME", "Whose options")->capture_default_str();
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->footer("Example:\n  sextant options --estimator motion_only");
+  command->callback([flags] {
+    const Table table = options_table(flags->estimator);
+    if (flags->json) {
+      Json json;
+      json["estimators"] = Json::array();
+      for (const EstimatorEntry& entry : all_estimators()) {
+        json["estimators"].push_back({{"name", entry.name}, {"description", entry.description}});
+      }
+      json["estimator"] = flags->estimator;
+      json["options"] = rows_to_json(table);
+      fmt::print("{}", json_text(json));
+    } else {
+      fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
+    }
   });
 }
 

@@ -1,5 +1,5 @@
-// Names of strangers (datasets, sequences, labels of estimators, noise, folders) through every writer: HTML, Markdown, LaTeX,
-// gnuplot, JUnit, JSON, the terminal. They stay text.
+// Names of strangers (datasets, sequences, labels of estimators, noise, folders) through every writer: HTML,
+// Markdown, LaTeX, gnuplot, JUnit, JSON, the terminal. They stay text.
 
 #include <cstdlib>
 
@@ -17,7 +17,8 @@
 namespace sextant {
 namespace {
 
-const std::string hostile = "x<script>alert(1)</script>&amp;'q'\"d\"|$\\input{/etc/passwd}`touch planted`\n]]>%s^_{y}";
+const std::string hostile =
+    "x<script>alert(1)</script>&amp;'q'\"d\"|$\\input{/etc/passwd}`touch planted`\n]]>%s^_{y}";
 
 size_t count(const std::string& text, const std::string& part) {
   size_t n = 0;
@@ -118,7 +119,8 @@ TEST_F(HostileNames, InTheReportOfASweep) {
 
 TEST_F(HostileNames, InAComparison) {
   // A name of a folder cannot have '/'.
-  const fs::path base = temp_.path() / "b<script>alert(1)'\"|$\\input{x}", fresh = temp_.path() / "n`touch planted`\n<b>";
+  const fs::path base = temp_.path() / "b<script>alert(1)'\"|$\\input{x}",
+                 fresh = temp_.path() / "n`touch planted`\n<b>";
   write_run(base, hostile_records());
   write_run(fresh, hostile_records(1.2));
   const Comparison comparison = compare_paths(base, fresh, Policy(), 1);

@@ -1,6 +1,6 @@
-// Every place that a command writes to: no link there leads out of the folder that the command line names, and of two
-// commands that write into one folder the second is refused before it computes anything. The table has a line for each flag of
-// the command tree that names an output; a flag without one fails the test.
+// Every place that a command writes to: no link there leads out of the folder that the command line names,
+// and of two commands that write into one folder the second is refused before it computes anything. The table
+// has a line for each flag of the command tree that names an output; a flag without one fails the test.
 
 #include <CLI/CLI.hpp>
 
@@ -24,7 +24,9 @@ struct Place {
 };
 
 /// gtest's name of a test.
-std::ostream& operator<<(std::ostream& to, const Place& place) { return to << place.command << ' ' << place.flag; }
+std::ostream& operator<<(std::ostream& to, const Place& place) {
+  return to << place.command << ' ' << place.flag;
+}
 
 // clang-format off
 constexpr Place places[] = {
@@ -37,9 +39,12 @@ constexpr Place places[] = {
     {"sextant compare", "--out", "compare IN/sweep IN/sweep --jobs 1 --quiet --out OUT"},
     {"sextant baseline update", "--baseline", "baseline update IN/sweep --yes --quiet --baseline OUT"},
     {"sextant trend", "--out", "trend IN/sweep IN/sweep --quiet --out OUT/page.html", false},
-    {"sextant evaluate ego", "--out", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt --quiet --out OUT"},
-    {"sextant evaluate ego", "--save-tum", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt --quiet --save-tum OUT"},
-    {"sextant evaluate ego", "--save-zip", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt --quiet --save-zip OUT/r.zip", false},
+    {"sextant evaluate ego", "--out", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt "
+                                      "--quiet --out OUT"},
+    {"sextant evaluate ego", "--save-tum", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt "
+                                           "--quiet --save-tum OUT"},
+    {"sextant evaluate ego", "--save-zip", "evaluate ego IN/run/gt_camera_tum.txt IN/run/est_camera_tum.txt "
+                                           "--quiet --save-zip OUT/r.zip", false},
     {"sextant evaluate objects", "--out",
      "evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --out OUT"},
     {"sextant evaluate objects", "--save-tum",
@@ -50,8 +55,10 @@ constexpr Place places[] = {
     {"sextant export", "--out", "export IN/run --format csv --quiet --out OUT/e.csv", false},
     {"sextant export", "--out", "export IN/run --format npz --quiet --out OUT/e.npz", false},
     {"sextant export", "--out", "export IN/run --format sqlite --quiet --out OUT/e.sqlite", false},
-    {"sextant noise fit", "--out", "noise fit synthetic:s18@0-2 --noise '{\"flow\":{\"epe_px\":1}}' --jobs 1 --quiet --out OUT/n.json", false},
-    {"sextant noise fit", "--figure", "noise fit synthetic:s18@0-2 --noise '{\"flow\":{\"epe_px\":1}}' --jobs 1 --quiet --out IN/fitted.json --figure OUT"},
+    {"sextant noise fit", "--out", "noise fit synthetic:s18@0-1 --noise '{\"flow\":{\"epe_px\":1}}' --jobs "
+                                   "1 --quiet --out OUT/n.json", false},
+    {"sextant noise fit", "--figure", "noise fit synthetic:s18@0-1 --noise '{\"flow\":{\"epe_px\":1}}' "
+                                      "--jobs 1 --quiet --out IN/fitted.json --figure OUT"},
     {"sextant data make", "--out", "data make s18@0-1 --layout kitti --jobs 1 --quiet --out OUT", false},
     {"sextant data strip", "--out", "data strip vdo:IN/a --out OUT/s.png", false},
     {"sextant man", "--out", "man --out OUT"},
@@ -61,14 +68,16 @@ constexpr Place places[] = {
 /// Flags whose places other tests look at, and why.
 const std::map<std::string, std::string> elsewhere = {
     {"--cache", "experiment/PackTest: a folder of the user alone"},
-    {"sextant reproduce --out", "eval/fuzz/fault_test.py --reproduce; its files go through OutputFolder and make_folder_below()"},
+    {"sextant reproduce --out",
+     "eval/fuzz/fault_test.py --reproduce; its files go through OutputFolder and make_folder_below()"},
 };
 
 Outcome start(std::string arguments, const fs::path& in, const fs::path& out) {
   for (const auto& [word, path] : {std::pair("IN", in), std::pair("OUT", out)}) {
     for (size_t at = 0; (at = arguments.find(word, at)) != std::string::npos;) {
       const bool is_word = (at == 0 || arguments[at - 1] == ' ' || arguments[at - 1] == ':') &&
-                           (at + std::string(word).size() == arguments.size() || arguments.find_first_of(" /", at) == at + std::string(word).size());
+                           (at + std::string(word).size() == arguments.size() ||
+                            arguments.find_first_of(" /", at) == at + std::string(word).size());
       if (is_word) arguments.replace(at, std::string(word).size(), path.string());
       at += is_word ? path.string().size() : 1;
     }
@@ -85,7 +94,8 @@ std::string pose_fields(const SE3& T) {
 void make_inputs(const fs::path& in) {
   const VdoFixture scene = make_vdo_fixture(in / "a", {.n_frames = 4, .width = 160, .height = 48});
   make_vdo_fixture(in / "b", {.n_frames = 4, .width = 160, .height = 48});
-  write_file(in / "program.sh", "for k in 0 1 2 3; do echo $k 1 0 0 0 0 1 0 0 0 0 1 $k; done > $1/camera.txt\n");
+  write_file(in / "program.sh",
+             "for k in 0 1 2 3; do echo $k 1 0 0 0 0 1 0 0 0 0 1 $k; done > $1/camera.txt\n");
   write_file(in / "program.json", R"({"command": "sh {config}/program.sh {output}", "keep": "all"})");
   write_file(in / "plan.json",
              json_text({{"sources", {"vdo:" + (in / "a").string()}},
@@ -98,18 +108,21 @@ void make_inputs(const fs::path& in) {
   for (const auto& [k, pose] : scene.T_world_camera) {
     cameras += fmt::format("{0},{1},{1}\n", k, pose_fields(pose));
     if (k == 0) continue;
-    motions += fmt::format("{0},1,{1},{1}\n", k, pose_fields(scene.T_world_object.at(k) * scene.T_world_object.at(k - 1).inverse()));
+    motions +=
+        fmt::format("{0},1,{1},{1}\n", k,
+                    pose_fields(scene.T_world_object.at(k) * scene.T_world_object.at(k - 1).inverse()));
   }
   // Names from files that would leave the folder.
   for (const char* module : {".", "..", "m"}) {
     write_file(in / "logs" / fmt::format("{}_object_motion_log.csv", module), motions);
     write_file(in / "logs" / fmt::format("{}_camera_pose_log.csv", module), cameras);
   }
-  for (const char* words : {"run vdo:IN/a --jobs 1 --quiet --out IN/run",
-                            "run vdo:IN/a --estimator external:IN/program.json --jobs 1 --quiet --out IN/external_run",
-                            "sweep IN/plan.json --cache IN/cache --jobs 1 --quiet --out IN/sweep",
-                            "sweep IN/plan.json --cache IN/cache --shard 1/2 --jobs 1 --quiet --out IN/shard1",
-                            "sweep IN/plan.json --cache IN/cache --shard 2/2 --jobs 1 --quiet --out IN/shard2"}) {
+  for (const char* words :
+       {"run vdo:IN/a --jobs 1 --quiet --out IN/run",
+        "run vdo:IN/a --estimator external:IN/program.json --jobs 1 --quiet --out IN/external_run",
+        "sweep IN/plan.json --cache IN/cache --jobs 1 --quiet --out IN/sweep",
+        "sweep IN/plan.json --cache IN/cache --shard 1/2 --jobs 1 --quiet --out IN/shard1",
+        "sweep IN/plan.json --cache IN/cache --shard 2/2 --jobs 1 --quiet --out IN/shard2"}) {
     const Outcome outcome = start(words, in, in);
     ASSERT_EQ(outcome.code, 0) << words << ": " << outcome.err;
   }
@@ -151,7 +164,8 @@ TEST_P(OutputPlaces, GoThroughNoLinkAndHaveALock) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::map<std::string, std::string> files = files_below(whole);
   ASSERT_FALSE(files.empty());
-  EXPECT_THAT(files_below(temp_.path() / "whole"), testing::SizeIs(files.size())) << "nothing lies beside the folder";
+  EXPECT_THAT(files_below(temp_.path() / "whole"), testing::SizeIs(files.size()))
+      << "nothing lies beside the folder";
 
   int n = 0;
   for (const fs::path& folder : folders_below(whole)) {
@@ -205,7 +219,8 @@ TEST(OneAtATime, MergeAndItsShards) {
   make_inputs(temp.path() / "in");
   const fs::path in = temp.path() / "in";
   const std::map<std::string, std::string> before = files_below(in / "shard1");
-  expect_bad_input(start("merge IN/shard1 IN/shard2 --out IN/shard1", in, in), "is one of the folders that are merged");
+  expect_bad_input(start("merge IN/shard1 IN/shard2 --out IN/shard1", in, in),
+                   "is one of the folders that are merged");
   EXPECT_EQ(files_below(in / "shard1"), before);
   // A merge that fails leaves what others put into the folder that it made.
   expect_bad_input(start("merge IN/shard1 --out IN/new/merged", in, in), "a shard is missing");
@@ -215,8 +230,9 @@ TEST(OneAtATime, MergeAndItsShards) {
 TEST(SaveTum, NamesOfLogsStayInTheFolder) {
   const TempFolder temp;
   make_inputs(temp.path() / "in");
-  const Outcome outcome = start("evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --save-tum OUT",
-                                temp.path() / "in", temp.path() / "a" / "tum");
+  const Outcome outcome =
+      start("evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --save-tum OUT",
+            temp.path() / "in", temp.path() / "a" / "tum");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::set<std::string> folders;
   for (const fs::path& folder : folders_below(temp.path() / "a")) folders.insert(folder.string());
@@ -232,13 +248,16 @@ TEST(DryRun, StartsAndWritesNothing) {
                                      {"estimators", {"external:" + temp / "program.json", "motion_only"}},
                                      {"seeds", 3}}));
   const std::map<std::string, std::string> before = files_below(temp.path());
-  const Outcome text = sextant_program(fmt::format("sweep {0}/plan.json --dry-run --cache {0}/cache --out {0}/out", temp.path().string()));
+  const Outcome text = sextant_program(
+      fmt::format("sweep {0}/plan.json --dry-run --cache {0}/cache --out {0}/out", temp.path().string()));
   EXPECT_EQ(text.code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("6 cases, 18 frame pairs"));
-  const Outcome json = sextant_program(fmt::format("sweep {0}/plan.json --dry-run --json", temp.path().string()));
+  const Outcome json =
+      sextant_program(fmt::format("sweep {0}/plan.json --dry-run --json", temp.path().string()));
   EXPECT_EQ(Json::parse(json.out), (Json{{"cases", 6}, {"pairs", 18}, {"estimated_s", nullptr}}));
   EXPECT_EQ(files_below(temp.path()), before);
-  const Outcome packs = sextant_program(fmt::format("sweep {0}/plan.json --packs-only --cache {0}/cache --jobs 1", temp.path().string()));
+  const Outcome packs = sextant_program(
+      fmt::format("sweep {0}/plan.json --packs-only --cache {0}/cache --jobs 1", temp.path().string()));
   EXPECT_EQ(packs.code, 0) << packs.err;
   EXPECT_FALSE(fs::exists(temp / "started"));
   EXPECT_FALSE(fs::exists(temp / "out"));
@@ -250,11 +269,12 @@ TEST(SourceNames, ThatFallTogetherAreRefusedBeforeAnythingRuns) {
   for (const char* name : {"seq 1", "seq+1"})
     make_vdo_fixture(temp.path() / name, {.n_frames = 3, .width = 160, .height = 48});
   const std::string here = temp.path().string();
-  const Outcome outcome = sextant_program(fmt::format("run 'vdo:{0}/seq 1' vdo:{0}/seq+1 --jobs 1 --quiet --out {0}/out", here));
+  const Outcome outcome =
+      sextant_program(fmt::format("run 'vdo:{0}/seq 1' vdo:{0}/seq+1 --jobs 1 --quiet --out {0}/out", here));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(fs::exists(temp.path() / "out" / "report.html")) << outcome.err;
-  const Outcome refused =
-      sextant_program(fmt::format("run 'vdo:{0}/seq 1#a/b' vdo:{0}/seq+1#a-b --jobs 1 --quiet --out {0}/other", here));
+  const Outcome refused = sextant_program(
+      fmt::format("run 'vdo:{0}/seq 1#a/b' vdo:{0}/seq+1#a-b --jobs 1 --quiet --out {0}/other", here));
   expect_bad_input(refused, "would both write into 'vdo_a-b_0-2'");
   EXPECT_FALSE(fs::exists(temp.path() / "other"));
 }
@@ -267,19 +287,26 @@ TEST(Cache, OfAnotherUserIsRefused) {
   // Without a home folder packs lie in the system's temporary folder, in one that is the user's.
   const std::string words =
       fmt::format("sweep {0}/plan.json --jobs 1 --quiet --out {0}/", temp.path().string());
-  const std::string bare = fmt::format("env -u HOME -u XDG_CACHE_HOME -u SEXTANT_CACHE TMPDIR={}", temp / "shared");
-  ASSERT_EQ(std::system(fmt::format("{} {} {}one > {}", bare, SEXTANT_PROGRAM, words, temp / "said").c_str()), 0);
-  ASSERT_TRUE(fs::exists(temp.path() / "shared" / fmt::format("sextant-packs-{}", ::geteuid()) / "CACHEDIR.TAG"));
+  const std::string bare =
+      fmt::format("env -u HOME -u XDG_CACHE_HOME -u SEXTANT_CACHE TMPDIR={}", temp / "shared");
+  ASSERT_EQ(std::system(fmt::format("{} {} {}one > {}", bare, SEXTANT_PROGRAM, words, temp / "said").c_str()),
+            0);
+  ASSERT_TRUE(
+      fs::exists(temp.path() / "shared" / fmt::format("sextant-packs-{}", ::geteuid()) / "CACHEDIR.TAG"));
   fs::create_directory(temp / "open");
   fs::permissions(temp / "open", fs::perms::all);
-  expect_bad_input(sextant_program(fmt::format("{}two --cache {}", words, temp / "open")), "others may write into this cache");
-  expect_bad_input(sextant_program(fmt::format("cache prune --cache {}", temp / "open")), "others may write into this cache");
-  expect_bad_input(sextant_program(fmt::format("cache prune --all --cache {}", temp / "one")), "is not marked as a cache");
+  expect_bad_input(sextant_program(fmt::format("{}two --cache {}", words, temp / "open")),
+                   "others may write into this cache");
+  expect_bad_input(sextant_program(fmt::format("cache prune --cache {}", temp / "open")),
+                   "others may write into this cache");
+  expect_bad_input(sextant_program(fmt::format("cache prune --all --cache {}", temp / "one")),
+                   "is not marked as a cache");
   EXPECT_TRUE(fs::exists(temp / "one/run.json"));
   if (::geteuid() != 0) GTEST_SKIP() << "only root can give a folder to another user";
   fs::permissions(temp / "open", fs::perms::owner_all);
   ASSERT_EQ(::chown((temp / "open").c_str(), 65534, 65534), 0);
-  expect_bad_input(sextant_program(fmt::format("{}three --cache {}", words, temp / "open")), "belongs to another user");
+  expect_bad_input(sextant_program(fmt::format("{}three --cache {}", words, temp / "open")),
+                   "belongs to another user");
 }
 
 TEST(ManPages, SayNothingOfThisMachine) {

@@ -1,6 +1,5 @@
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -15,6 +14,8 @@
 #include <string_view>
 #include <system_error>
 
+#include <CLI/CLI.hpp>
+
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
@@ -23,6 +24,7 @@
 #include "sextant/base/standard_streams.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
+#include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 
@@ -51,7 +53,8 @@ void tell_times(std::chrono::steady_clock::time_point start) {
   constexpr double long_s = 10;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string parts = time_summary();
-  if (seconds >= long_s && !parts.empty()) print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
+  if (seconds >= long_s && !parts.empty())
+    print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
 }
 
 /// Names of files end up in JSON and pages, which hold UTF-8 alone: better now than after all has been
@@ -81,12 +84,14 @@ void refuse_empty_names(CLI::App& command) {
     refuse_empty_names(*sub);
 }
 
-/// Memory is asked for in proportion to what files hold; the file that was opened last is most likely the reason.
+/// Memory is asked for in proportion to what files hold; the file that was opened last is most likely the
+/// reason.
 int report_no_memory() {
   const std::string file = last_opened_file();
-  return report(fmt::format("{}{}not enough memory: give a smaller input or fewer --jobs, or allow more (`ulimit -v`)",
-                            file, file.empty() ? "" : ": "),
-                exit_bad_input);
+  return report(
+      fmt::format("{}{}not enough memory: give a smaller input or fewer --jobs, or allow more (`ulimit -v`)",
+                  file, file.empty() ? "" : ": "),
+      exit_bad_input);
 }
 
 int report_no_thread() {
@@ -216,6 +221,24 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of write(), as a full disk is
   previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));
+}
+
+namespace {
+
+constexpr auto command_table = std::to_array<AddCommand>({
+    add_data_command,  add_run_command,      add_rescore_command,    add_sweep_command,
+    add_merge_command, add_report_command,   add_reproduce_command,  add_compare_command,
+    add_trend_command, add_baseline_command, add_evaluate_command,   add_overlay_command,
+    add_noise_command, add_view_command,     add_export_command,     add_explain_command,
+    add_cache_command, add_options_command,  add_completion_command, add_man_command,
+    add_help_command,
+});
+
+}  // namespace
+
+int program(int argc, const char* const* argv) {
+  add_external_estimators();
+  return program(argc, argv, command_table);
 }
 
 }  // namespace sextant

@@ -75,14 +75,15 @@ std::map<std::string, std::string> untimed_files(const fs::path& folder) {
 TEST_F(ProgramOnFixture, ARunThatWasKilledGoesOnToTheSameBytes) {
   const std::string source = fixture_.source(), out_of_kill = (temp_.path() / "killed").string();
   const std::string command = fmt::format(
-      "run {0}@0-1 {0}@1-2 {0}@2-3 {0}@3-4 --seeds 20 --noise '{{\"depth\":{{\"delta_d_px\":0.2}}}}' --jobs 1 "
+      "run {0}@0-1 {0}@1-2 {0}@2-3 {0}@3-4 --seeds 20 --noise '{{\"depth\":{{\"delta_d_px\":0.2}}}}' --jobs "
+      "1 "
       "--quiet --out ",
       source);
   ASSERT_EQ(sextant_program(command + out().string()).code, 0);
   const std::string unfinished = out_of_kill + "/unfinished.jsonl";
   // kill -9 when the first source is done
-  std::system(fmt::format("{} {}{} & while kill -0 $! && [ ! -e {} ]; do :; done; kill -9 $!; wait", SEXTANT_PROGRAM,
-                          command, out_of_kill, unfinished)
+  std::system(fmt::format("{} {}{} & while kill -0 $! && [ ! -e {} ]; do :; done; kill -9 $!; wait",
+                          SEXTANT_PROGRAM, command, out_of_kill, unfinished)
                   .c_str());
   EXPECT_TRUE(fs::exists(unfinished));
   EXPECT_FALSE(fs::exists(out_of_kill + "/records.jsonl"));
@@ -199,9 +200,12 @@ std::vector<std::string> examples_in(const std::string& help) {
   std::vector<std::string> examples;
   bool is_below = false;
   for (const std::string& line : split(help, '\n')) {
-    if (line.starts_with("Example")) is_below = true;
-    else if (!line.starts_with("  ")) is_below = false;
-    else if (is_below) examples.emplace_back(trimmed(line));
+    if (line.starts_with("Example"))
+      is_below = true;
+    else if (!line.starts_with("  "))
+      is_below = false;
+    else if (is_below)
+      examples.emplace_back(trimmed(line));
   }
   return examples;
 }
@@ -209,14 +213,16 @@ std::vector<std::string> examples_in(const std::string& help) {
 TEST(Program, EveryHelpHasExamplesOfItsOwn) {
   const std::vector<std::string> commands = all_command_words();
   EXPECT_GE(commands.size(), 30U);
-  EXPECT_THAT(commands, testing::IsSupersetOf({"", " baseline", " baseline update", " sweep status", " evaluate ego"}));
+  EXPECT_THAT(commands,
+              testing::IsSupersetOf({"", " baseline", " baseline update", " sweep status", " evaluate ego"}));
   for (const std::string& command : commands) {
     const Outcome outcome = sextant_program(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     const std::vector<std::string> examples = examples_in(outcome.out);
     EXPECT_FALSE(examples.empty()) << "sextant" << command;
     for (const std::string& example : examples)
-      EXPECT_THAT(example, HasSubstr("sextant" + command + (example.ends_with("sextant" + command) ? "" : " ")));
+      EXPECT_THAT(example,
+                  HasSubstr("sextant" + command + (example.ends_with("sextant" + command) ? "" : " ")));
   }
 }
 
@@ -388,7 +394,8 @@ TEST(Help, HelpOfACommandIsTheTextOfItsHelpFlag) {
     EXPECT_EQ(help.code, 0) << help.err;
     EXPECT_EQ(help.out, sextant_program(fmt::format("{} --help", command)).out) << command;
   }
-  expect_bad_input(sextant_program("help evaluate eg"), "unknown command 'sextant evaluate eg': did you mean 'ego'?");
+  expect_bad_input(sextant_program("help evaluate eg"),
+                   "unknown command 'sextant evaluate eg': did you mean 'ego'?");
   expect_bad_input(sextant_program("help run synthetic:s18"), "'sextant run' has no commands below it");
 }
 
@@ -397,8 +404,9 @@ TEST(Overlay, WithoutFlagsDrawsTheFirstPairAndOverwritesNothing) {
   const std::string command = fmt::format("overlay synthetic:s18@0-3 --quiet");
   const auto in_folder = [&](const std::string& more) {
     const fs::path err = temp.path() / "err";
-    const int status = std::system(fmt::format("cd {} && {} {} {} 2> {}", temp.path().string(), SEXTANT_PROGRAM, command,
-                                               more, err.string()).c_str());
+    const int status = std::system(fmt::format("cd {} && {} {} {} 2> {}", temp.path().string(),
+                                               SEXTANT_PROGRAM, command, more, err.string())
+                                       .c_str());
     return Outcome{WEXITSTATUS(status), "", read_file(err)};
   };
   ASSERT_EQ(in_folder("").code, 0);

@@ -2,10 +2,7 @@
 
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/base/safe_paths.h"
-#include "sextant/eval/records/output.h"
-#include "sextant/eval/report/html/html.h"
-#include "sextant/eval/reproduce/reproduce.h"
+#include "sextant/eval/workflow/report_folder.h"
 
 namespace sextant {
 namespace {
@@ -16,37 +13,31 @@ struct ReproduceFlags : CommonFlags {
   bool report_only = false;
 };
 
-void print_outcome(const ReproduceFlags& flags, const ReportDocument& document,
-                   const std::filesystem::path& report) {
+void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
+  const ReportDocument& document = made.document;
   if (flags.json) {
     Json verdicts = Json::array();
     for (const VerdictLine& line : document.verdicts) {
       verdicts.push_back({{"subject", line.subject}, {"verdict", line.verdict}, {"evidence", line.evidence}});
     }
-    fmt::print("{}", json_text(Json{{"report", (report / "report.html").string()}, {"verdicts", verdicts}}));
+    fmt::print("{}", json_text(Json{{"report", made.report.string()}, {"verdicts", verdicts}}));
     return;
   }
   for (const VerdictLine& line : document.verdicts) {
     if (!flags.quiet) fmt::print("{:<18} {}\n", line.verdict, line.subject);
   }
-  fmt::print("Report: {}\nVerdicts: {}\n", (report / "report.html").string(),
-             count_verdicts(document.verdicts));
+  fmt::print("Report: {}\nVerdicts: {}\n", made.report.string(), count_verdicts(document.verdicts));
 }
 
-void reproduce(const ReproduceFlags& flags) {
-  const FolderLock lock(flags.out);
+void reproduce_as_told(const ReproduceFlags& flags) {
   ReproduceConfig config;
   config.data_root = flags.data_root;
   config.out = flags.out;
   config.parts = reproduction_parts(flags.data_root);
-  config.cache = cache_of(flags.cache);
+  config.cache = pack_cache(flags.cache);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
-  if (!flags.report_only) run_parts(config);
-  const ReportDocument document = reproduction_document(config);
-  const std::filesystem::path report = make_folder_below(config.out, "report");
-  write_output_folder(report, report_folder(document, {true, flags.jobs, flags.quiet}));
-  print_outcome(flags, document, report);
+  print_outcome(flags, reproduce(config, flags.report_only));
 }
 
 }  // namespace
@@ -68,7 +59,7 @@ void add_reproduce_command(CLI::App& app) {
       "Without data the embedded scenarios are measured; docs/reproduction.md says what else is used.\n"
       "Ctrl-C or a crash loses nothing: give the same command again.\n"
       "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
-  command->callback([flags] { reproduce(*flags); });
+  command->callback([flags] { reproduce_as_told(*flags); });
 }
 
 }  // namespace sextant

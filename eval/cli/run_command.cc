@@ -2,172 +2,130 @@
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/plan.h"
-#include "sextant/eval/experiment/run.h"
-#include "sextant/eval/records/output.h"
-#include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/view/run_report.h"
+#include "sextant/eval/workflow/run_folder.h"
 
 namespace sextant {
 namespace {
 
-struct RunFlags : CommonFlags {
-  std::vector<std::string> sources;
-  std::string estimator = RunConfig{}.estimator;
-  std::string procedure;
-  std::string noise = "none";
-  bool consistency = false;
-  double level = 0;
-  int n_seeds = RunConfig{}.n_seeds;
+struct OutputFlags : CommonFlags {
   RunOutput output;
+  std::string columns = "first";
+
+  void take_common() {
+    const char* everywhere = std::getenv("SEXTANT_DATA");
+    if (everywhere == nullptr || data_root != everywhere) output.data_root = data_root;
+  }
 };
 
-constexpr const char* of_procedure = "procedure";
+struct RunFlags : OutputFlags {
+  RunRequest request;
+};
 
-/// What --options and --set say below `noise` goes on top of the noise.
-void set_noise(RunConfig& config) {
-  const auto said = config.options.find("noise");
-  if (said == config.options.end()) return;
-  Json noise = config.noise.options();
-  noise.merge_patch(*said);
-  config.noise = Noise(noise);
-  config.options.erase("noise");
-}
+struct RescoreFlags : OutputFlags {
+  std::string folder, config, cache;
+};
 
-void run_as_told(RunFlags& flags) {
-  flags.output.take(flags);
-  RunConfig config;
-  for (const std::string& source : flags.sources)
-    config.sources.push_back(find_source(source, flags.data_root));
-  config.estimator = flags.estimator;
-  config.options = options_tree(flags.options, flags.sets);
-  if (flags.consistency) config.options["pipeline"]["consistency"] = true;
-  const bool noise_of_procedure = flags.noise == of_procedure;
-  if (!noise_of_procedure) config.noise = Noise::parse(flags.noise);
-  config.level = flags.level;
-  if (!flags.procedure.empty()) {
-    follow_procedure(flags.procedure, noise_of_procedure, config);
-  } else if (noise_of_procedure) {
-    fail("--noise procedure: expected --procedure NAME with it");
-  }
-  set_noise(config);
-  config.n_seeds = flags.n_seeds;
-  config.jobs = flags.jobs;
-  config.quiet = flags.quiet;
-  config.folder = std::filesystem::path(flags.output.out) / "external";
-  run_and_write(config, flags.output);
-}
-
-}  // namespace
-
-void add_run_output_flags(CLI::App& command, RunOutput& output) {
-  add_value(command, "--preset", output.preset, "NAME", "Metric preset of the summary of a run")
+void add_run_output_flags(CLI::App& command, OutputFlags& flags) {
+  add_value(command, "--preset", flags.output.preset, "NAME", "Metric preset of the summary of a run")
       ->capture_default_str();
-  add_value(command, "--out", output.out, "DIR", "Folder for the results; made if it does not exist")
+  add_value(command, "--out", flags.output.out, "DIR", "Folder for the results; made if it does not exist")
       ->required();
-  add_value(command, "--columns", output.columns, "first|all",
+  add_value(command, "--columns", flags.columns, "first|all",
             "Columns of the printed summary: the six that matter first, or all")
       ->capture_default_str()
       ->check(CLI::IsMember({"first", "all"}));
-  command.add_flag("--force", output.force, "Replace the results of another run in --out");
+  command.add_flag("--force", flags.output.force, "Replace the results of another run in --out");
 }
 
-void RunOutput::take(const CommonFlags& flags) {
-  quiet = flags.quiet;
-  json = flags.json;
-  const char* everywhere = std::getenv("SEXTANT_DATA");
-  if (everywhere == nullptr || flags.data_root != everywhere) data_root = flags.data_root;
-}
-
-RunResult run_into_folder(const RunConfig& config, const RunOutput& output) {
-  const MetricPreset& preset = find_preset(output.preset);
-  const FolderLock lock(output.out);
-  const Json configuration = resolved_configuration(config);
-  check_output_folder(output.out, configuration, output.force);
-
-  Json identity = configuration;
-  if (const Fingerprints versions = run_fingerprints(config); !versions.empty())
-    identity[fingerprints_key] = fingerprints_json(versions);
-  RunJournal journal(output.out, identity);
-  RunConfig resumable = config;
-  if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
-  WorstFrames worst(preset);
-  resumable.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) { worst.add(pair, of_pair); };
-  RunResult result = run(resumable);
-  const Table summary = summary_table(result.records, preset);
-  OutputFiles files = run_files(result);
-  try {
-    files["report.html"] = report_page(run_document({config, result, preset, output.data_root}, worst), config.jobs);
-  } catch (const Error& error) {  // the results of hours do not hang on a program that draws
-    tell("warning", fmt::format("no report.html: {}", error.what()));
-    std::error_code ignored;
-    std::filesystem::remove(std::filesystem::path(output.out) / "report.html", ignored);
-  }
-  files["summary.md"] = to_markdown(summary);
-  files["summary.csv"] = to_csv(summary);
-  write_output_folder(output.out, files);
-  journal.remove();
-  return result;
-}
-
-void run_and_write(const RunConfig& config, const RunOutput& output) {
-  const MetricPreset& preset = find_preset(output.preset);
-  const RunResult result = run_into_folder(config, output);
+void print_run(const RunFolder& folder, const OutputFlags& flags) {
+  const RunResult& result = folder.result;
+  const std::string& out = flags.output.out;
+  const MetricPreset& preset = find_preset(flags.output.preset);
+  for (const std::string& warning : folder.warnings) tell("warning", warning);
   for (const SourceRun& source : result.sources) {
-    if (!output.quiet) warn_of_problems(source.problems);
+    if (!flags.quiet) warn_of_problems(source.problems);
   }
-  if (output.json) {
+  if (flags.json) {
     Json json = summary_json(result.records, preset);
-    json["out"] = output.out;
+    json["out"] = out;
     fmt::print("{}", json_text(json));
     return;
   }
   for (const SourceRun& source : result.sources) {
     for (const std::string& warning : source.info.warnings) {
-      if (!output.quiet) tell("warning", fmt::format("{}: {}", source.source, warning));
+      if (!flags.quiet) tell("warning", fmt::format("{}: {}", source.source, warning));
     }
   }
-  if (!output.quiet) {
-    fmt::print("{}\n", summary_text(summary_table(result.records, preset), output.columns == "all"));
+  if (!flags.quiet) {
+    fmt::print("{}\n", summary_text(summary_table(result.records, preset), flags.columns == "all"));
     fmt::print("{}", consistency_text(result.records));
   }
-  const std::filesystem::path folder = output.out;
-  if (!output.quiet && std::filesystem::exists(folder / "report.html")) {
-    fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (folder / "report.html").string(),
-               shell_word(output.out), shell_word((folder / "view").string()));
+  const std::filesystem::path path = out;
+  if (!flags.quiet && folder.warnings.empty()) {
+    fmt::print("Report: {}\nWalk through it: sextant view {} --out {}\n", (path / "report.html").string(),
+               shell_word(out), shell_word((path / "view").string()));
   }
-  fmt::print("Results: {}\n", output.out);
+  fmt::print("Results: {}\n", out);
 }
+
+void run_as_told(RunFlags& flags) {
+  flags.take_common();
+  RunRequest& request = flags.request;
+  request.data_root = flags.data_root;
+  request.options = options_tree(flags.options, flags.sets);
+  request.jobs = flags.jobs;
+  request.quiet = flags.quiet;
+  print_run(run_into_folder(run_config(request, flags.output), flags.output), flags);
+}
+
+void rescore(RescoreFlags& flags) {
+  flags.take_common();
+  SweepConfig config;
+  config.cache = pack_cache(flags.cache);
+  config.jobs = flags.jobs;
+  config.quiet = flags.quiet;
+  config.tell = [](const std::string& line) { tell("note", line); };
+  const RescoredFolder rescored = rescore_into_folder(
+      {flags.folder, flags.config, options_tree(flags.options, flags.sets), flags.data_root}, config,
+      flags.output);
+  if (rescored.sweep) print_sweep(*rescored.sweep, flags.output.out, flags);
+  if (rescored.run) print_run(*rescored.run, flags);
+}
+
+}  // namespace
 
 void add_run_command(CLI::App& app) {
   const auto flags = std::make_shared<RunFlags>();
+  RunRequest& request = flags->request;
   CLI::App* command =
       app.add_subcommand("run", "Estimate all motions of sources and compare with ground truth");
-  add_value(*command, "source", flags->sources, "SOURCE",
+  add_value(*command, "source", request.sources, "SOURCE",
             "adapter:path[#sequence][@first-last]; see `sextant data list`")
       ->required();
-  add_value(*command, "--estimator", flags->estimator, "NAME", "Which estimator, or external:CONFIG.json")
+  add_value(*command, "--estimator", request.estimator, "NAME", "Which estimator, or external:CONFIG.json")
       ->capture_default_str();
-  add_value(*command, "--procedure", flags->procedure, "NAME",
+  add_value(*command, "--procedure", request.procedure, "NAME",
             "Follow somebody else's procedure; --options and --set come on top of it");
   add_option_flags(*command, *flags);
-  add_value(*command, "--noise", flags->noise, "JSON|procedure",
+  add_value(*command, "--noise", request.noise, "JSON|procedure",
             "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
       ->capture_default_str();
   command->add_flag(
-      "--consistency", flags->consistency,
+      "--consistency", request.consistency,
       "Also estimate every body from halves of its points and record how they agree (split_nees)");
-  add_value(*command, "--level", flags->level, "NUMBER", "What records call the level of the noise")
+  add_value(*command, "--level", request.level, "NUMBER", "What records call the level of the noise")
       ->capture_default_str();
-  add_value(*command, "--seeds", flags->n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
+  add_value(*command, "--seeds", request.n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
-  add_run_output_flags(*command, flags->output);
+  add_run_output_flags(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   std::string presets;
@@ -184,6 +142,26 @@ void add_run_command(CLI::App& app) {
       "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
       estimator_list(), presets, procedures));
   command->callback([flags] { run_as_told(*flags); });
+}
+
+void add_rescore_command(CLI::App& app) {
+  const auto flags = std::make_shared<RescoreFlags>();
+  CLI::App* command = app.add_subcommand(
+      "rescore", "Score again what external programs left in a run or sweep, without running them");
+  add_value(*command, "dir", flags->folder, "OUT", "Folder of a finished run or sweep; it is only read")
+      ->required();
+  add_value(*command, "--config", flags->config, "CONFIG.json", "Configuration in place of the recorded one");
+  add_option_flags(*command, *flags);
+  add_cache_flag(*command, flags->cache);
+  add_jobs_flag(*command, *flags);
+  add_data_flag(*command, *flags);
+  add_run_output_flags(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
+  command->add_flag("--json", flags->json, "Print the summary as JSON");
+  command->footer(
+      "Examples:\n  sextant rescore out --set estimator.objects.stage=refined --out refined\n"
+      "  sextant rescore sweep --config corrected.json --out corrected");
+  command->callback([flags] { rescore(*flags); });
 }
 
 }  // namespace sextant

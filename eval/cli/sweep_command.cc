@@ -41,7 +41,7 @@ void run_sweep(const SweepFlags& flags) {
   SweepConfig config;
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
-  config.cache = cache_of(flags.cache);
+  config.cache = pack_cache(flags.cache);
   config.use_packs = !flags.no_packs;
   config.allow_mixed = flags.allow_mixed;
   config.force = flags.force;
@@ -52,9 +52,11 @@ void run_sweep(const SweepFlags& flags) {
   if (flags.dry_run) {
     const SweepSize size = size_of_sweep(config);
     if (flags.json) {
-      fmt::print("{}", json_text(Json{{"cases", size.n_cases}, {"pairs", size.n_pairs}, {"estimated_s", nullptr}}));
+      fmt::print("{}",
+                 json_text(Json{{"cases", size.n_cases}, {"pairs", size.n_pairs}, {"estimated_s", nullptr}}));
     } else {
-      fmt::print("{} cases, {} frame pairs; nothing was run, so the time is unknown\n", size.n_cases, size.n_pairs);
+      fmt::print("{} cases, {} frame pairs; nothing was run, so the time is unknown\n", size.n_cases,
+                 size.n_pairs);
     }
     return;
   }
@@ -64,7 +66,8 @@ void run_sweep(const SweepFlags& flags) {
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
-  sweep_and_print(config, flags.json);
+  config.tell = [](const std::string& line) { tell("note", line); };
+  print_sweep(sweep(config), flags.out, flags);
 }
 
 struct StatusFlags {
@@ -86,13 +89,18 @@ void print_status(const StatusFlags& flags) {
 void add_sweep_status_command(CLI::App& sweep) {
   const auto flags = std::make_shared<StatusFlags>();
   CLI::App* command = sweep.add_subcommand("status", "How far a sweep in shards is, and what is missing");
-  command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")->required()->type_name("DIR");
+  command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")
+      ->required()
+      ->type_name("DIR");
   add_value(*command, "--shards", flags->n_shards, "N",
             "How many there are (default: as those that have begun say)");
-  command->add_flag("--missing", flags->only_missing, "Print only the missing and stopped ones, as sbatch --array takes them");
+  command->add_flag("--missing", flags->only_missing,
+                    "Print only the missing and stopped ones, as sbatch --array takes them");
   add_value(*command, "--except", flags->except, "I,J,...", "Shards to leave out of these")->delimiter(',');
   command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer("Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) shard.sh");
+  command->footer(
+      "Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) "
+      "shard.sh");
   command->callback([flags] { print_status(*flags); });
 }
 
@@ -103,36 +111,27 @@ struct MergeFlags : CommonFlags {
 };
 
 void run_merge(const MergeFlags& flags) {
-  const SweepOutcome outcome =
-      merge_sweeps({flags.folders.begin(), flags.folders.end()}, std::filesystem::path(flags.out),
-                   flags.allow_mixed, flags.quiet);
+  const SweepOutcome outcome = merge_sweeps({flags.folders.begin(), flags.folders.end()},
+                                            std::filesystem::path(flags.out), flags.allow_mixed, flags.quiet);
   if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
   fmt::print("Results: {}\n", flags.out);
 }
 
 }  // namespace
 
-void sweep_and_print(SweepConfig config, bool json) {
-  config.tell = [](const std::string& line) { tell("note", line); };
-  const SweepOutcome outcome = sweep(config);
-  if (!config.quiet) warn_of_problems(outcome.problems);
+void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags) {
+  if (!flags.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
-  if (json) {
-    fmt::print("{}", json_text(Json{{"out", config.out.string()},
-                                    {"cases", outcome.n_cases},
-                                    {"cases_before", outcome.n_before},
-                                    {"cases_stale", outcome.n_stale},
-                                    {"records", outcome.n_records},
-                                    {"problems", outcome.problems},
-                                    {"wall_time_s", outcome.wall_time_s}}));
+  if (flags.json) {
+    fmt::print("{}", json_text(to_json(outcome, out)));
     return;
   }
-  if (!config.quiet) {
+  if (!flags.quiet) {
     fmt::print("{} cases, {} of them done before; {} records; {:.1f} s ({:.1f} cases/s)\n", outcome.n_cases,
                outcome.n_before, outcome.n_records, outcome.wall_time_s,
                outcome.wall_time_s > 0 ? static_cast<double>(n_now) / outcome.wall_time_s : 0.0);
   }
-  fmt::print("Results: {}\n", config.out.string());
+  fmt::print("Results: {}\n", out);
 }
 
 void add_sweep_command(CLI::App& app) {
@@ -143,13 +142,16 @@ void add_sweep_command(CLI::App& app) {
             "Folder for the results; an unfinished sweep in it is resumed");
   add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
       ->capture_default_str();
-  command->add_flag("--dry-run", flags->dry_run, "Say how many cases and frame pairs there are; runs and writes nothing");
+  command->add_flag("--dry-run", flags->dry_run,
+                    "Say how many cases and frame pairs there are; runs and writes nothing");
   command->add_flag("--packs-only", flags->packs_only, "Decode the sources into the cache and run no case");
   add_cache_flag(*command, flags->cache);
   command->add_flag("--allow-mixed", flags->allow_mixed,
                     "Go on with what another version of Sextant began; run.json names both");
-  command->add_flag("--reuse-stale", flags->reuse_stale,
-                    "Keep finished cases of another version of an external or Python estimator, instead of running them again");
+  command->add_flag(
+      "--reuse-stale", flags->reuse_stale,
+      "Keep finished cases of another version of an external or Python estimator, instead of running them "
+      "again");
   command->add_flag("--force", flags->force, "Start over: first remove the sweep that --out holds");
   command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(*command, *flags);

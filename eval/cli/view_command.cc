@@ -1,43 +1,66 @@
+#include <filesystem>
 #include <memory>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
+#include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/view/page.h"
 
 namespace sextant {
 namespace {
 
 struct ViewFlags : CommonFlags {
-  std::string first, second, images, out;
-  CaseChoice choice;
+  std::string first, second;
   double level = 0;
   uint64_t seed = 0;
-  PageOptions page;
+  ViewRequest request;
 };
 
 void view(ViewFlags& flags, bool with_level, bool with_seed) {
-  if (with_level) flags.choice.level = flags.level;
-  if (with_seed) flags.choice.seed = flags.seed;
-  flags.page.jobs = flags.jobs;
-  flags.page.quiet = flags.quiet;
-  const auto lock = lock_folder(flags.out.ends_with(".html") ? "" : flags.out);
-  std::vector<ViewedRun> runs;
-  for (const std::string& folder : {flags.first, flags.second}) {
-    if (folder.empty()) continue;
-    runs.push_back(flags.images.empty()
-                       ? view_run(folder, flags.choice, flags.data_root, flags.jobs, flags.quiet)
-                       : view_records(folder, flags.choice, find_source(flags.images, flags.data_root)));
-    const ViewedRun& run = runs.back();
-    for (const std::string& note : run.notes) {
-      if (!flags.quiet) tell("warning", fmt::format("{}: {}", folder, note));
-    }
-    if (!flags.quiet && run.n_cases > 1)
-      fmt::print("{}: shows {}, level {}, seed {} of {}, one of {} cases: --source, --estimator, --level, --seed choose\n",
-                 folder, run.estimator, run.level, run.seed, run.source, run.n_cases);
+  ViewRequest& request = flags.request;
+  request.folders = {flags.first};
+  if (!flags.second.empty()) request.folders.emplace_back(flags.second);
+  if (with_level) request.choice.level = flags.level;
+  if (with_seed) request.choice.seed = flags.seed;
+  request.data_root = flags.data_root;
+  request.page.jobs = flags.jobs;
+  request.page.quiet = flags.quiet;
+  const View made = make_view(request);
+  if (flags.quiet) return;
+  for (size_t i = 0; i < made.runs.size(); ++i) {
+    const ViewedRun& run = made.runs[i];
+    const std::string folder = request.folders[i].string();
+    for (const std::string& note : run.notes) tell("warning", fmt::format("{}: {}", folder, note));
+    if (run.n_cases <= 1) continue;
+    fmt::print(
+        "{}: shows {}, level {}, seed {} of {}, one of {} cases: --source, --estimator, --level, --seed "
+        "choose\n",
+        folder, run.estimator, run.level, run.seed, run.source, run.n_cases);
   }
-  const std::string page = write_view(flags.out, view_page(runs, flags.page));
-  if (!flags.quiet) fmt::print("Open in a browser: {}\n", page);
+  fmt::print("Open in a browser: {}\n", made.page);
+}
+
+constexpr const char* default_picture = "overlay.png";
+
+struct OverlayFlags : CommonFlags {
+  std::string source;
+  std::string out;
+  ShowcaseRequest request;
+};
+
+void draw(OverlayFlags& flags) {
+  ShowcaseRequest& request = flags.request;
+  request.source = find_source(flags.source, flags.data_root);
+  request.options = options_tree(flags.options, flags.sets);
+  request.jobs = flags.jobs;
+  request.quiet = flags.quiet;
+  const bool named = !flags.out.empty();
+  const std::string out = named ? flags.out : default_picture;
+  if (!named && std::filesystem::exists(out)) fail("{}: is there already: give --out", out);
+  write_file(out, make_showcase(request).overlay_png);
+  if (!flags.quiet) fmt::print("Picture: {}\n", out);
 }
 
 }  // namespace
@@ -47,18 +70,21 @@ void add_view_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("view", "Walk through one run, or two side by side, in a browser");
   add_value(*command, "RUN", flags->first, "DIR", "Folder of `sextant run`, `sweep` or `merge`")->required();
   add_value(*command, "RUN2", flags->second, "DIR", "Another one of the same source, to stand beside it");
-  add_value(*command, "--out", flags->out, "DIR|FILE.html",
+  add_value(*command, "--out", flags->request.out, "DIR|FILE.html",
             "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
       ->required();
-  command->add_option("--source", flags->choice.source, "Which source of the folder; default: its first")->type_name("SOURCE");
-  add_value(*command, "--estimator", flags->choice.estimator, "NAME",
+  command
+      ->add_option("--source", flags->request.choice.source, "Which source of the folder; default: its first")
+      ->type_name("SOURCE");
+  add_value(*command, "--estimator", flags->request.choice.estimator, "NAME",
             "Which estimator, by its label; default: the first");
-  CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")->type_name("NUMBER")
+  CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")
+                           ->type_name("NUMBER")
                            ->check(finite_number());
   CLI::Option* seed = add_value(*command, "--seed", flags->seed, "N", "Which seed; default: the first");
-  add_value(*command, "--images", flags->images, "SOURCE",
+  add_value(*command, "--images", flags->request.images, "SOURCE",
             "For folders of `evaluate objects`: the SOURCE that they are about");
-  command->add_option("--quality", flags->page.jpeg_quality, "JPEG quality of the images")
+  command->add_option("--quality", flags->request.page.jpeg_quality, "JPEG quality of the images")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   add_data_flag(*command, *flags);
@@ -69,6 +95,27 @@ void add_view_command(CLI::App& app) {
       "  sextant view joint_flow joint_flow_depth --out both.html      # two runs of one source\n"
       "  sextant view sweep --estimator joint_flow --level 0.2 --seed 3 --out case.html");
   command->callback([flags, level, seed] { view(*flags, level->count() > 0, seed->count() > 0); });
+}
+
+void add_overlay_command(CLI::App& app) {
+  const auto flags = std::make_shared<OverlayFlags>();
+  CLI::App* command =
+      app.add_subcommand("overlay", "Draw one frame pair: features, flow, moving objects and their speeds");
+  add_source_argument(*command, flags->source);
+  add_value(*command, "--frame", flags->request.frame, "K",
+            "Current frame of the pair; the pipeline runs from the first one. Default: the second frame");
+  add_value(*command, "--out", flags->out, "FILE.png",
+            fmt::format("PNG file. Default: {}, which is then never overwritten", default_picture));
+  command->add_option("--width", flags->request.width_px, "Width of the picture in px; 0 = twice the image's")
+      ->check(CLI::Range(0, 20000));
+  add_value(*command, "--estimator", flags->request.estimator, "NAME", "Which estimator")
+      ->capture_default_str();
+  add_option_flags(*command, *flags);
+  add_jobs_flag(*command, *flags);
+  add_data_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress and no output");
+  command->footer("Example:\n  sextant overlay synthetic:s18 --frame 5 --out overlay.png");
+  command->callback([flags] { draw(*flags); });
 }
 
 }  // namespace sextant

@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/case_diagnosis.h"
+#include "sextant/eval/experiment/case_runner.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -40,7 +40,8 @@ class PipelineSolver final : public PairSolver {
 /// An Estimator of single bodies inside the pipeline.
 class PipelineEstimator final : public CaseEstimator {
  public:
-  PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator, std::optional<Fingerprint> fingerprint)
+  PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator,
+                    std::optional<Fingerprint> fingerprint)
       : name_(std::move(name)), estimator_(std::move(estimator)), fingerprint_(std::move(fingerprint)) {}
   std::vector<NamedSolver> begin(const CaseContext& context) const override {
     std::vector<NamedSolver> alone;

@@ -1,8 +1,11 @@
-#include "sextant/base/files.h"
 #include "sextant/eval/experiment/case_results.h"
+
+#include <algorithm>
 
 #include "sextant/base/byte_stream.h"
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
 
 namespace sextant {
 namespace {
@@ -27,7 +30,8 @@ class RecordsReader : public CaseResultReader {
       CaseResult result;
       result.number = json_member<uint64_t>(json, "case", where);
       if (last_ && result.number == *last_) fail("{}: case {} is there twice", where, result.number);
-      if (last_ && result.number < *last_) fail("{}: case {} stands after case {}", where, result.number, *last_);
+      if (last_ && result.number < *last_)
+        fail("{}: case {} stands after case {}", where, result.number, *last_);
       last_ = result.number;
       result.n_records = json_member<uint64_t>(json, "records", where);
       result.noise = json.value("noise", Json());
@@ -86,7 +90,8 @@ class JournalReader : public CaseResultReader {
     const auto& [number, block] = *at_++;
     CaseResult result{number, journal_.content(block), block.n_records, block.noise};
     if (keep_ == KeepOfCases::summary) {
-      const JournalCase in_journal = decode_journal_case(result.content, fmt::format("journal: case {}", number));
+      const JournalCase in_journal =
+          decode_journal_case(result.content, fmt::format("journal: case {}", number));
       if (counted_.is_counted(number)) noise_[counted_.source_and_level(number)].add(in_journal.noise);
       result.content = std::string(in_journal.summary);
     }
@@ -122,7 +127,8 @@ JournalCase decode_journal_case(std::string_view bytes, const std::string& where
   return {summary, ExactNoise::decode(in.rest(), where)};
 }
 
-CaseResultWriter::CaseResultWriter(const OutputFolder& folder, const Json& plan, uint64_t n_cases) : noise_(plan) {
+CaseResultWriter::CaseResultWriter(const OutputFolder& folder, const Json& plan, uint64_t n_cases)
+    : noise_(plan) {
   if (kept(plan, "plan.json") == KeepOfCases::summary) {
     summary_.emplace(folder.path(summary_file_name), n_cases);
   } else {
@@ -133,7 +139,8 @@ CaseResultWriter::CaseResultWriter(const OutputFolder& folder, const Json& plan,
 
 void CaseResultWriter::add(const CaseResult& result) {
   if (summary_) {
-    const CaseSummary summary = decode_case_summary(result.content, fmt::format("summary of case {}", result.number));
+    const CaseSummary summary =
+        decode_case_summary(result.content, fmt::format("summary of case {}", result.number));
     n_records_ += summary.n_records();
     summary_->append(result.number, result.content);
     return;
@@ -159,7 +166,8 @@ void CaseResultWriter::close() {
 }
 
 std::vector<std::string> CaseResultWriter::names() const {
-  return summary_ ? std::vector<std::string>{summary_file_name} : std::vector<std::string>{"cases.jsonl", "records.jsonl"};
+  return summary_ ? std::vector<std::string>{summary_file_name}
+                  : std::vector<std::string>{"cases.jsonl", "records.jsonl"};
 }
 
 std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, KeepOfCases keep) {
@@ -167,13 +175,17 @@ std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, Keep
   return std::make_unique<RecordsReader>(folder);
 }
 
-std::unique_ptr<CaseResultReader> open_summaries(const fs::path& file) { return std::make_unique<SummariesReader>(file); }
+std::unique_ptr<CaseResultReader> open_summaries(const fs::path& file) {
+  return std::make_unique<SummariesReader>(file);
+}
 
-std::unique_ptr<CaseResultReader> open_journal(const Journal& journal, KeepOfCases keep, const NoiseOfCases& noise) {
+std::unique_ptr<CaseResultReader> open_journal(const Journal& journal, KeepOfCases keep,
+                                               const NoiseOfCases& noise) {
   return std::make_unique<JournalReader>(journal, keep, noise);
 }
 
-MergedCases::MergedCases(std::vector<std::unique_ptr<CaseResultReader>> readers) : readers_(std::move(readers)) {
+MergedCases::MergedCases(std::vector<std::unique_ptr<CaseResultReader>> readers)
+    : readers_(std::move(readers)) {
   for (size_t reader = 0; reader < readers_.size(); ++reader) advance(reader);
 }
 
@@ -196,6 +208,106 @@ std::vector<ExactNoises> MergedCases::noises() const {
   std::vector<ExactNoises> noises;
   for (const auto& reader : readers_) noises.push_back(reader->noise());
   return noises;
+}
+
+namespace {
+
+constexpr const char* folder_name = ".finished";
+constexpr size_t owner_digits = 16;
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".bin") files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<uint64_t> read_numbers(const fs::path& file) {
+  std::vector<uint64_t> numbers;
+  SummaryReader reader(file);
+  while (const auto block = reader.next()) {
+    constexpr uint64_t most_cases = 10'000'000;  // of a plan
+    if (block->number >= most_cases)
+      fail("{}: case {}: expected at most {} cases", file.string(), block->number, most_cases);
+    numbers.push_back(block->number);
+  }
+  return numbers;
+}
+
+}  // namespace
+
+FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, bool of_any)
+    : folder_(folder / folder_name / owner.substr(0, owner_digits)) {
+  for (const fs::path& file : files_in(of_any ? folder_.parent_path() : folder_)) {
+    try {
+      const std::vector<uint64_t> numbers = read_numbers(file);
+      if (std::ranges::any_of(numbers, [this](uint64_t number) { return contains(number); })) continue;
+      for (const uint64_t number : numbers) mark(number);
+      files_.push_back(file);
+    } catch (const Error&) {
+      continue;  // damaged: its cases are done again
+    }
+  }
+}
+
+void FinishedCases::mark(uint64_t number) {
+  if (number >= is_there_.size()) is_there_.resize(number + 1);
+  is_there_[number] = true;
+  ++n_cases_;
+}
+
+std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
+  std::vector<std::unique_ptr<CaseResultReader>> readers;
+  for (const fs::path& file : files_) readers.push_back(open_summaries(file));
+  return readers;
+}
+
+void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
+  std::error_code error;
+  make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
+  size_t number = files_in(folder_).size() + 1;
+  const auto numbered = [&] { return folder_ / fmt::format("{:06}.bin", number); };
+  while (fs::exists(numbered(), error)) ++number;
+  const fs::path file = numbered();
+  const fs::path temporary = folder_ / "next.tmp";
+  fs::remove(temporary, error);  // of a process that was killed
+  try {
+    SummaryWriter writer(temporary, journal.blocks().size());
+    const auto reader = open_journal(journal, KeepOfCases::summary, noise);
+    while (const auto result = reader->next()) writer.append(result->number, result->content);
+    writer.close(encode_exact_noises(reader->noise()));
+    fs::rename(temporary, file);
+    sync_folder(folder_);
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
+  }
+  files_.push_back(file);
+  for (const auto& [number, block] : journal.blocks()) mark(number);
+  journal.clear();
+}
+
+uint64_t FinishedCases::count(const fs::path& folder) {
+  uint64_t n = 0;
+  for (const fs::path& file : files_in(folder / folder_name)) n += SummaryReader(file).n_cases();
+  return n;
+}
+
+void FinishedCases::remove_others() const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_.parent_path(), error)) {
+    if (entry.path().filename() == folder_.filename()) continue;
+    std::error_code ignored;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+void FinishedCases::remove(const fs::path& folder) {
+  std::error_code ignored;
+  fs::remove_all(folder / folder_name, ignored);
 }
 
 }  // namespace sextant

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <string_view>
 
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
-#include "sextant/eval/experiment/case_diagnosis.h"
+#include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/geometry/object_motion.h"
 
@@ -42,9 +43,9 @@ class CaseRunner {
     for (const Result& result : results_) {
       std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label,
-                                                result.solver->recorded_camera()),
-                          std::back_inserter(out_.problems));
+        std::ranges::move(
+            diagnose_case(result.motions, sequence_.truth(), result.label, result.solver->recorded_camera()),
+            std::back_inserter(out_.problems));
     }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);
     return std::move(out_);
@@ -125,6 +126,101 @@ std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<C
   std::vector<CaseOutcome> outcomes;
   for (CaseRunner& runner : runners) outcomes.push_back(runner.finish());
   return outcomes;
+}
+
+namespace {
+
+std::optional<Eigen::Vector3d> position(const std::optional<SE3>& pose) {
+  if (!pose) return std::nullopt;
+  return pose->translation();
+}
+
+std::optional<Eigen::Vector3d> true_origin(const SequenceTruth& truth, int frame, int id) {
+  const ObjectTruth* object = truth.find(frame, id);
+  const std::optional<SE3> T_world_camera = truth.camera.pose(frame);
+  if (object == nullptr || !T_world_camera) return std::nullopt;
+  return *T_world_camera * object->T_camera_object.translation();
+}
+
+BodyTrack camera_track(const CaseMotions& motions, const SequenceTruth& truth, const SequenceInfo& info) {
+  BodyTrack track{"ego", {}};
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    track.points.push_back(
+        {frame, position(motions.estimated.pose(frame)), position(truth.camera.pose(frame))});
+  }
+  return track;
+}
+
+BodyTrack object_track(int id, const std::map<int, SE3>& motions, const SequenceTruth& truth,
+                       const SequenceInfo& info) {
+  BodyTrack track{object_body(id), {}};
+  std::optional<Eigen::Vector3d> estimate;
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    const std::optional<Eigen::Vector3d> true_m = true_origin(truth, frame, id);
+    const auto motion = motions.find(frame);
+    if (motion == motions.end()) estimate.reset();
+    if (motion != motions.end() && estimate) estimate = motion->second * *estimate;
+    if (!estimate && motions.contains(frame + 1)) estimate = true_m;  // a stretch begins
+    if (estimate || true_m) track.points.push_back({frame, estimate, true_m});
+  }
+  return track;
+}
+
+}  // namespace
+
+std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
+                                   const SequenceInfo& info) {
+  std::vector<BodyTrack> tracks = {camera_track(motions, truth, info)};
+  for (const auto& [id, of_object] : motions.objects) {
+    BodyTrack track = object_track(id, of_object, truth, info);
+    if (!track.points.empty()) tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
+std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
+                                       const std::string& estimator, const Trajectory* recorded_camera) {
+  std::vector<std::string> out;
+  const auto tell = [&](const std::vector<ObjectExplanation>& found, const char* what) {
+    for (const ObjectExplanation& explanation : found) {
+      std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
+      // A flag or an edit elsewhere is a key of the configuration of a program.
+      using Key = std::pair<std::string_view, std::string_view>;
+      for (const auto& [edit, key] :
+           {Key("give --frame ", "declare objects.frame as "),
+            Key(": invert each pose", ": declare camera.inverse, or invert each pose")}) {
+        if (const size_t at = text.find(edit); at != std::string::npos) text.replace(at, edit.size(), key);
+      }
+      out.push_back(std::move(text));
+    }
+  };
+  PoseData cameras{SharedFrame::body, {}, {}, {}};
+  const Trajectory& estimated = recorded_camera != nullptr ? *recorded_camera : motions.estimated;
+  for (const auto& [frame, pose] : estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
+  for (const auto& [frame, pose] : truth.camera.poses())
+    cameras.reference.emplace(ObjectFrame(0, frame), pose);
+  tell(explain_poses(cameras), "estimated camera");
+  // Motions of objects are kept in the world of the estimated camera: no judgement without it.
+  if (!out.empty()) return out;
+
+  MotionData data{MotionFrame::world, {}, {}};
+  for (const auto& [id, of_object] : motions.objects) {
+    for (const auto& [frame, H] : of_object) {
+      const auto before = motions.estimated.pose(frame - 1), after = motions.estimated.pose(frame);
+      const auto X = truth.object_motion(id, frame - 1, frame);
+      const ObjectTruth* object = truth.find(frame - 1, id);
+      data.logged.emplace(ObjectFrame(id, frame), H);
+      if (!before || !after || !X || object == nullptr) continue;
+      data.samples.push_back({{id, frame},
+                              H,
+                              world_motion(*before, *after, *X),
+                              *before * object->T_camera_object,
+                              before,
+                              after});
+    }
+  }
+  tell(explain_motions(data), "estimated motions");
+  return out;
 }
 
 }  // namespace sextant

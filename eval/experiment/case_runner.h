@@ -18,6 +18,7 @@
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
 #include "sextant/noise/noise.h"
+#include "sextant/truth/truth.h"
 
 namespace sextant {
 
@@ -54,7 +55,8 @@ using NextPairs = std::function<std::span<const ExtractedPair>()>;
 using PairObserver = std::function<void(const FrameResult&, std::span<const Record>)>;
 
 /// Cases that share their pairs: each goes over them in order, several at a time. Of `sequence` only its
-/// description and truth are used. `on_pair` (may be empty) sees the first case. Throws Interrupted on Ctrl-C.
+/// description and truth are used. `on_pair` (may be empty) sees the first case. Throws Interrupted on
+/// Ctrl-C.
 std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
                                    const NextPairs& next, int jobs, const PairObserver& on_pair = {});
 
@@ -63,5 +65,15 @@ std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<C
 /// The camera first, then the objects of which a motion was estimated and a truth is known, by id.
 std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
                                    const SequenceInfo& info);
+
+// ---- Checks the motions of a third-party estimator against the truth of its case: centimetres, inverse
+// motions, another frame than the declared one (eval/diagnosis). The estimator never sees the truth or these
+// texts.
+
+/// One line for each diagnosis; `estimator` begins it. `recorded_camera`: the poses that the motions of the camera are
+/// from, where there are such; quaternions in another order show in them alone.
+std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
+                                       const std::string& estimator,
+                                       const Trajectory* recorded_camera = nullptr);
 
 }  // namespace sextant

@@ -71,14 +71,16 @@ std::vector<Fingerprint> CaseVersions::versions(uint64_t number) const {
 
 std::vector<std::string> CaseVersions::owners(uint64_t number) const {
   std::vector<std::string> names;
-  for (const Fingerprint& version : versions(number)) names.push_back(sha256(sweep_ + "\n" + version.sha256()));
+  for (const Fingerprint& version : versions(number))
+    names.push_back(sha256(sweep_ + "\n" + version.sha256()));
   return names.empty() ? std::vector{sweep_} : names;
 }
 
 std::string CaseVersions::owner_of_all() const {
   if (now_.empty()) return sweep_;
   std::string text = sweep_;
-  for (const auto& [label, versions] : now_) text += fmt::format("\n{}\n{}", label, versions.front().sha256());
+  for (const auto& [label, versions] : now_)
+    text += fmt::format("\n{}\n{}", label, versions.front().sha256());
   return sha256(text);
 }
 

@@ -38,8 +38,8 @@ struct PairContext {
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);
 
-// ---- limit: the limit beside an error: Cramer-Rao bound and NEES of the bodies of one frame pair, written into their
-// records (docs/metrics.md):
+// ---- limit: the limit beside an error: Cramer-Rao bound and NEES of the bodies of one frame pair, written
+// into their records (docs/metrics.md):
 //
 //   values.nees                         of every estimate that has truth
 //   bound.Et_m, ER_deg                  RMS of the camera-frame errors, from flow and previous depth

@@ -10,7 +10,7 @@
 #include "sextant/base/file_lock.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/experiment/pack.h"
 
 namespace sextant {
 namespace {
@@ -167,8 +167,11 @@ TEST_F(PackTest, PruneKeepsWhatIsValid) {
 
 TEST_F(PackTest, PruneRemovesNothingElse) {
   const PackCache::Packed present = load();
-  const std::map<std::string, std::string> theirs = {
-      {"run.json", "{}"}, {"plan.json", "{}"}, {"my.pack", "x"}, {"a.json.tmp1", "x"}, {sha256("x") + ".json.bak", "x"}};
+  const std::map<std::string, std::string> theirs = {{"run.json", "{}"},
+                                                     {"plan.json", "{}"},
+                                                     {"my.pack", "x"},
+                                                     {"a.json.tmp1", "x"},
+                                                     {sha256("x") + ".json.bak", "x"}};
   for (const auto& [name, bytes] : theirs) write_file(cache_.folder() / name, bytes);
   fs::create_symlink(present.file, cache_.folder() / (sha256("link") + ".pack"));
   EXPECT_GT(cache_.prune(true), 0U);
@@ -184,7 +187,8 @@ TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
   write_file(cache_.folder() / "run.json", "{}");
   const PackCache::Packed present = load();
   EXPECT_TRUE(load().was_there);
-  expect_error([&] { cache_.prune(true); }, "is not marked as a cache of Sextant (CACHEDIR.TAG): nothing was removed");
+  expect_error([&] { cache_.prune(true); },
+               "is not marked as a cache of Sextant (CACHEDIR.TAG): nothing was removed");
   EXPECT_TRUE(fs::exists(present.file));
   // A mark of another program is none.
   write_file(cache_.folder() / "CACHEDIR.TAG", "Signature: 8a477f597d28d172789f06886806bc55\n");

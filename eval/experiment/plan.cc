@@ -7,6 +7,8 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/registry.h"
 
 namespace sextant {
 namespace {
@@ -314,8 +316,9 @@ Json Plan::json() const {
 }
 
 KeepOfCases kept(const Json& plan, const std::string& where) {
-  return from_name<KeepOfCases>(json_member<std::string>(plan, "keep", where, std::string(to_string(KeepOfCases::records))),
-                         "value of 'keep'");
+  return from_name<KeepOfCases>(
+      json_member<std::string>(plan, "keep", where, std::string(to_string(KeepOfCases::records))),
+      "value of 'keep'");
 }
 
 uint64_t planned_seeds(const Json& plan, const std::string& where) {
@@ -324,8 +327,8 @@ uint64_t planned_seeds(const Json& plan, const std::string& where) {
 }
 
 std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards) {
-  // Cases of a source stand in the order j * step modulo their number, step coprime to it and near the golden section, so
-  // that neighbours in number lie far apart. A shard is a block of that order.
+  // Cases of a source stand in the order j * step modulo their number, step coprime to it and near the golden
+  // section, so that neighbours in number lie far apart. A shard is a block of that order.
   const uint64_t n = plan.n_cases();
   const uint64_t per_source = n / plan.sources.size();
   uint64_t step = std::max<uint64_t>(1, static_cast<uint64_t>(static_cast<double>(per_source) * 0.618));
@@ -343,6 +346,44 @@ std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t 
 
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root) {
   return PlanReader(text, name, data_root).read();
+}
+
+std::span<const EmbeddedFile> procedure_files();
+
+std::vector<std::string> procedure_names() {
+  std::vector<std::string> names;
+  for (const EmbeddedFile& file : procedure_files()) names.emplace_back(file.name);
+  return names;
+}
+
+Json find_procedure(const std::string& name) {
+  return parse_json(find_entry(procedure_files(), name, "procedure").text, name);
+}
+
+Json on_procedure(const std::string& name, const Json& plan) {
+  Json merged = find_procedure(name);
+  merged.erase("description");
+  merged.merge_patch(plan);
+  merged.erase("procedure");
+  return merged;
+}
+
+Json procedure_options(const std::string& name, const std::string& estimator) {
+  const Json procedure = find_procedure(name);
+  std::vector<std::string> known;
+  for (const Json& entry : procedure.at("estimators")) {
+    if (entry.at("name") != estimator) {
+      known.push_back(entry.at("name"));
+      continue;
+    }
+    Json options = procedure.value("options", Json::object());
+    for (const char* key : {"extraction", "pipeline"}) {
+      if (entry.contains(key)) options[key].merge_patch(entry[key]);
+    }
+    options["estimator"] = entry.value("options", Json::object());
+    return options;
+  }
+  fail("procedure '{}' says nothing of the estimator '{}': {}", name, estimator, suggest(estimator, known));
 }
 
 }  // namespace sextant

@@ -72,8 +72,8 @@ struct Plan {
     return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
   }
   PlanCase at(uint64_t number) const;
-  /// Everything that decides the records, with every default spelled out ("keep" where it is not records): equal JSON,
-  /// equal records on equal data.
+  /// Everything that decides the records, with every default spelled out ("keep" where it is not records):
+  /// equal JSON, equal records on equal data.
   Json json() const;
 };
 
@@ -87,9 +87,9 @@ CaseSettings case_settings(const Plan& plan, const PlanCase& c);
 /// Whether two sources have a frame pair in common: their records would look alike.
 bool share_pairs(const SequenceInfo& a, const SequenceInfo& b);
 
-/// The cases of a shard, in order of number; `shard` 0..n_shards-1. Shards differ by one case at most, and each has as few
-/// sources as that allows, so that it opens few. Among the shards of one source its cases are dealt out evenly over
-/// estimators, levels and seeds.
+/// The cases of a shard, in order of number; `shard` 0..n_shards-1. Shards differ by one case at most, and
+/// each has as few sources as that allows, so that it opens few. Among the shards of one source its cases are
+/// dealt out evenly over estimators, levels and seeds.
 std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards);
 
 /// The most cases that one plan may have.

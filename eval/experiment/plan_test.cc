@@ -29,9 +29,10 @@ TEST_F(PlanTest, SharesAreEqualWithFewSourcesAndAllEstimators) {
     for (const char* frames : {"0-2", "3-5"})
       sources += fmt::format("{}\"synthetic:{}@{}\"", sources.empty() ? "" : ",", scene, frames);
   }
-  const Plan plan = parse_plan("{\"sources\":[" + sources +
-                                   "],\"estimators\":[\"motion_only\",\"joint_flow\",\"joint_flow_depth\"],\"seeds\":40}",
-                               "plan.json", "");
+  const Plan plan =
+      parse_plan("{\"sources\":[" + sources +
+                     "],\"estimators\":[\"motion_only\",\"joint_flow\",\"joint_flow_depth\"],\"seeds\":40}",
+                 "plan.json", "");
   ASSERT_EQ(plan.n_cases(), 960U);
   for (const uint64_t n : {1, 3, 7, 16, 959, 960}) {
     std::set<uint64_t> all;

@@ -1,6 +1,7 @@
 #include "sextant/eval/experiment/run.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <future>
 #include <numeric>
@@ -12,7 +13,9 @@
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {
@@ -115,8 +118,8 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
              specs[i].text, info.dataset, info.sequence);
       }
       if (folder_name(info) == folder_name(sequences[j]->info())) {
-        fail("sources '{}' and '{}' would both write into '{}': run them into a folder each", specs[j].text, specs[i].text,
-             folder_name(info));
+        fail("sources '{}' and '{}' would both write into '{}': run them into a folder each", specs[j].text,
+             specs[i].text, folder_name(info));
       }
     }
   }
@@ -128,24 +131,6 @@ std::string folder_name(const SequenceInfo& info) {
   std::string name =
       fmt::format("{}_{}_{}-{}", info.dataset, info.sequence, info.first_frame, info.last_frame);
   return safe_file_name(name);
-}
-
-ResolvedOptions resolve_options(const Json& tree) {
-  if (!tree.is_object()) fail("options: expected a JSON object, got {}", json_excerpt(tree));
-  const std::vector<std::string> known = {"extraction", "pipeline", "estimator", "source"};
-  ResolvedOptions options;
-  for (const auto& item : tree.items()) {
-    if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
-      fail("unknown option key '{}': {}", item.key(), suggest(item.key(), known));
-    }
-    if (!item.value().is_object())
-      fail("option {}: expected an object, got {}", item.key(), json_excerpt(item.value()));
-    if (item.key() == "extraction") read_options(item.value(), options.extraction, "extraction");
-    if (item.key() == "pipeline") read_options(item.value(), options.pipeline, "pipeline");
-    if (item.key() == "estimator") options.estimator = item.value();
-    if (item.key() == "source") options.source = item.value();
-  }
-  return options;
 }
 
 void follow_procedure(const std::string& name, bool with_noise, RunConfig& config) {
@@ -177,7 +162,8 @@ Json resolved_configuration(const RunConfig& config) {
 Fingerprints run_fingerprints(const RunConfig& config) {
   if (!config.rescore) return present_fingerprints(plan_of(config));
   const fs::path folder = config.folder.parent_path();
-  if (!fs::exists(folder / "run.json")) return {};  // a run that is not finished: its report looks at it again
+  if (!fs::exists(folder / "run.json"))
+    return {};  // a run that is not finished: its report looks at it again
   return fingerprints_in(read_run_json(folder), (folder / "run.json").string());
 }
 
@@ -193,14 +179,188 @@ RunResult run(const RunConfig& config) {
   }
   check_distinct(sequences, plan.sources);
 
-  RunResult result{
-      .configuration = resolved_configuration(config), .fingerprints = run_fingerprints(config), .jobs = config.jobs};
+  RunResult result{.configuration = resolved_configuration(config),
+                   .fingerprints = run_fingerprints(config),
+                   .jobs = config.jobs};
   for (size_t i = 0; i < sequences.size(); ++i) {
     result.sources.push_back(run_source(config, plan, i, *sequences[i], result.records));
     sequences[i].reset();
   }
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - start).count();
   return result;
+}
+
+namespace {
+
+std::string matrix_line(const SE3& T) {
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> m = T.matrix().topRows<3>();
+  return fmt::format("{}", fmt::join(m.data(), m.data() + m.size(), " "));
+}
+
+std::string tum_text(const Trajectory& trajectory, const SequenceInfo& info) {
+  std::string text;
+  for (const auto& [frame, pose] : trajectory.poses()) {
+    if (frame < info.first_frame || frame > info.last_frame) continue;
+    const Eigen::Vector3d& t = pose.translation();
+    const Eigen::Quaterniond& q = pose.rotation();
+    text += fmt::format("{} {} {} {} {} {} {} {}\n", frame / info.rate_hz, t.x(), t.y(), t.z(), q.x(), q.y(),
+                        q.z(), q.w());
+  }
+  return text;
+}
+
+Json source_json(const SourceRun& source) {
+  Json json;
+  json["source"] = source.source;
+  json["dataset"] = source.info.dataset;
+  json["sequence"] = source.info.sequence;
+  json["first_frame"] = source.info.first_frame;
+  json["last_frame"] = source.info.last_frame;
+  json["rate_hz"] = source.info.rate_hz;
+  json["width_px"] = source.info.width;
+  json["height_px"] = source.info.height;
+  const StereoCamera& camera = source.info.camera;
+  json["camera"] = {{"fx_px", camera.left.fx},
+                    {"fy_px", camera.left.fy},
+                    {"cx_px", camera.left.cx},
+                    {"cy_px", camera.left.cy},
+                    {"bf_px_m", camera.bf}};
+  json["provenance"] = source.info.provenance;
+  json["warnings"] = source.info.warnings;
+  json["estimated_poses"] = source.motions.estimated.poses().size();
+  json["world_origin"] = source.motions.starts_at_truth ? "true pose of the first frame" : "first frame";
+  if (!source.noise.is_null()) json["noise"] = source.noise;
+  json["inputs"] = inputs_json(source.inputs);
+  return json;
+}
+
+}  // namespace
+
+OutputFiles run_files(const RunResult& result) {
+  OutputFiles files;
+  files["records.jsonl"] = write_records(result.records);
+  files["run.json"] = json_text(run_provenance(result));
+  for (const SourceRun& source : result.sources) {
+    const std::string folder = result.sources.size() == 1 ? "" : folder_name(source.info) + "/";
+    std::string& kitti = files[folder + "est_camera_kitti.txt"];
+    for (const auto& [frame, pose] : source.motions.estimated.poses()) kitti += matrix_line(pose) + '\n';
+    files[folder + "est_camera_tum.txt"] = tum_text(source.motions.estimated, source.info);
+    const std::string truth = tum_text(source.truth, source.info);
+    if (!truth.empty()) files[folder + "gt_camera_tum.txt"] = truth;
+    files[folder + "tracks.csv"] = write_tracks(source.tracks);
+    for (const auto& [id, motions] : source.motions.objects) {
+      std::string& text = files[fmt::format("{}obj_{}_motion.txt", folder, id)];
+      for (const auto& [frame, H_world] : motions)
+        text += fmt::format("{} {}\n", frame, matrix_line(H_world));
+    }
+  }
+  return files;
+}
+
+Json run_provenance(const RunResult& result) {
+  Json json = build_provenance();
+  json["configuration"] = result.configuration;
+  if (!result.fingerprints.empty()) json[fingerprints_key] = fingerprints_json(result.fingerprints);
+  json["jobs"] = result.jobs;
+  json["wall_time_s"] = result.wall_time_s;
+  json["records"] = result.records.size();
+  json["sources"] = Json::array();
+  for (const SourceRun& source : result.sources) json["sources"].push_back(source_json(source));
+  return json;
+}
+
+namespace {
+
+Json pose_json(const SE3& T) {
+  const Eigen::Quaterniond& q = T.rotation();
+  const Eigen::Vector3d& t = T.translation();
+  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+SE3 pose_from(const Json& json) {
+  const auto v = json.get<std::array<double, 7>>();
+  return SE3::from_parts({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]});
+}
+
+Json poses_json(const std::map<int, SE3>& poses) {
+  Json json = Json::array();
+  for (const auto& [frame, pose] : poses) json.push_back({frame, pose_json(pose)});
+  return json;
+}
+
+Json note_of(const SourceOutcome& outcome) {
+  Json objects = Json::array();
+  for (const auto& [id, motions] : outcome.motions.objects) objects.push_back({id, poses_json(motions)});
+  return {{"starts_at_truth", outcome.motions.starts_at_truth},
+          {"camera", poses_json(outcome.motions.estimated.poses())},
+          {"objects", objects},
+          {"sums", outcome.noise.sums()},
+          {"problems", outcome.problems},
+          {"inputs", inputs_json(outcome.inputs)}};
+}
+
+SourceOutcome outcome_of(const Json& note, std::string_view records) {
+  SourceOutcome outcome;
+  outcome.records = parse_records(records, "journal");
+  outcome.motions.starts_at_truth = note.at("starts_at_truth").get<bool>();
+  for (const Json& entry : note.at("camera"))
+    outcome.motions.estimated.set(entry.at(0).get<int>(), pose_from(entry.at(1)));
+  for (const Json& object : note.at("objects")) {
+    std::map<int, SE3>& motions = outcome.motions.objects[object.at(0).get<int>()];
+    for (const Json& entry : object.at(1)) motions[entry.at(0).get<int>()] = pose_from(entry.at(1));
+  }
+  outcome.noise = NoiseVerification::from_sums(note.at("sums"), "journal");
+  outcome.problems = note.at("problems").get<std::vector<std::string>>();
+  for (const auto& [path, entry] : note.at("inputs").items())
+    outcome.inputs[path] = {entry.at("bytes").get<uint64_t>(), entry.at("sha256").get<std::string>()};
+  return outcome;
+}
+
+}  // namespace
+
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs) {
+  Json json = Json::object();
+  for (const auto& [path, entry] : inputs) json[path] = {{"bytes", entry.bytes}, {"sha256", entry.sha256}};
+  return json;
+}
+
+bool same_inputs(const Json& inputs) {
+  for (const auto& [path, input] : inputs.items()) {
+    if (!fs::exists(path) || input.at("sha256") != sha256(read_file(path))) return false;
+  }
+  return true;
+}
+
+RunJournal::RunJournal(fs::path folder, const Json& configuration)
+    : path_(std::move(folder) / "unfinished.jsonl"),
+      owner_(sha256(json_line({{"run", configuration}, {"program", program_identity()}}))) {
+  if (fs::exists(path_)) open();
+}
+
+void RunJournal::open() {
+  journal_.emplace(path_, owner_, [](uint64_t, std::string_view) { return true; });
+}
+
+std::optional<SourceOutcome> RunJournal::find(size_t source) const {
+  if (!journal_) return std::nullopt;
+  const auto block = journal_->blocks().find(source);
+  if (block == journal_->blocks().end() || !same_inputs(block->second.noise.at("inputs")))
+    return std::nullopt;
+  const std::string text = read_file(path_, records_file);
+  return outcome_of(block->second.noise,
+                    std::string_view(text).substr(block->second.offset, block->second.bytes));
+}
+
+void RunJournal::append(size_t source, const SourceOutcome& outcome) {
+  if (!journal_) {
+    open();
+  }
+  journal_->append(source, outcome.records.size(), write_records(outcome.records), note_of(outcome));
+}
+
+void RunJournal::remove() {
+  journal_.reset();
+  fs::remove(path_);
 }
 
 }  // namespace sextant

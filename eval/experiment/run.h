@@ -6,6 +6,7 @@
 // `jobs`, times excepted. Nothing is written here: run_files() makes the files.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/eval/experiment/run_journal.h"
+#include "sextant/eval/experiment/run_options.h"
 #include "sextant/eval/records/fingerprint.h"
+#include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
@@ -33,20 +35,10 @@ struct RunConfig {
   bool quiet = false;                    ///< no progress line
   std::filesystem::path folder;  ///< for files that an external estimator leaves; empty: it leaves none
   bool rescore = false;          ///< of such files that are there already; no program is run
-  RunJournal* journal = nullptr;  ///< sources that are in it are not run again; those that are done go into it
-  PairObserver on_pair;          ///< of the first seed; may be empty
+  RunJournal* journal =
+      nullptr;           ///< sources that are in it are not run again; those that are done go into it
+  PairObserver on_pair;  ///< of the first seed; may be empty
 };
-
-/// The options tree, read and completed with defaults.
-struct ResolvedOptions {
-  ExtractionOptions extraction;
-  PipelineOptions pipeline;
-  Json estimator = Json::object();
-  Json source = Json::object();
-};
-
-/// Throws Error on an unknown key anywhere above "estimator" and "source", which are read by their owners.
-ResolvedOptions resolve_options(const Json& tree);
 
 /// Puts a run on a procedure (plan.h): its options for the estimator go below those of the run, and,
 /// where asked for, its noise and level replace the run's.
@@ -56,7 +48,8 @@ void follow_procedure(const std::string& name, bool with_noise, RunConfig& confi
 /// equal data give equal records.
 Json resolved_configuration(const RunConfig& config);
 
-/// Of its estimator, where that is no part of Sextant: as it is now, or, where it is scored again, as it ran. Throws Error.
+/// Of its estimator, where that is no part of Sextant: as it is now, or, where it is scored again, as it ran.
+/// Throws Error.
 Fingerprints run_fingerprints(const RunConfig& config);
 
 struct SourceRun {
@@ -73,7 +66,7 @@ struct SourceRun {
 struct RunResult {
   std::vector<Record> records;  ///< by source, seed, frame, ego first, then objects by id
   std::vector<SourceRun> sources;
-  Json configuration;  ///< resolved_configuration()
+  Json configuration;         ///< resolved_configuration()
   Fingerprints fingerprints;  ///< run_fingerprints(), before the first case
   double wall_time_s = 0;
   int jobs = 1;
@@ -98,5 +91,45 @@ OutputFiles run_files(const RunResult& result);
 
 /// build_provenance(), configuration and inputs of a run.
 Json run_provenance(const RunResult& result);
+
+// ---- What a run has done, so that the same run goes on after it: `sextant run` killed and started again
+// gives the same bytes (times apart). The unit is a source, over all its seeds, which share one decoding of
+// its frames.
+//
+//   DIR/unfinished.jsonl   a block per source that is done (records/journal.h); gone when the results are
+//                          there
+//
+// A block counts for the same program, configuration and estimator only, and while every file that the source
+// read is as it was.
+
+/// What a source gave, over all seeds; motions and tracks are those of the first.
+struct SourceOutcome : CaseOutcome {
+  std::map<std::string, InputLog::Entry> inputs;
+};
+
+/// Files that were read: path -> {"bytes", "sha256"}.
+Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs);
+/// Whether all of them still are as inputs_json() says.
+bool same_inputs(const Json& inputs);
+
+class RunJournal {
+ public:
+  /// Of the run of `configuration` (resolved_configuration(), and what fingerprints its estimator has) into
+  /// `folder`, which is made with the first block.
+  RunJournal(std::filesystem::path folder, const Json& configuration);
+
+  /// Nothing where the source is not done, or would not give the same any more.
+  std::optional<SourceOutcome> find(size_t source) const;
+  void append(size_t source, const SourceOutcome& outcome);
+  /// The results are in place.
+  void remove();
+
+ private:
+  void open();
+
+  std::filesystem::path path_;
+  std::string owner_;
+  std::optional<Journal> journal_;
+};
 
 }  // namespace sextant

@@ -96,7 +96,8 @@ OutputFiles untimed_files(RunResult result) {
 TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
   const TempFolder temp;
   RunConfig config = config_of(fixture_->source() + "@0-6", 2);
-  for (const char* range : {"@6-9", "@9-14"}) config.sources.push_back(SourceSpec::parse(fixture_->source() + range));
+  for (const char* range : {"@6-9", "@9-14"})
+    config.sources.push_back(SourceSpec::parse(fixture_->source() + range));
   config.noise = Noise::parse(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}})");
   config.n_seeds = 2;
   const OutputFiles whole = untimed_files(run(config));
@@ -207,7 +208,8 @@ TEST(OutputFolder, GoesThroughNoLink) {
   fs::create_directory_symlink(theirs, out / "sub");
   fs::create_directory_symlink(theirs, out / ".incomplete");
   const OutputFiles files = {{"a.txt", "new"}, {"sub/t.txt", "new"}};
-  expect_error([&] { write_output_folder(out, files); }, "sub: is a link: output goes through no link below its folder");
+  expect_error([&] { write_output_folder(out, files); },
+               "sub: is a link: output goes through no link below its folder");
   EXPECT_EQ(read_file(out / "a.txt"), "old") << "nothing is replaced where one place is refused";
   fs::remove(out / "sub");
   fs::create_directory(out / "sub");

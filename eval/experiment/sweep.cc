@@ -12,9 +12,8 @@
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/case_versions.h"
-#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
-#include "sextant/eval/experiment/run_journal.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/journal.h"
@@ -99,8 +98,8 @@ class PlanRunner {
     const SequenceInfo& info = sources_[c.source].sequence->info();
     const CaseSettings s = case_settings(config_.plan, c);
     const auto is_own = [&](const auto& of) {
-      return of.dataset == info.dataset && of.sequence == info.sequence && of.seed == s.seed && of.level == s.level &&
-             of.noise == s.noise.name();
+      return of.dataset == info.dataset && of.sequence == info.sequence && of.seed == s.seed &&
+             of.level == s.level && of.noise == s.noise.name();
     };
     const auto is_label = [&](const std::string& label) {
       return label == s.estimator_label || label.starts_with(s.estimator_label + ".");
@@ -110,7 +109,8 @@ class PlanRunner {
         return std::ranges::all_of(parse_records(content, "journal"),
                                    [&](const Record& r) { return is_own(r) && is_label(r.estimator); });
       }
-      const CaseSummary summary = decode_case_summary(decode_journal_case(content, "journal").summary, "journal");
+      const CaseSummary summary =
+          decode_case_summary(decode_journal_case(content, "journal").summary, "journal");
       return summary.results.empty() ||
              (is_own(summary) && std::ranges::all_of(summary.results, is_label, &ResultSums::estimator));
     } catch (const Error&) {
@@ -166,8 +166,8 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
 }
 
 /// Writes results and run.json of cases that are all there; returns how many records they were.
-uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& claimed, uint64_t n_cases,
-                       MergedCases cases) {
+uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& claimed,
+                       uint64_t n_cases, MergedCases cases) {
   OutputFolder files(config.out);
   CaseResultWriter results(files, config.plan.json(), n_cases);
   while (const auto next = cases.next()) {
@@ -198,7 +198,8 @@ class StaleCases {
   void tell(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
     if (!config.tell) return;
     for (const auto& [label, n] : n_)
-      config.tell(fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
+      config.tell(
+          fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
   }
 
  private:
@@ -209,7 +210,8 @@ constexpr const char* is_kept = "kept, as --reuse-stale says";
 constexpr const char* is_run_again = "run again (--reuse-stale keeps them)";
 
 /// Puts cases of a finished sweep into the journal, and makes the folder that of an unfinished one.
-void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint64_t>& kept, Journal& journal) {
+void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint64_t>& kept,
+            Journal& journal) {
   if (!kept.empty()) {
     const auto reader = open_case_results(config.out, config.plan.keep);
     while (const auto result = reader->next()) {
@@ -222,8 +224,8 @@ void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint6
   write_file(config.out / "plan.json", json_text(claimed));
 }
 
-/// The versions that made the results, for plan.json and run.json: those of the blocks, and, where cases of unknown versions
-/// were kept, all that are known. An estimator that changed while it ran has both versions.
+/// The versions that made the results, for plan.json and run.json: those of the blocks, and, where cases of
+/// unknown versions were kept, all that are known. An estimator that changed while it ran has both versions.
 Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versions, const Journal& journal,
                            const FinishedCases& finished) {
   Fingerprints used;
@@ -241,7 +243,8 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
   try {
     at_the_end = present_fingerprints(config.plan);
   } catch (const Error& error) {  // hours of results do not hang on a file that is gone
-    if (config.tell) config.tell(fmt::format("{}: what ran cannot be read any more: {}", config.out.string(), error.what()));
+    if (config.tell)
+      config.tell(fmt::format("{}: what ran cannot be read any more: {}", config.out.string(), error.what()));
     for (const auto& [label, ignored] : versions.now()) at_the_end[label] = {Fingerprint{}};
   }
   for (const auto& [label, after] : at_the_end) {
@@ -249,8 +252,8 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
     if (after.front() == before) continue;
     add_version(after.front(), used[label]);
     if (config.tell) {
-      config.tell(fmt::format("{}: '{}' changed while it ran ({}): give the same command again", config.out.string(), label,
-                              difference(before, after.front())));
+      config.tell(fmt::format("{}: '{}' changed while it ran ({}): give the same command again",
+                              config.out.string(), label, difference(before, after.front())));
     }
   }
   return used;
@@ -262,14 +265,14 @@ SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
   const FolderLock lock(config.out);
   const PlanRunner runner(config, numbers, /*with_packs=*/true);
-  const Fingerprints now =
-      config.rescored.empty() ? present_fingerprints(config.plan) : rescored_fingerprints(config.plan, config.rescored);
+  const Fingerprints now = config.rescored.empty() ? present_fingerprints(config.plan)
+                                                   : rescored_fingerprints(config.plan, config.rescored);
   Json plan = {{"plan", config.plan.json()},
                {"shard", {config.shard % config.n_shards, config.n_shards}},
                {"data", runner.data_json()},
                {"programs", {program_identity()}}};
-  const std::string name = sha256(
-      json_line({{"plan", plan_key(plan["plan"])}, {"shard", plan["shard"]}, {"data", plan["data"]}}));
+  const std::string name =
+      sha256(json_line({{"plan", plan_key(plan["plan"])}, {"shard", plan["shard"]}, {"data", plan["data"]}}));
   if (!now.empty()) plan[fingerprints_key] = fingerprints_json(now);
   if (config.tell && !config.quiet) {
     for (const auto& [label, version] : now) {
@@ -290,19 +293,23 @@ SweepOutcome sweep(const SweepConfig& config) {
     FinishedCases::remove(config.out);  // where it was killed at its very end
     StaleCases stale;
     for (const uint64_t number : numbers) {
-      if (versions.is_stale(number)) stale.add(versions.label(number));
-      else kept.insert(number);
+      if (versions.is_stale(number))
+        stale.add(versions.label(number));
+      else
+        kept.insert(number);
     }
     outcome.n_stale = stale.total();
     if (stale.total() == 0 || config.reuse_stale) {
       stale.tell(config, versions, is_kept);
       outcome.n_before = numbers.size();
-      outcome.n_records = json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
+      outcome.n_records =
+          json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
       return outcome;
     }
     const bool is_summary = config.plan.keep == KeepOfCases::summary;
     if (is_summary) kept.clear();
-    stale.tell(config, versions, is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
+    stale.tell(config, versions,
+               is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
     claimed = kept.empty() ? plan : join_claim(config.out, claimed, plan, config.allow_mixed);
   }
   {
@@ -344,7 +351,8 @@ SweepOutcome sweep(const SweepConfig& config) {
         if (journal.bytes() >= config.journal_bytes) finished.take_from(journal, noise);
       } else {
         const bool is_noisy = !config.plan.levels[c.level].noise.none();
-        journal.append(c.number, done.records.size(), write_records(done.records), is_noisy ? done.noise.sums() : Json());
+        journal.append(c.number, done.records.size(), write_records(done.records),
+                       is_noisy ? done.noise.sums() : Json());
       }
       problems[static_cast<size_t>(i)] = std::move(done.problems);
       progress.advance();
@@ -353,10 +361,12 @@ SweepOutcome sweep(const SweepConfig& config) {
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
     const Json before = claimed;
-    if (!now.empty()) claimed[fingerprints_key] = fingerprints_json(used_versions(config, versions, journal, finished));
+    if (!now.empty())
+      claimed[fingerprints_key] = fingerprints_json(used_versions(config, versions, journal, finished));
     auto readers = finished.readers();
     readers.push_back(open_journal(journal, config.plan.keep, noise));
-    outcome.n_records = write_results(config, runner, claimed, numbers.size(), MergedCases(std::move(readers)));
+    outcome.n_records =
+        write_results(config, runner, claimed, numbers.size(), MergedCases(std::move(readers)));
     if (claimed != before) write_file(config.out / "plan.json", json_text(claimed));
   }
   fs::remove(journal_path);
@@ -377,5 +387,15 @@ SweepSize size_of_sweep(const SweepConfig& config) {
 }
 
 void make_packs(const SweepConfig& config) { PlanRunner(config, numbers_of(config), /*with_packs=*/true); }
+
+Json to_json(const SweepOutcome& outcome, const fs::path& out) {
+  return {{"out", out.string()},
+          {"cases", outcome.n_cases},
+          {"cases_before", outcome.n_before},
+          {"cases_stale", outcome.n_stale},
+          {"records", outcome.n_records},
+          {"problems", outcome.problems},
+          {"wall_time_s", outcome.wall_time_s}};
+}
 
 }  // namespace sextant

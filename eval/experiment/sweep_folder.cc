@@ -10,7 +10,6 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_versions.h"
-#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
@@ -24,7 +23,8 @@ constexpr const char* journal_name = "journal.jsonl";
 std::string program_text(const Json& programs) {
   if (!programs.is_array() || programs.empty()) return "unknown";
   const Json& first = programs.front();
-  return fmt::format("{} (commit {})", first.value("version", "?"), first.value("git_commit", "?").substr(0, 12));
+  return fmt::format("{} (commit {})", first.value("version", "?"),
+                     first.value("git_commit", "?").substr(0, 12));
 }
 
 void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t n_shards) {
@@ -35,7 +35,8 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     if (folder_of.contains(shard)) continue;
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
-  if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+  if (n > 0)
+    fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
 }
 
 }  // namespace
@@ -50,8 +51,8 @@ Json read_plan_file(const fs::path& folder) {
 
 ShardNumber shard_number(const Json& plan_file, const std::string& where) {
   const Json& numbers = plan_file["shard"];
-  if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() || !numbers[1].is_number_unsigned() ||
-      numbers[0] >= numbers[1]) {
+  if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() ||
+      !numbers[1].is_number_unsigned() || numbers[0] >= numbers[1]) {
     fail("{}: not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
   }
   const ShardNumber found{numbers[0], numbers[1]};
@@ -82,7 +83,8 @@ Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool
                                   std::pair{"data", "data that have changed since"}}) {
     if (plan_key(present[key]) == plan_key(wanted[key])) continue;
     if (!replace) {
-      fail("{}: holds a sweep of {}; choose another folder, or pass --force to start over", folder.string(), what);
+      fail("{}: holds a sweep of {}; choose another folder, or pass --force to start over", folder.string(),
+           what);
     }
     remove_results(folder);
     fs::remove(folder / journal_name);
@@ -99,9 +101,11 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
   Json programs = present.value("programs", Json::array());
   if (std::ranges::find(programs, program) == programs.end()) {
     if (!allow_mixed) {
-      fail("{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass --allow-mixed "
-           "or --force",
-           folder.string(), program_text(programs), program_text(wanted["programs"]));
+      fail(
+          "{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass "
+          "--allow-mixed "
+          "or --force",
+          folder.string(), program_text(programs), program_text(wanted["programs"]));
     }
     programs.push_back(program);
     present["programs"] = std::move(programs);
@@ -117,7 +121,8 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
 }
 
 void remove_results(const fs::path& folder) {
-  for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json"}) fs::remove(folder / file);
+  for (const char* file : {"records.jsonl", summary_file_name, "cases.jsonl", "run.json"})
+    fs::remove(folder / file);
 }
 
 void remove_sweep(const fs::path& folder) {
@@ -167,11 +172,13 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     const ShardNumber shard = shard_number(of_folder, (folder / "plan.json").string());
     if (n_shards == 0) n_shards = shard.n_shards;
     if (shard.n_shards != n_shards) {
-      fail("{}: is one of {} shards, {} one of {}", folder.string(), shard.n_shards, folders.front().string(), n_shards);
+      fail("{}: is one of {} shards, {} one of {}", folder.string(), shard.n_shards, folders.front().string(),
+           n_shards);
     }
     const auto [other, is_new_shard] = folder_of.emplace(shard.number, folder.string());
     if (!is_new_shard)
-      fail("{}: shard {} of {} is in {} too: give each shard once", folder.string(), shard.number, n_shards, other->second);
+      fail("{}: shard {} of {} is in {} too: give each shard once", folder.string(), shard.number, n_shards,
+           other->second);
     const Json data = json_object(of_folder, "data", (folder / "plan.json").string());
     for (const auto& [source, packs] : data.items()) {
       const auto [known, is_new] = first_with.emplace(source, folder.string());
@@ -186,15 +193,18 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       if (std::ranges::find(programs, program) == programs.end()) programs.push_back(program);
       if (programs.size() > 1 && !allow_mixed) {
         fail("{}: was made by Sextant {}, {} by {}; sweep again with one version, or pass --allow-mixed",
-             folder.string(), program_text(Json::array({program})), folders.front().string(), program_text(programs));
+             folder.string(), program_text(Json::array({program})), folders.front().string(),
+             program_text(programs));
       }
     }
     for (const auto& [label, of_shard] : fingerprints_in(of_folder, (folder / "plan.json").string())) {
       std::vector<Fingerprint>& known = versions[label];
       for (const Fingerprint& version : of_shard) add_version(version, known);
       if (known.size() > 1 && !allow_mixed) {
-        fail("{}: another version of '{}' ran there than in {} ({}); sweep again with one version, or pass --allow-mixed",
-             folder.string(), label, folders.front().string(), difference(known[0], known[1]));
+        fail(
+            "{}: another version of '{}' ran there than in {} ({}); sweep again with one version, or pass "
+            "--allow-mixed",
+            folder.string(), label, folders.front().string(), difference(known[0], known[1]));
       }
     }
     const Json run = read_run_json(folder);
@@ -227,7 +237,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     const std::string folder = folders[next->reader].string();
     const uint64_t number = next->result.number;
     if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folder, number, n_cases);
-    if (number < outcome.n_cases) fail("{}: case {} is in an earlier folder too: give each shard once", folder, number);
+    if (number < outcome.n_cases)
+      fail("{}: case {} is in an earlier folder too: give each shard once", folder, number);
     if (number > outcome.n_cases) break;
     results.add(next->result);
     ++outcome.n_cases;

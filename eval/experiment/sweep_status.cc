@@ -7,8 +7,8 @@
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_versions.h"
-#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
 
@@ -89,7 +89,8 @@ std::string SweepStatus::to_submit(const std::set<uint64_t>& except) const {
     text += first == last ? fmt::format("{}", first) : fmt::format("{}-{}", first, last);
   };
   for (const ShardStatus& shard : shards) {
-    const bool open = shard.state == ShardStatus::State::missing || shard.state == ShardStatus::State::stopped;
+    const bool open =
+        shard.state == ShardStatus::State::missing || shard.state == ShardStatus::State::stopped;
     if (!open || except.contains(shard.number)) continue;
     if (first != 0 && shard.number == last + 1) {
       last = shard.number;
@@ -119,13 +120,16 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
       of_plan = shard;
       status.n_cases = planned_cases(plan, file.string());
     }
-    if (plan_key(json["plan"]) != plan_key(plan)) fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
+    if (plan_key(json["plan"]) != plan_key(plan))
+      fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
     if (!begun.emplace(number, shard).second)
       fail("{}: shard {} is in {} too", shard.string(), number, begun.at(number).string());
   }
   if (n_shards == 0) {
-    fail("{}: no shard has begun here; give --shards N, or begin one: sextant sweep PLAN.json --shard 1/N --out {}",
-         folder.string(), (folder / "shards" / "1").string());
+    fail(
+        "{}: no shard has begun here; give --shards N, or begin one: sextant sweep PLAN.json --shard 1/N "
+        "--out {}",
+        folder.string(), (folder / "shards" / "1").string());
   }
   for (uint64_t number = 1; number <= n_shards; ++number) {
     const auto shard = begun.find(number);
@@ -137,11 +141,11 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
 Json to_json(const SweepStatus& status) {
   Json shards = Json::array();
   for (const ShardStatus& shard : status.shards) {
-    shards.push_back({{"shard", shard.number},
-                      {"state", to_string(shard.state)},
-                      {"cases_done", shard.cases_done}});
+    shards.push_back(
+        {{"shard", shard.number}, {"state", to_string(shard.state)}, {"cases_done", shard.cases_done}});
   }
-  Json json = {{"cases", status.n_cases}, {"cases_done", status.cases_done()}, {"to_submit", status.to_submit()}};
+  Json json = {
+      {"cases", status.n_cases}, {"cases_done", status.cases_done()}, {"to_submit", status.to_submit()}};
   if (const auto seconds = status.remaining_s()) json["remaining_s"] = *seconds;
   json["shards"] = std::move(shards);
   return json;
@@ -155,7 +159,8 @@ std::string to_text(const SweepStatus& status) {
   }
   if (status.n_cases > 0) text += fmt::format("\ncases   {} of {} done", status.cases_done(), status.n_cases);
   const auto seconds = status.remaining_s();
-  if (seconds && status.cases_done() < status.n_cases) text += fmt::format(", about {} left", duration_text(*seconds));
+  if (seconds && status.cases_done() < status.n_cases)
+    text += fmt::format(", about {} left", duration_text(*seconds));
   if (const std::string open = status.to_submit(); !open.empty())
     text += fmt::format("\nsubmit  --array={}   (missing and stopped)", open);
   return text + "\n";

@@ -1,7 +1,7 @@
 #pragma once
 
-// How far a sweep in shards is, from the folders of its shards alone: DIR/shards/NAME, or DIR/NAME where there is no
-// DIR/shards, each with the plan.json of a sweep. Nothing is written and no source is read.
+// How far a sweep in shards is, from the folders of its shards alone: DIR/shards/NAME, or DIR/NAME where
+// there is no DIR/shards, each with the plan.json of a sweep. Nothing is written and no source is read.
 
 #include <cstdint>
 #include <filesystem>
@@ -32,14 +32,15 @@ struct SweepStatus {
 
   uint64_t count(ShardStatus::State state) const;
   uint64_t cases_done() const;
-  /// Of the cases that are not done, by the time that those done took, as many at once as run now (one if none does).
+  /// Of the cases that are not done, by the time that those done took, as many at once as run now (one if
+  /// none does).
   std::optional<double> remaining_s() const;
   /// Missing and stopped shards but `except`, as `sbatch --array` takes them: "3,8-9"; empty for none.
   std::string to_submit(const std::set<uint64_t>& except = {}) const;
 };
 
-/// `n_shards` 0: as the shards that have begun say. Throws Error when a shard is of another plan or another number of
-/// shards, is there twice, or when nothing has begun and `n_shards` is 0.
+/// `n_shards` 0: as the shards that have begun say. Throws Error when a shard is of another plan or another
+/// number of shards, is there twice, or when nothing has begun and `n_shards` is 0.
 SweepStatus sweep_status(const std::filesystem::path& folder, uint64_t n_shards);
 
 Json to_json(const SweepStatus& status);

@@ -16,7 +16,8 @@ constexpr const char* plan_text =
 
 class Status : public ::testing::Test {
  protected:
-  void run_shard(uint64_t number, uint64_t n, const std::string& folder, const std::string& plan = plan_text) {
+  void run_shard(uint64_t number, uint64_t n, const std::string& folder,
+                 const std::string& plan = plan_text) {
     SweepConfig config;
     config.plan = parse_plan(plan, "plan.json", "");
     config.cache = PackCache(folder_.path() / "cache");
@@ -38,7 +39,8 @@ TEST_F(Status, TellsDoneRunningStoppedAndMissing) {
     std::filesystem::remove(sweep_ / "shards" / shard / "records.jsonl");
     write_file(sweep_ / "shards" / shard / "journal.jsonl", "");
   }
-  const Journal writer(sweep_ / "shards/4/journal.jsonl", "test", [](uint64_t, std::string_view) { return true; });
+  const Journal writer(sweep_ / "shards/4/journal.jsonl", "test",
+                       [](uint64_t, std::string_view) { return true; });
   const SweepStatus status = sweep_status(sweep_, 0);
   ASSERT_EQ(status.shards.size(), 6U);
   EXPECT_EQ(status.shards[0].state, State::done);
@@ -72,8 +74,9 @@ TEST_F(Status, RefusesWhatIsNotOfTheSweep) {
   run_shard(1, 3, "shards/copy");
   expect_error([&] { sweep_status(sweep_, 0); }, "shard 1 is in");
   std::filesystem::remove_all(sweep_ / "shards/copy");
-  run_shard(2, 3, "shards/2",
-            R"({"name": "other", "sources": ["synthetic:s18@0-2"], "estimators": ["joint_flow"], "seeds": 10})");
+  run_shard(
+      2, 3, "shards/2",
+      R"({"name": "other", "sources": ["synthetic:s18@0-2"], "estimators": ["joint_flow"], "seeds": 10})");
   expect_error([&] { sweep_status(sweep_, 0); }, "holds a shard of another plan than");
 }
 

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "sextant/eval/experiment/case_results.h"
-#include "sextant/eval/experiment/finished_cases.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/experiment/sweep_status.h"
@@ -120,7 +119,8 @@ TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
     of.journal_bytes = fs::file_size(file("whole") / summary_file_name) / 4;
     return of;
   }();
-  // All cases are done, and the results cannot be moved into place: what has been moved out of the journal is there.
+  // All cases are done, and the results cannot be moved into place: what has been moved out of the journal is
+  // there.
   const fs::path in_the_way = file("small") / "run.json" / "in the way";
   fs::create_directories(in_the_way);
   expect_error([&] { sweep(small); }, "run.json");
@@ -180,7 +180,8 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
     write_file(path, text);
     return error_of([&] { merge_sweeps(parts, file("m")); });
   };
-  EXPECT_THAT(merging(good.substr(0, good.size() / 2)), testing::ContainsRegex("summary.bin: cut off after [1-5] of 6 cases"));
+  EXPECT_THAT(merging(good.substr(0, good.size() / 2)),
+              testing::ContainsRegex("summary.bin: cut off after [1-5] of 6 cases"));
   EXPECT_THAT(merging(good.substr(0, good.size() - 1)), HasSubstr("summary.bin: cut off after 6 of 6 cases"));
   EXPECT_THAT(merging(good + "x"), HasSubstr("summary.bin: has more than 6 cases"));
   std::string flipped = good;
@@ -226,7 +227,8 @@ TEST_F(SweepSummary, KeepIsAKeyOfThePlan) {
 }
 
 TEST_F(SweepSummary, ManySeedsStandAsARange) {
-  const Plan plan = parse_plan(plan_text(R"({"level":0,"noise":{}})", R"({"first":7,"count":1000000})"), "p", "");
+  const Plan plan =
+      parse_plan(plan_text(R"({"level":0,"noise":{}})", R"({"first":7,"count":1000000})"), "p", "");
   EXPECT_EQ(plan.json()["seeds"], (Json{{"first", 7}, {"count", 1000000}}));
   EXPECT_EQ(planned_seeds(plan.json(), "p"), 1000000U);
   EXPECT_EQ(planned_seeds(parse_plan(plan_text(), "p", "").json(), "p"), 3U);

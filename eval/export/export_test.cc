@@ -50,7 +50,8 @@ TEST_F(Export, CsvQuotesWhatStrangersWrote) {
       "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,errors_Et_m,"
       "\"errors_x\"\"y,../z\"\n"
       "d,,,none,0,0,0,ego,ok,,0,0,,0.1,\n"
-      "\"a,\"\"b\"\"\n'); DROP TABLE records; --\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,-0.5\n");
+      "\"a,\"\"b\"\"\n'); DROP TABLE records; "
+      "--\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,-0.5\n");
 }
 
 TEST_F(Export, SqliteHoldsTheSame) {

@@ -1,12 +1,13 @@
 #pragma once
 
-// The records of a run or sweep as a table: one row a record, one flat column a field. Columns are those of a line
-// (dataset, sequence, .., n_inliers, flow_truth), then one for every number that any record has in the four maps:
+// The records of a run or sweep as a table: one row a record, one flat column a field. Columns are those of a
+// line (dataset, sequence, .., n_inliers, flow_truth), then one for every number that any record has in the
+// four maps:
 //
 //   errors_Et_m   values_v_kmh   bound_Et_m   time_ms_total        docs/metrics.md defines them
 //
-// in alphabetical order within a map. What a record lacks is an empty value. The file is read twice, once for the columns
-// and once for the rows, so memory does not grow with it.
+// in alphabetical order within a map. What a record lacks is an empty value. The file is read twice, once for
+// the columns and once for the rows, so memory does not grow with it.
 
 #include <cstdint>
 #include <filesystem>
@@ -40,7 +41,8 @@ using RowVisitor = std::function<void(std::span<const RecordValue>)>;
 
 class RecordColumns {
  public:
-  /// records.jsonl of `folder`. Throws Error that names file and line, and where a sweep kept summaries alone.
+  /// records.jsonl of `folder`. Throws Error that names file and line, and where a sweep kept summaries
+  /// alone.
   explicit RecordColumns(const std::filesystem::path& folder);
 
   const std::vector<RecordColumn>& columns() const { return columns_; }
@@ -53,14 +55,5 @@ class RecordColumns {
   std::vector<RecordColumn> columns_;
   uint64_t n_rows_ = 0;
 };
-
-// ---- one function a format of export.h. `file` gets its name when it is whole (base/new_file.h).
-
-/// Goes over the rows.
-using Rows = std::function<void(const RowVisitor&)>;
-
-void write_csv(const RecordColumns& records, const Rows& rows, const std::filesystem::path& file);
-void write_npz(const RecordColumns& records, const Rows& rows, const std::filesystem::path& file);
-void write_sqlite(const RecordColumns& records, const Rows& rows, const std::filesystem::path& file);
 
 }  // namespace sextant

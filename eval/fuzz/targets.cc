@@ -35,7 +35,6 @@
 #include "sextant/eval/evaluation/pose_frames.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/pack.h"
-#include "sextant/eval/experiment/pack_cache.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
@@ -122,7 +121,8 @@ void journal(Bytes bytes) {
     }
   };
   const Journal::Fits fits = [&](uint64_t, std::string_view content) {
-    return takes([&] { parse_records(content, "journal"); }) || takes([&] { decode_journal_case(content, "journal"); });
+    return takes([&] { parse_records(content, "journal"); }) ||
+           takes([&] { decode_journal_case(content, "journal"); });
   };
   Journal journal(folder.path() / "journal.jsonl", "owner", fits);
   const auto contents = [&] {
@@ -151,7 +151,8 @@ void summary_file(Bytes bytes) {
   while (const auto block = reader.next()) decode_case_summary(block->bytes, "summary");
   const ExactNoises noises = decode_exact_noises(reader.noise(), "noise");
   for (const auto& [place, noise] : noises) noise.total();
-  SEXTANT_CHECK(encode_exact_noises(decode_exact_noises(encode_exact_noises(noises), "written")) == encode_exact_noises(noises));
+  SEXTANT_CHECK(encode_exact_noises(decode_exact_noises(encode_exact_noises(noises), "written")) ==
+                encode_exact_noises(noises));
 }
 
 /// Every reader of such a folder has its turn, also when one before has refused it.
@@ -345,7 +346,8 @@ void check_poses(const PoseSeries& poses) {
   SEXTANT_CHECK(poses.stamps_s.empty() || poses.stamps_s.size() == n);
   SEXTANT_CHECK(poses.frames.empty() || poses.frames.size() == n);
   for (size_t i = 0; i < n; ++i)
-    SEXTANT_CHECK(poses.positions_m[i].allFinite() && (poses.rotations.empty() || poses.rotations[i].allFinite()));
+    SEXTANT_CHECK(poses.positions_m[i].allFinite() &&
+                  (poses.rotations.empty() || poses.rotations[i].allFinite()));
   for (const double t : poses.stamps_s) SEXTANT_CHECK(std::isfinite(t));
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double core_sigmas = 4;
 constexpr int stride_px = 3;
 constexpr double mad_to_sigma = 1.4826;
-constexpr std::array<double, 17> distances_px = {0.9, 1.5, 2.5, 4,  6,   9,   13,  20, 30,
+constexpr std::array<double, 17> distances_px = {0.9, 1.5, 2.5, 4,   6,   9,   13,  20, 30,
                                                  45,  65,  90,  130, 180, 260, 400, 600};
 constexpr int bases_per_frame = 6000;
 constexpr std::array<double, 8> lengths_px = {2, 4, 8, 16, 32, 64, 128, 256};
@@ -34,7 +34,8 @@ double robust_sigma(std::vector<double> values) {
   return mad_to_sigma * middle_of(values);
 }
 
-/// The shortest interval that holds a quarter of the values: where they are densest, whatever most of them do.
+/// The shortest interval that holds a quarter of the values: where they are densest, whatever most of them
+/// do.
 struct Densest {
   double middle = 0, sigma = 0;  ///< of a Gaussian with that quarter around its mean
 };
@@ -121,13 +122,15 @@ std::vector<Dependence> dependence_of(const std::vector<ChannelField>& frames, c
       for_samples(field, [&](int x, int y, const std::vector<double>& error) {
         const double at = property->value(x, y);
         if (!(at >= step.edges.front() && at < step.edges.back())) return;
-        const auto bin = static_cast<size_t>(std::ranges::upper_bound(step.edges, at) - step.edges.begin() - 1);
+        const auto bin =
+            static_cast<size_t>(std::ranges::upper_bound(step.edges, at) - step.edges.begin() - 1);
         for (size_t a = 0; a < n_axes; ++a) errors[bin][a].push_back(error[a]);
         if (!core.holds(error)) ++tails[bin];
       });
     }
     for (size_t b = 0; b < n_bins; ++b) {
-      Dependence line{step.property, step.edges[b], step.edges[b + 1], static_cast<long>(errors[b][0].size()), {}, 0};
+      Dependence line{
+          step.property, step.edges[b], step.edges[b + 1], static_cast<long>(errors[b][0].size()), {}, 0};
       if (line.n < 200) continue;
       for (const std::vector<double>& axis : errors[b]) line.sigma_px.push_back(robust_sigma(axis));
       line.tail_share = static_cast<double>(tails[b]) / static_cast<double>(line.n);
@@ -145,9 +148,11 @@ struct PairSums {
 
 }  // namespace
 
-std::vector<CorrelationBin> measure_correlation(const std::vector<std::vector<Image<float>>>& frames_by_axis) {
+std::vector<CorrelationBin> measure_correlation(
+    const std::vector<std::vector<Image<float>>>& frames_by_axis) {
   const size_t n_axes = frames_by_axis.front().size(), n_bins = distances_px.size() - 1;
-  const PairSums none{0, 0, std::vector<double>(n_axes), std::vector<double>(n_axes), std::vector<double>(n_axes)};
+  const PairSums none{0, 0, std::vector<double>(n_axes), std::vector<double>(n_axes),
+                      std::vector<double>(n_axes)};
   std::vector<std::vector<PairSums>> sums(frames_by_axis.size(), std::vector<PairSums>(n_bins, none));
   for (size_t f = 0; f < frames_by_axis.size(); ++f) {
     const std::vector<Image<float>>& axes = frames_by_axis[f];
@@ -163,7 +168,8 @@ std::vector<CorrelationBin> measure_correlation(const std::vector<std::vector<Im
         const int dy = static_cast<int>(std::lround(r * std::sin(angle)));
         if (!axes[0].contains(x + dx, y + dy) || (dx == 0 && dy == 0)) continue;
         bool finite = true;
-        for (const Image<float>& axis : axes) finite = finite && std::isfinite(axis(x, y) + axis(x + dx, y + dy));
+        for (const Image<float>& axis : axes)
+          finite = finite && std::isfinite(axis(x, y) + axis(x + dx, y + dy));
         if (!finite) continue;
         PairSums& sum = sums[f][b];
         ++sum.n;

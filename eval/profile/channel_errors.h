@@ -2,14 +2,19 @@
 
 // What the errors of one channel look like, over all frames.
 //
-//   core         pixels whose error lies within 4 sigma of the offset on every axis; offset and sigma are mean and
+//   core         pixels whose error lies within 4 sigma of the offset on every axis; offset and sigma are
+//                mean and
 //                standard deviation of the core, iterated from the densest quarter
-//   tails        the others: their share, and the radius of the disc over which uniform offsets are as long on
+//   tails        the others: their share, and the radius of the disc over which uniform offsets are as long
+//                on
 //                average, 1.5 mean length
-//   correlation  of the core's errors at two pixels, by their distance; intervals: 95 %, bootstrap over frames
-//   spatial      the mixture of Gaussians (measurement/spatial_correlation.h) that fits the mean of the axes best:
+//   correlation  of the core's errors at two pixels, by their distance; intervals: 95 %, bootstrap over
+//                frames
+//   spatial      the mixture of Gaussians (measurement/spatial_correlation.h) that fits the mean of the axes
+//                best:
 //                non-negative least squares over fixed lengths; the rest is independent from pixel to pixel
-//   dependence   sigma as 1.4826 MAD, and the share of tails, by |flow|, depth and distance to a mask's border
+//   dependence   sigma as 1.4826 MAD, and the share of tails, by |flow|, depth and distance to a mask's
+//                border
 
 #include <optional>
 #include <string>
@@ -33,8 +38,8 @@ struct ChannelField {
 
 struct CorrelationBin {
   double low_px = 0, high_px = 0;
-  double distance_px = 0;  ///< root mean square of the pairs'
-  long n = 0;              ///< pairs
+  double distance_px = 0;                         ///< root mean square of the pairs'
+  long n = 0;                                     ///< pairs
   std::vector<double> value;                      ///< by axis
   std::vector<std::optional<Interval>> interval;  ///< none for fewer than three frames
 };
@@ -49,7 +54,7 @@ struct Dependence {
 
 struct ChannelErrors {
   int n_frames = 0;
-  long n = 0;                                            ///< pixels looked at, every third of rows and columns
+  long n = 0;  ///< pixels looked at, every third of rows and columns
   std::vector<double> offset_px, sigma_px, mean_abs_px;  ///< by axis; the last over core and tails
   double mean_px = 0;                                    ///< of the error's length, over core and tails
   double tail_share = 0, tail_radius_px = 0;

@@ -51,7 +51,8 @@ std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera)
 }
 
 /// The point at (x, y) in the next camera; empty where it is no background or behind.
-std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& camera, const SE3& T, int x, int y) {
+std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& camera, const SE3& T, int x,
+                                     int y) {
   if (!is_background(frame, x, y)) return std::nullopt;
   const Eigen::Vector3d p = T * camera.left.backproject(x, y, frame.depth_m(x, y));
   return p.z() > 0.5 ? std::optional(p) : std::nullopt;
@@ -83,8 +84,8 @@ double disparity_at(const Image<float>& depth_m, double bf, double x, double y) 
   return highest - lowest <= 1 ? sum : NAN;
 }
 
-Image<float> against_next_frame(const Frame& frame, const Image<float>& next_depth_m, const StereoCamera& camera,
-                                const SE3& T) {
+Image<float> against_next_frame(const Frame& frame, const Image<float>& next_depth_m,
+                                const StereoCamera& camera, const SE3& T) {
   Image<float> out(frame.depth_m.width(), frame.depth_m.height(), NAN);
   for (const auto [x, y] : pixels(out)) {
     const auto p = moved(frame, camera, T, x, y);

@@ -3,14 +3,17 @@
 // The errors of a source's own flow and depth at the pixels of one frame: measured less reference.
 //
 //   flow, given      the data set's true flow; of an exact source with noise, its clean flow
-//   flow, induced    at pixels of the background (mask 0) 3 to 40 m away: project(T p z) - p, with the measured
-//                    depth z and the motion T that fits the measured flow best (joint_flow_depth on corners, without
-//                    an image on a grid: what most of the flow on a smooth road agrees on need not be a motion). So it holds what the depth's own error induces, and lacks 6 numbers a frame
+//   flow, induced    at pixels of the background (mask 0) 3 to 40 m away: project(T p z) - p, with the
+//                    measured
+//                    depth z and the motion T that fits the measured flow best (joint_flow_depth on corners,
+//                    without an image on a grid: what most of the flow on a smooth road agrees on need not be
+//                    a motion). So it holds what the depth's own error induces, and lacks 6 numbers a frame
 //   disparity, given bf / z less bf / z_true
 //   disparity, next_frame  at the same background pixels: the disparity read in the next frame where T leads,
-//                    less that of the point moved by T, divided by sqrt(2) because both err. What errs alike in both
-//                    frames does not show
-//   disparity, left_right  SGBM of the right image read where the left disparity leads, less that, over sqrt(2);
+//                    less that of the point moved by T, divided by sqrt(2) because both err. What errs alike
+//                    in both frames does not show
+//   disparity, left_right  SGBM of the right image read where the left disparity leads, less that, over
+//                          sqrt(2);
 //                    beyond 1 px SGBM itself has thrown away
 //
 // px; NaN where there is no reference.
@@ -41,8 +44,8 @@ struct ErrorFields {
 /// A source and what is added to it.
 class ErrorSource {
  public:
-  /// Chooses references; `depth` none: as available, given before next_frame. Throws Error when neither flow nor depth
-  /// has one, or when left_right is asked of a source without two images.
+  /// Chooses references; `depth` none: as available, given before next_frame. Throws Error when neither flow
+  /// nor depth has one, or when left_right is asked of a source without two images.
   ErrorSource(const Sequence& sequence, Noise noise, uint64_t seed, DepthReference depth);
 
   FlowReference flow_reference() const { return flow_; }

@@ -1,19 +1,23 @@
 #pragma once
 
-// A noise profile: what the errors of a source's flow and disparity look like, as numbers, and the noise (docs/noise.md)
-// that has the same size, tails and correlation. `sextant noise fit` writes it, `"noise": {"profile": NAME}` injects it.
+// A noise profile: what the errors of a source's flow and disparity look like, as numbers, and the noise
+// (docs/noise.md) that has the same size, tails and correlation. `sextant noise fit` writes it, `"noise":
+// {"profile": NAME}` injects it.
 //
 //   {"schema": 1, "name": "pwc_net_kitti03", "source": "vdo:kitti_03_demo@0-19", ...,
 //    "noise": {"flow": {"epe_x_px", "epe_y_px"}, "outliers": {"share", "radius_px"},
 //              "depth": {"delta_d_px", "baseline_m": 0}, "correlation": {"model": "spatial", ...}},
 //    "flow": {"reference", "n_frames", "n", "offset_px", "sigma_px", "mean_abs_px", "mean_px", "tail_share",
-//             "tail_radius_px", "correlation": [{"low_px", "high_px", "distance_px", "n", "value", "interval",
-//             "injected"}], "lengths_px", "shares", "dependence": [{"on", "low", "high", "n", "sigma_px", "tail_share"}]},
+//             "tail_radius_px", "correlation": [{"low_px", "high_px", "distance_px", "n", "value",
+//             "interval", "injected"}], "lengths_px", "shares", "dependence": [{"on", "low", "high", "n",
+//             "sigma_px", "tail_share"}]},
 //    "disparity": {... the same, one axis}}
 //
-// Noise has one correlation for all channels: that of the flow, where there is one. Offsets are told, not injected.
-// `injected` is the correlation of drawn noise with these lengths and shares, measured at the same pixels.
+// Noise has one correlation for all channels: that of the flow, where there is one. Offsets are told, not
+// injected. `injected` is the correlation of drawn noise with these lengths and shares, measured at the same
+// pixels.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,7 +56,13 @@ struct NoiseProfile {
 };
 
 /// Throws Error when nothing can be measured.
-NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& source, const ProfileOptions& options);
+NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& source,
+                               const ProfileOptions& options);
+
+/// The profile of `source`, written to the JSON file `out`, and its figure into the folder `figure` (empty:
+/// no figure). An empty name is that of `out`.
+NoiseProfile write_noise_profile(const SourceSpec& source, ProfileOptions options,
+                                 const std::filesystem::path& out, const std::string& figure);
 
 /// Measured and injected correlation, one panel a channel.
 Figure profile_figure(const NoiseProfile& profile);

@@ -14,10 +14,11 @@ double at(const SpatialCorrelation& spatial, double r) { return spatial.at(r); }
 // What is injected into a scene is found again: size by axis, tails, correlation.
 TEST(NoiseProfile, GivesItselfBack) {
   const SpatialCorrelation injected{{{5, 0.3}, {20, 0.3}, {60, 0.3}}};
-  const Json noise = {{"flow", {{"epe_x_px", 0.9}, {"epe_y_px", 0.4}}},
-                      {"outliers", {{"share", 0.05}, {"radius_px", 30}}},
-                      {"depth", {{"delta_d_px", 0.3}, {"baseline_m", 0}}},
-                      {"correlation", {{"model", "spatial"}, {"lengths_px", {5, 20, 60}}, {"shares", {0.3, 0.3, 0.3}}}}};
+  const Json noise = {
+      {"flow", {{"epe_x_px", 0.9}, {"epe_y_px", 0.4}}},
+      {"outliers", {{"share", 0.05}, {"radius_px", 30}}},
+      {"depth", {{"delta_d_px", 0.3}, {"baseline_m", 0}}},
+      {"correlation", {{"model", "spatial"}, {"lengths_px", {5, 20, 60}}, {"shares", {0.3, 0.3, 0.3}}}}};
   const auto sequence = scene();
   const NoiseProfile first =
       fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1, .jobs = 2});
@@ -47,10 +48,12 @@ TEST(NoiseProfile, GivesItselfBack) {
   // The correlation that is drawn with the fit lies on the measured one.
   for (size_t b = 0; b < flow.correlation.size(); ++b) {
     if (flow.correlation[b].distance_px >= 150) continue;
-    EXPECT_NEAR(first.flow->injected[b], flow.correlation[b].value[0], 0.12) << flow.correlation[b].distance_px;
+    EXPECT_NEAR(first.flow->injected[b], flow.correlation[b].value[0], 0.12)
+        << flow.correlation[b].distance_px;
   }
-  EXPECT_EQ(first.json(), fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1})
-                              .json());  // whatever the number of jobs
+  EXPECT_EQ(first.json(),
+            fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1})
+                .json());  // whatever the number of jobs
   const Figure figure = profile_figure(first);
   EXPECT_FALSE(figure.data.rows.empty());
   EXPECT_EQ(profile_table(first).rows.size(), 2U);
@@ -58,7 +61,8 @@ TEST(NoiseProfile, GivesItselfBack) {
 
 TEST(NoiseProfile, IndependentNoiseHasNoCorrelation) {
   const NoiseProfile profile = fit_noise_profile(
-      *scene(), "scene", {.name = "white", .noise = Noise(Json{{"flow", {{"epe_px", 0.5}}}}), .seed = 1, .jobs = 2});
+      *scene(), "scene",
+      {.name = "white", .noise = Noise(Json{{"flow", {{"epe_px", 0.5}}}}), .seed = 1, .jobs = 2});
   EXPECT_TRUE(profile.flow->errors.spatial.parts.empty());
   EXPECT_EQ(profile.noise().at("correlation"), "independent");
   EXPECT_FALSE(profile.disparity.has_value());  // all of its errors are 0
@@ -74,7 +78,8 @@ TEST(FitCorrelation, FindsAMixture) {
   for (const double r : {1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0, 80.0, 120.0, 200.0})
     bins.push_back({r, r, r, 1000, {truth.at(r)}, {}});
   const SpatialCorrelation fit = fit_correlation(bins);
-  for (const CorrelationBin& bin : bins) EXPECT_NEAR(fit.at(bin.distance_px), truth.at(bin.distance_px), 0.01);
+  for (const CorrelationBin& bin : bins)
+    EXPECT_NEAR(fit.at(bin.distance_px), truth.at(bin.distance_px), 0.01);
 }
 
 TEST(BorderDistance, IsThatOfTheChessboard) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Arrays of Python as arguments. What does not fit is an Error "NAME: expected ..., got ..." that says what to do; nothing is
-// converted or copied behind the caller's back.
+// Arrays of Python as arguments. What does not fit is an Error "NAME: expected ..., got ..." that says what
+// to do; nothing is converted or copied behind the caller's back.
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -33,8 +33,8 @@ std::string places_of(const pybind11::array& array, const Bad& is_bad);
 pybind11::array finite_numbers(const pybind11::handle& value, const std::string& name,
                                std::vector<pybind11::ssize_t> shape, const std::string& in_words);
 
-/// (n, 4, 4) float64: rigid motions. Throws Error where one is not finite, its last row is not 0 0 0 1, or its rotation is off
-/// orthonormal by more than 0.01 or a reflection.
+/// (n, 4, 4) float64: rigid motions. Throws Error where one is not finite, its last row is not 0 0 0 1, or
+/// its rotation is off orthonormal by more than 0.01 or a reflection.
 std::vector<Eigen::Matrix4d> motions_of(const pybind11::handle& value, const std::string& name);
 std::vector<SE3> rigid_motions_of(const pybind11::handle& value, const std::string& name);
 /// The same as a path; the rotations are the matrices as they are.

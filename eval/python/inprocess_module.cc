@@ -1,4 +1,5 @@
-// Runs and sweeps whose estimators are functions of Python: kind "python:NAME" beside the names inside and "external:".
+// Runs and sweeps whose estimators are functions of Python: kind "python:NAME" beside the names inside and
+// "external:".
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -6,16 +7,16 @@
 #include <map>
 
 #include "sextant/base/error.h"
+#include "sextant/base/standard_streams.h"
+#include "sextant/base/text.h"
 #include "sextant/estimator/pipeline.h"
-#include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/plan.h"
-#include "sextant/eval/experiment/run.h"
-#include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/python/array_arguments.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/run_summary.h"
+#include "sextant/eval/workflow/run_folder.h"
 
 namespace py = pybind11;
 
@@ -50,7 +51,8 @@ py::array_t<double> columns_of(const std::vector<double>& a, const std::vector<d
   return out;
 }
 
-/// (flow_x_px, flow_y_px, inverse_depth_per_m, flow_outlier_share, [(length_px, share)], independent_gaussian), or None.
+/// (flow_x_px, flow_y_px, inverse_depth_per_m, flow_outlier_share, [(length_px, share)],
+/// independent_gaussian), or None.
 py::object declared(const std::optional<MeasurementNoise>& noise) {
   if (!noise) return py::none();
   py::list parts;
@@ -126,7 +128,8 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   PythonFunction function = found->second;
   if (!options.empty()) fail("estimator 'python:{}': takes no options: bind them to the function", name);
   Fingerprint fingerprint = function.fingerprint;
-  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)), std::move(fingerprint));
+  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)),
+                                 std::move(fingerprint));
 }
 
 /// Throws Error where a folder has the results of another version of the function.
@@ -136,59 +139,61 @@ void check_same_version(const std::filesystem::path& folder, const Fingerprints&
   for (const auto& [label, versions] : now) {
     const auto known = before.find(label);
     if (known == before.end() || known->second == versions) continue;
-    fail("{}: holds the records of another version of '{}' ({}); choose another folder, or pass force=True to replace them",
-         folder.string(), label, difference(known->second.front(), versions.front()));
+    fail(
+        "{}: holds the records of another version of '{}' ({}); choose another folder, or pass force=True "
+        "to replace them",
+        folder.string(), label, difference(known->second.front(), versions.front()));
   }
 }
 
-/// What `sextant run` takes from its flags.
+/// On standard error, as the program tells its user.
+void tell_user(const char* kind, const std::string& text) {
+  print_error(fmt::format("sextant: {}: {}\n", kind, one_line(text)));
+}
+
+/// The arguments of sextant.run(), which are those of `sextant run`.
 std::string run_here(const std::vector<std::string>& sources, const std::string& estimator,
                      const std::string& options, const std::string& noise, const std::string& data_root,
                      double level, int n_seeds, int jobs, const std::string& preset, const std::string& out,
                      bool force, bool quiet) {
   const py::gil_scoped_release others_run;
-  RunConfig config;
-  for (const std::string& source : sources) config.sources.push_back(find_source(source, data_root));
-  config.estimator = estimator;
-  config.options = options_tree(options, {});
-  config.noise = Noise::parse(noise);
-  config.level = level;
-  config.n_seeds = n_seeds;
-  config.jobs = jobs;
-  config.quiet = quiet;
-  config.folder = std::filesystem::path(out) / "external";
+  const RunOutput output{.out = out, .preset = preset, .data_root = {}, .force = force};
+  const RunRequest request{.sources = sources,
+                           .data_root = data_root,
+                           .estimator = estimator,
+                           .procedure = {},
+                           .options = options_tree(options, {}),
+                           .noise = noise,
+                           .level = level,
+                           .n_seeds = n_seeds,
+                           .jobs = jobs,
+                           .quiet = quiet};
+  const RunConfig config = run_config(request, output);
   if (!force) check_same_version(out, run_fingerprints(config));
-  const RunResult result =
-      run_into_folder(config, {.preset = preset, .out = out, .force = force, .quiet = quiet});
-  Json summary = summary_json(result.records, find_preset(preset));
+  const RunFolder folder = run_into_folder(config, output);
+  for (const std::string& warning : folder.warnings) tell_user("warning", warning);
+  Json summary = summary_json(folder.result.records, find_preset(preset));
   summary["problems"] = Json::array();
-  for (const SourceRun& source : result.sources) {
+  for (const SourceRun& source : folder.result.sources) {
     for (const std::string& problem : source.problems) summary["problems"].push_back(problem);
   }
   return json_line(summary);
 }
 
 std::string sweep_here(const std::string& plan, const std::string& name, const std::string& data_root,
-                       const std::string& cache, int jobs, const std::string& out, bool force, bool reuse_stale,
-                       bool quiet) {
+                       const std::string& cache, int jobs, const std::string& out, bool force,
+                       bool reuse_stale, bool quiet) {
   const py::gil_scoped_release others_run;
   SweepConfig config;
   config.plan = parse_plan(plan, name, data_root);
   config.out = out;
-  config.cache = cache_of(cache);
+  config.cache = pack_cache(cache);
   config.jobs = jobs;
   config.force = force;
   config.reuse_stale = reuse_stale;
   config.quiet = quiet;
-  config.tell = [](const std::string& line) { tell("note", line); };
-  const SweepOutcome outcome = sweep(config);
-  return json_line(Json{{"out", out},
-                        {"cases", outcome.n_cases},
-                        {"cases_before", outcome.n_before},
-                        {"cases_stale", outcome.n_stale},
-                        {"records", outcome.n_records},
-                        {"problems", outcome.problems},
-                        {"wall_time_s", outcome.wall_time_s}});
+  config.tell = [](const std::string& line) { tell_user("note", line); };
+  return json_line(to_json(sweep(config), out));
 }
 
 }  // namespace
@@ -202,7 +207,8 @@ PYBIND11_MODULE(_inprocess, inprocess) {
   inprocess.def("set_function", [](const std::string& name, py::object function, const std::string& options,
                                    const std::string& fingerprint, bool chooses_points) {
     sextant::functions()[name] = {sextant::held(std::move(function)), sextant::parse_json(options, name),
-                                  sextant::Fingerprint::from(sextant::parse_json(fingerprint, name), name), chooses_points};
+                                  sextant::Fingerprint::from(sextant::parse_json(fingerprint, name), name),
+                                  chooses_points};
   });
   inprocess.def("forget_function", [](const std::string& name) { sextant::functions().erase(name); });
   inprocess.def("run", sextant::run_here);

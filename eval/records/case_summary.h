@@ -1,9 +1,9 @@
 #pragma once
 
-// The summary of a case that a sweep with "keep": "summary" keeps (one source, estimator, noise level and seed): counts,
-// sums and histograms of its records, body by body. A seed's values belong together in all intervals, so that
-// means, RMSE, coverage, trends and their intervals follow from these as from the records; quantiles within
-// 0.5 %.
+// The summary of a case that a sweep with "keep": "summary" keeps (one source, estimator, noise level and
+// seed): counts, sums and histograms of its records, body by body. A seed's values belong together in all
+// intervals, so that means, RMSE, coverage, trends and their intervals follow from these as from the records;
+// quantiles within 0.5 %.
 //
 // Over the records with status ok and truth ("estimated"):
 //   errors      of each `compared` error (metrics/definitions.h) n, sum, sum of squares, histogram

@@ -15,6 +15,10 @@
 
 namespace sextant {
 
+std::optional<FolderLock> lock_folder(const std::string& folder) {
+  return folder.empty() ? std::nullopt : std::optional(FolderLock(folder));
+}
+
 void check_output_folder(const fs::path& folder, const Json& configuration, bool force) {
   std::error_code ignored;
   if (folder.empty()) fail("--out: expected a folder, got ''");

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace sextant {
 
 /// Path relative to the output folder -> bytes.
 using OutputFiles = std::map<std::string, std::string>;
+
+/// The lock of an output folder, taken before anything is read or computed; none where no folder is given.
+std::optional<FolderLock> lock_folder(const std::string& folder);
 
 /// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
 /// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sextant/eval/experiment/pack_cache.h"
+#include "sextant/eval/experiment/pack.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/reproduce/parts.h"

@@ -65,7 +65,8 @@ Json outlines(const Image<uint16_t>& mask) {
   for (const auto& [id, box] : boxes) {
     cv::Mat region(box.size(), CV_8UC1);
     for (int y = 0; y < box.height; ++y) {
-      for (int x = 0; x < box.width; ++x) region.at<uint8_t>(y, x) = mask(box.x + x, box.y + y) == id ? 255 : 0;
+      for (int x = 0; x < box.width; ++x)
+        region.at<uint8_t>(y, x) = mask(box.x + x, box.y + y) == id ? 255 : 0;
     }
     std::vector<std::vector<cv::Point>> contours;
     cv::findContours(region, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_TC89_L1, box.tl());
@@ -130,7 +131,8 @@ Json records_json(const ViewedRun& run) {
   std::map<int, std::map<std::string, Json>> by_frame;
   for (const Record& record : run.records) {
     Json entry = to_json(record);
-    for (const char* key : {"schema", "dataset", "sequence", "estimator", "noise", "level", "seed", "frame", "body"})
+    for (const char* key :
+         {"schema", "dataset", "sequence", "estimator", "noise", "level", "seed", "frame", "body"})
       entry.erase(key);
     by_frame[record.frame][record.body.str()] = std::move(entry);
   }
@@ -143,16 +145,11 @@ Json records_json(const ViewedRun& run) {
 }
 
 Json run_json(const ViewedRun& run) {
-  return {{"name", run.folder},
-          {"estimator", run.estimator},
-          {"noise", run.noise},
-          {"level", run.level},
-          {"seed", run.seed},
-          {"version", run.version},
-          {"notes", run.notes},
-          {"records", records_json(run)},
-          {"pairs", pairs_json(run)},
-          {"tracks", tracks_json(run.tracks)}};
+  return {{"name", run.folder},       {"estimator", run.estimator},
+          {"noise", run.noise},       {"level", run.level},
+          {"seed", run.seed},         {"version", run.version},
+          {"notes", run.notes},       {"records", records_json(run)},
+          {"pairs", pairs_json(run)}, {"tracks", tracks_json(run.tracks)}};
 }
 
 Json metrics_json() {
@@ -229,9 +226,11 @@ void check_same_frames(std::span<const ViewedRun> runs) {
     if (a.dataset == b.dataset && a.sequence == b.sequence && a.first_frame == b.first_frame &&
         a.last_frame == b.last_frame && a.width == b.width && a.height == b.height)
       continue;
-    fail("{} is of {} {} frames {}-{}, {} of {} {} frames {}-{}: two runs in one page must be of the same frames",
-         runs.front().folder, a.dataset, a.sequence, a.first_frame, a.last_frame, run.folder, b.dataset, b.sequence,
-         b.first_frame, b.last_frame);
+    fail(
+        "{} is of {} {} frames {}-{}, {} of {} {} frames {}-{}: two runs in one page must be of the same "
+        "frames",
+        runs.front().folder, a.dataset, a.sequence, a.first_frame, a.last_frame, run.folder, b.dataset,
+        b.sequence, b.first_frame, b.last_frame);
   }
 }
 
@@ -281,10 +280,23 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
     return (out / "index.html").string();
   }
   if (files.size() > 1)
-    fail("{}: with its images the page is larger than {} MB: give a folder to --out, or a lower --quality", out.string(),
-         one_file_bytes / 1'000'000);
+    fail("{}: with its images the page is larger than {} MB: give a folder to --out, or a lower --quality",
+         out.string(), one_file_bytes / 1'000'000);
   write_file(out, files.at("index.html"));
   return out.string();
+}
+
+View make_view(const ViewRequest& request) {
+  const auto lock = lock_folder(request.out.ends_with(".html") ? "" : request.out);
+  View view;
+  for (const fs::path& folder : request.folders) {
+    view.runs.push_back(
+        request.images.empty()
+            ? view_run(folder, request.choice, request.data_root, request.page.jobs, request.page.quiet)
+            : view_records(folder, request.choice, find_source(request.images, request.data_root)));
+  }
+  view.page = write_view(request.out, view_page(view.runs, request.page));
+  return view;
 }
 
 }  // namespace sextant

@@ -10,8 +10,8 @@
 //    "outlines": {"12": {"3": [[x,y,x,y,..], ..]}},         // of masks, px
 //    "metrics": [{"map","key","symbol","unit","digits","definition"}],
 //    "runs": [{"name", "estimator", "noise", "level", "seed", "version", "notes",
-//              "records": {"12": {"ego": {..}}}, "pairs": {"12": {"ego": {"n", "points", "band", "position"}}},
-//              "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]}}]}
+//              "records": {"12": {"ego": {..}}}, "pairs": {"12": {"ego": {"n", "points", "band",
+//              "position"}}}, "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]}}]}
 // `points` are 9 little-endian int16 a point, base64: u, v in 1/8 px; measured, predicted and refined flow in
 // 1/64 px; 1 = inlier. -32768: not known.
 
@@ -31,12 +31,29 @@ struct PageOptions {
   size_t one_file_bytes = sextant::one_file_bytes;
 };
 
-/// index.html, and frames/ where they need to be. The second run, if any, must be of the same frames: throws Error
-/// that names both otherwise.
+/// index.html, and frames/ where they need to be. The second run, if any, must be of the same frames: throws
+/// Error that names both otherwise.
 OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& options);
 
-/// Writes the page to `out`, a FILE.html, or into the folder `out`; returns what to open. Throws Error when FILE.html
-/// cannot hold the images: a folder can.
+/// Writes the page to `out`, a FILE.html, or into the folder `out`; returns what to open. Throws Error when
+/// FILE.html cannot hold the images: a folder can.
 std::string write_view(const std::filesystem::path& out, const OutputFiles& files);
+
+/// One run, or two of the same source.
+struct ViewRequest {
+  std::vector<std::filesystem::path>
+      folders;  ///< of `sextant run`, `sweep`, `merge`; with `images` of `evaluate objects`
+  CaseChoice choice;
+  std::string images;  ///< the SOURCE that the folders are about; empty: their own
+  std::string data_root;
+  std::string out;  ///< FILE.html, or a folder
+  PageOptions page;
+};
+struct View {
+  std::vector<ViewedRun> runs;
+  std::string page;  ///< what to open
+};
+/// view_run() or view_records(), view_page() and write_view() under the lock of a folder `out`.
+View make_view(const ViewRequest& request);
 
 }  // namespace sextant

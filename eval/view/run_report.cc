@@ -9,6 +9,7 @@
 #include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/run_summary.h"
@@ -96,12 +97,14 @@ std::string data_root(const RunReportRequest& request) {
 ReportSection view_section(const RunReportRequest& request) {
   ReportSection section{"view-section", "Walk through it"};
   section.paragraphs = {
-      "Given in this folder, the line below makes a page of every frame with points, flow, masks and errors over time; the "
+      "Given in this folder, the line below makes a page of every frame with points, flow, masks and errors "
+      "over time; the "
       "pictures of the worst frames lead into it."};
   const std::string root = data_root(request);
   for (size_t i = 0; i < request.result.sources.size(); ++i) {
     std::string line = "sextant view .";
-    if (request.result.sources.size() > 1) line += " --source " + shell_word(request.result.sources[i].source);
+    if (request.result.sources.size() > 1)
+      line += " --source " + shell_word(request.result.sources[i].source);
     if (!root.empty()) line += " --data " + shell_word(root);
     section.commands.push_back(line + " --out " + shell_word(view_folder(request, i)));
   }
@@ -134,10 +137,11 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
   const std::unique_ptr<Sequence> sequence = open_source(spec);
   const std::string stem = stems_of(request)[index];
   ReportSection section{"worst_" + stem, "Worst frames: " + source_title(source.info)};
-  Table table{"",
-              "",
-              {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
-               Column::count("points"), Column::count("inliers", "agree"), Column::count("line", "line of records")}};
+  Table table{
+      "",
+      "",
+      {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
+       Column::count("points"), Column::count("inliers", "agree"), Column::count("line", "line of records")}};
   Channels channels;
   channels.rgb = source.info.channels.rgb;
   channels.mask = source.info.channels.mask;
@@ -145,12 +149,13 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
     for (const WorstFrame& frame : frames) {
       const Record& r = frame.record;
       if (r.frame <= source.info.first_frame || r.frame > source.info.last_frame) continue;
-      table.add_row({r.body.str(), r.frame, frame.Et_m, r.n_points, r.n_inliers, line_of(r, request.result.records)});
+      table.add_row(
+          {r.body.str(), r.frame, frame.Et_m, r.n_points, r.n_inliers, line_of(r, request.result.records)});
       if (!channels.rgb) continue;
       const std::string title = body_title(r.body);
       section.pictures.push_back(
-          {fmt::format("{}_{}_{}", section.name, file_stem(r.body), r.frame),
-           worst_caption(title, frame), fmt::format("Points of {} in frame {}", title, r.frame),
+          {fmt::format("{}_{}_{}", section.name, file_stem(r.body), r.frame), worst_caption(title, frame),
+           fmt::format("Points of {} in frame {}", title, r.frame),
            draw_body(sequence->read(frame.prev, channels), frame.result, picture_px),
            fmt::format("{}/index.html#frame={}&body={}", view_folder(request, index), r.frame, r.body.str()),
            true});
@@ -161,7 +166,8 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
       channels.rgb
           ? "The three frames of each body with the largest E_t, of the first seed. Discs agree with the "
             "estimate, crosses do not; lines are a quarter of the flow."
-          : "The three frames of each body with the largest E_t, of the first seed. The source has no images."};
+          : "The three frames of each body with the largest E_t, of the first seed. The source has no "
+            "images."};
   section.tables = {{"table_" + section.name, std::move(table)}};
   return section;
 }
@@ -242,7 +248,8 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
     for (Figure& figure : showcase_figures(source_title(source.info), source.tracks, result.records)) {
       figure.name = "tracks_" + file_stem(folder_name(source.info));
       figure.caption = fmt::format(
-          "Camera and objects from above, {}. Estimates begin at the truth; objects: the origin of the true box, moved by the "
+          "Camera and objects from above, {}. Estimates begin at the truth; objects: the origin of the true "
+          "box, moved by the "
           "estimated motions. Numbers: mean estimated speed.",
           source_title(source.info));
       above.figures.push_back(std::move(figure));
@@ -256,6 +263,53 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
     document.sections.push_back(worst_section(request, i, worst));
   document.provenance = provenance(request);
   return document;
+}
+
+namespace {
+
+const BodyResult* result_of(const FrameResult& frame, const Record& record) {
+  if (record.is_ego()) return &frame.ego;
+  const auto it = std::ranges::find(frame.objects, body_order(record.body), &BodyResult::instance);
+  return it == frame.objects.end() ? nullptr : &*it;
+}
+
+bool is_worse(const WorstFrame& a, const WorstFrame& b) {
+  return a.Et_m > b.Et_m || (a.Et_m == b.Et_m && a.record.frame < b.record.frame);
+}
+
+}  // namespace
+
+void WorstFrames::add(const FrameResult& result, std::span<const Record> of_pair) {
+  if (of_pair.empty()) return;
+  const Record& first = of_pair.front();
+  OfSequence& sequence = sequences_[{first.dataset, first.sequence}];
+  sequence.frames.insert(first.frame);
+  for (const Record& record : of_pair) {
+    if (record.estimator != first.estimator || record.status != Status::ok || !has_truth(record)) continue;
+    const std::string key = record.is_ego() ? "Et_m" : preset_.object_key("Et_m");
+    const BodyResult* body = result_of(result, record);
+    if (body == nullptr || !record.errors.contains(key)) continue;
+    std::vector<WorstFrame>& worst = sequence.bodies[body_order(record.body)];
+    WorstFrame frame{record, {}, result.prev, record.errors.at(key)};
+    const auto place = std::ranges::upper_bound(worst, frame, is_worse);
+    if (place - worst.begin() >= static_cast<std::ptrdiff_t>(n_frames)) continue;
+    frame.result = *body;
+    worst.insert(place, std::move(frame));
+    if (worst.size() > n_frames) worst.pop_back();
+  }
+}
+
+bool WorstFrames::has_seen(const SequenceInfo& info) const {
+  const auto sequence = sequences_.find({info.dataset, info.sequence});
+  if (sequence == sequences_.end()) return false;
+  const auto next = sequence->second.frames.upper_bound(info.first_frame);
+  return next != sequence->second.frames.end() && *next <= info.last_frame;
+}
+
+const std::map<int, std::vector<WorstFrame>>& WorstFrames::of(const SequenceInfo& info) const {
+  static const std::map<int, std::vector<WorstFrame>> none;
+  const auto sequence = sequences_.find({info.dataset, info.sequence});
+  return sequence == sequences_.end() ? none : sequence->second.bodies;
 }
 
 }  // namespace sextant

@@ -29,7 +29,9 @@ struct Watched {
 
 Watched watched(RunConfig config) {
   Watched out;
-  config.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) { out.worst.add(pair, of_pair); };
+  config.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
+    out.worst.add(pair, of_pair);
+  };
   out.result = run(config);
   return out;
 }
@@ -72,23 +74,25 @@ TEST(RunReport, HasEveryPartAndAPictureOfEveryWorstFrame) {
   const RunConfig config = config_of();
   Watched run = watched(config);
   const std::string html = page_of(config, run);
-  for (const char* part : {"<h2>Summary</h2>", "<h2>Errors over time</h2>", "<h2>From above</h2>",
-                           "<h2>Distribution of the errors</h2>", "<h2>Worst frames: synthetic s18</h2>", "<h2>Provenance</h2>",
-                           "<pre tabindex=\"0\">sextant view . --out view</pre>", "default-src 'none'"})
+  for (const char* part :
+       {"<h2>Summary</h2>", "<h2>Errors over time</h2>", "<h2>From above</h2>",
+        "<h2>Distribution of the errors</h2>", "<h2>Worst frames: synthetic s18</h2>", "<h2>Provenance</h2>",
+        "<pre tabindex=\"0\">sextant view . --out view</pre>", "default-src 'none'"})
     EXPECT_THAT(html, HasSubstr(part));
   size_t n_frames = 0;
   for (const auto& [order, frames] : run.worst.of(run.result.sources.front().info)) {
     n_frames += frames.size();
     for (const WorstFrame& frame : frames)
-      EXPECT_THAT(html, HasSubstr(fmt::format("href=\"view/index.html#frame={}&amp;body={}\"", frame.record.frame,
-                                              frame.record.body.str())));
+      EXPECT_THAT(html, HasSubstr(fmt::format("href=\"view/index.html#frame={}&amp;body={}\"",
+                                              frame.record.frame, frame.record.body.str())));
   }
   // Every row of the summary leads to its records, the largest error told; every worst frame to its line.
   const WorstFrame& worst = run.worst.of(run.result.sources.front().info).at(0).front();
   const auto line = std::ranges::find_if(run.result.records, [&](const Record& r) {
     return r.is_ego() && r.seed == 0 && r.frame == worst.record.frame;
   });
-  EXPECT_THAT(html, HasSubstr(fmt::format("<a href=\"records.jsonl\">{}</a>", line - run.result.records.begin() + 1)));
+  EXPECT_THAT(html, HasSubstr(fmt::format("<a href=\"records.jsonl\">{}</a>",
+                                          line - run.result.records.begin() + 1)));
   EXPECT_THAT(html, HasSubstr("<a href=\"records.jsonl\">20; largest E_t: seed "));
   EXPECT_EQ(count(html, "src=\"data:image/jpeg;base64,/9j/"), n_frames);
   EXPECT_EQ(count(html, " src=\""), count(html, " src=\"data:"));
@@ -118,7 +122,9 @@ TEST(RunReport, NamesOfFoldersStayText) {
   Watched run = watched(config);
   const std::string html = page_of(config, run, "/a<script>alert(1)</script> 'q' \"q\" |$\\input{x}\n;rm");
   EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
-  EXPECT_THAT(html, HasSubstr("--data &#39;/a&lt;script&gt;alert(1)&lt;/script&gt; &#39;\\&#39;&#39;q&#39;\\&#39;&#39;"));
+  EXPECT_THAT(
+      html,
+      HasSubstr("--data &#39;/a&lt;script&gt;alert(1)&lt;/script&gt; &#39;\\&#39;&#39;q&#39;\\&#39;&#39;"));
 }
 
 TEST(RunReport, ExactDataHaveARunWithoutCurves) {

@@ -95,13 +95,15 @@ TEST(View, HasTheRecordsOfTheFolderAndPointsOfEveryEstimatedBody) {
     EXPECT_EQ(pair["n"], record.n_points);
     EXPECT_FALSE(pair["points"].get<std::string>().empty());
   }
-  EXPECT_EQ(data["images"].size(), static_cast<size_t>(data["last"].get<int>() - data["first"].get<int>() + 1));
+  EXPECT_EQ(data["images"].size(),
+            static_cast<size_t>(data["last"].get<int>() - data["first"].get<int>() + 1));
 }
 
 TEST(View, TextsOfStrangersStayText) {
   TempFolder folder;
   const std::string name = "</script><script>alert(1)</script> @SCRIPT@ @STYLE@ 'q' \"q\"";
-  std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
+  std::vector<ViewedRun> runs = {
+      viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
   runs.front().folder = name;
   runs.front().notes = {name};
   const std::string html = view_page(runs, {.quiet = true}).at("index.html");
@@ -111,12 +113,14 @@ TEST(View, TextsOfStrangersStayText) {
 
 TEST(View, PutsImagesBesideAPageThatWouldBeTooLarge) {
   TempFolder folder;
-  const std::vector<ViewedRun> runs = {viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
+  const std::vector<ViewedRun> runs = {
+      viewed(run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only")))};
   const OutputFiles files = view_page(runs, {.quiet = true, .one_file_bytes = 1000});
   EXPECT_THAT(files, testing::SizeIs(4));
   EXPECT_TRUE(files.at("frames/000001.jpg").starts_with("\xff\xd8"));
   EXPECT_EQ(write_view(folder / "page", files), (folder.path() / "page" / "index.html").string());
-  EXPECT_THAT(error_of([&] { write_view(folder / "page.html", files); }), HasSubstr("give a folder to --out"));
+  EXPECT_THAT(error_of([&] { write_view(folder / "page.html", files); }),
+              HasSubstr("give a folder to --out"));
   EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
 }
 
@@ -132,7 +136,8 @@ TEST(View, NamesWhatIsNotThere) {
   Json moved = run_json;
   moved["configuration"]["sources"] = {"vdo:/nowhere/at/all"};
   folder.write("run/run.json", json_text(moved));
-  EXPECT_THAT(error_of([&] { viewed(run_folder); }), HasSubstr("its source 'vdo:/nowhere/at/all' is not where it was"));
+  EXPECT_THAT(error_of([&] { viewed(run_folder); }),
+              HasSubstr("its source 'vdo:/nowhere/at/all' is not where it was"));
   Json other = run_json;
   other.erase("configuration");
   folder.write("run/run.json", json_text(other));
@@ -145,13 +150,15 @@ TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
   std::vector<Record> records = read_records(folder / "run/records.jsonl");
   records.front().errors["Et_m"] += 1e-9;
   folder.write("run/records.jsonl", write_records(records));
-  EXPECT_THAT(viewed(run_folder).notes, testing::ElementsAre(HasSubstr("not those that this program makes now")));
+  EXPECT_THAT(viewed(run_folder).notes,
+              testing::ElementsAre(HasSubstr("not those that this program makes now")));
 }
 
 TEST(View, TwoRunsMustBeOfTheSameFrames) {
   TempFolder folder;
-  std::vector<ViewedRun> runs = {viewed(run_into(folder, "a", config_of("synthetic:s18@0-2", "motion_only"))),
-                                 viewed(run_into(folder, "b", config_of("synthetic:s18@0-3", "motion_only")))};
+  std::vector<ViewedRun> runs = {
+      viewed(run_into(folder, "a", config_of("synthetic:s18@0-2", "motion_only"))),
+      viewed(run_into(folder, "b", config_of("synthetic:s18@0-3", "motion_only")))};
   EXPECT_THAT(error_of([&] { view_page(runs, {.quiet = true}); }), HasSubstr("must be of the same frames"));
 }
 
@@ -161,7 +168,8 @@ TEST(View, OfRecordsAloneNeedsOnlyTheImages) {
   std::filesystem::remove(folder / "run/run.json");
   const ViewedRun view = view_records(run_folder, {}, SourceSpec::parse("synthetic:s18@0-2"));
   EXPECT_EQ(view.records.size(), read_records(folder / "run/records.jsonl").size());
-  EXPECT_THAT(view_page(std::span(&view, 1), {.quiet = true}).at("index.html"), HasSubstr("data:image/jpeg;base64,"));
+  EXPECT_THAT(view_page(std::span(&view, 1), {.quiet = true}).at("index.html"),
+              HasSubstr("data:image/jpeg;base64,"));
 }
 
 }  // namespace

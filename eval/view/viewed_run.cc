@@ -1,7 +1,9 @@
 #include "sextant/eval/view/viewed_run.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "sextant/base/error.h"
@@ -10,8 +12,12 @@
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_stream.h"
+#include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/crlb.h"
 #include "sextant/metrics/epe.h"
+#include "sextant/stats/distributions.h"
 
 namespace sextant {
 namespace {
@@ -90,11 +96,10 @@ DrawnPoints drawn_points(const BodyResult& body, const PinholeCamera& camera) {
   for (size_t k = 0; k < kept; ++k) {
     const size_t i = k * n / kept;
     if (!points.has_pixels(i)) continue;
-    drawn.points.push_back({points.u[i], points.v[i], points.flow_u[i], points.flow_v[i],
-                            is_estimated ? predicted.u[i] : none, is_estimated ? predicted.v[i] : none,
-                            is_refined ? estimate.refined_flow_u[i] : none,
-                            is_refined ? estimate.refined_flow_v[i] : none,
-                            is_estimated && estimate.inliers[i] != 0});
+    drawn.points.push_back(
+        {points.u[i], points.v[i], points.flow_u[i], points.flow_v[i], is_estimated ? predicted.u[i] : none,
+         is_estimated ? predicted.v[i] : none, is_refined ? estimate.refined_flow_u[i] : none,
+         is_refined ? estimate.refined_flow_v[i] : none, is_estimated && estimate.inliers[i] != 0});
   }
   return drawn;
 }
@@ -105,7 +110,8 @@ std::vector<Record> without_times(std::vector<Record> records) {
 }
 
 /// Runs the case again and keeps what a page shows of it.
-void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int jobs, bool quiet, ViewedRun& run) {
+void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int jobs, bool quiet,
+               ViewedRun& run) {
   const Sequence& sequence = *run.sequence;
   const SequenceInfo& info = sequence.info();
   CaseSettings settings = case_settings(plan, c);
@@ -148,7 +154,8 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int 
   }
   if (without_times(outcome.records) != without_times(run.records)) {
     run.notes.push_back(
-        "Its records are not those that this program makes now: points, covariances and paths are of the program as it is, "
+        "Its records are not those that this program makes now: points, covariances and paths are of the "
+        "program as it is, "
         "numbers those of the folder.");
   }
 }
@@ -169,8 +176,8 @@ std::shared_ptr<const Sequence> open(const SourceSpec& spec, const fs::path& fol
   try {
     return open_source(spec);
   } catch (const Error& error) {
-    fail("{}: its source '{}' is not where it was: {}. Say with --data in which folder it is now", folder.string(),
-         spec.text, error.what());
+    fail("{}: its source '{}' is not where it was: {}. Say with --data in which folder it is now",
+         folder.string(), spec.text, error.what());
   }
 }
 
@@ -204,15 +211,16 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   run.seed = c.seed;
   run.records = records_of(folder, run.sequence->info(), run);
   if (run.records.empty())
-    fail("{}: has no records of {}, {}, level {}, seed {}: is it finished?", (folder / "records.jsonl").string(),
-         source, run.estimator, run.level, run.seed);
+    fail("{}: has no records of {}, {}, level {}, seed {}: is it finished?",
+         (folder / "records.jsonl").string(), source, run.estimator, run.level, run.seed);
   const bool is_external = plan.estimators[c.estimator].name.starts_with(external_prefix);
   try {
     check_runnable(spec, *run.sequence);
     add_pairs(plan, c, folder, jobs, quiet, run);
   } catch (const Error& error) {
     if (!is_external) throw;
-    run.notes.push_back(fmt::format("Points and paths of another program cannot be made again: {}", error.what()));
+    run.notes.push_back(
+        fmt::format("Points and paths of another program cannot be made again: {}", error.what()));
   }
   return run;
 }
@@ -232,7 +240,8 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const S
     if (std::ranges::find(seeds, seed) == seeds.end()) seeds.push_back(seed);
   }
   run.estimator = estimators[place_of(choice.estimator, estimators, "estimator", folder)];
-  run.seed = std::stoull(seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)]);
+  run.seed =
+      std::stoull(seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)]);
   run.n_cases = estimators.size() * seeds.size();
   const SequenceInfo& info = run.sequence->info();
   for (Record& record : all) {
@@ -245,6 +254,84 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const S
          info.first_frame, info.last_frame);
   run.notes.emplace_back("Made from records alone: there are no points, covariances or paths.");
   return run;
+}
+
+namespace {
+
+constexpr double deg_per_rad = 180.0 / std::numbers::pi;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+bool has_covariance(const BodyResult& body) {
+  return body.status == Status::ok && body.estimate.covariance.allFinite() &&
+         body.estimate.covariance.trace() > 0;
+}
+
+/// d(exp(e) p) / d e.
+Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& p) {
+  Eigen::Matrix<double, 3, 6> J;
+  J << Eigen::Matrix3d::Identity(), -skew(p);
+  return J;
+}
+
+TopViewCovariance from_above(const Eigen::Matrix3d& C) { return {C(0, 0), C(0, 2), C(2, 2)}; }
+
+double speed_band_kmh(const BodyResult& body, const FrameResult& frame) {
+  if (!has_covariance(frame.ego)) return none;
+  const SE3& X = body.estimate.T_curr_prev;
+  const SE3& X0 = frame.ego.estimate.T_curr_prev;
+  const Eigen::Vector3d moved = object_motion_prev(X0, X) * body.centroid_m - body.centroid_m;
+  if (moved.norm() == 0) return none;
+  // H c = X0^-1 X c: both motions turn and shift the same point of the current camera, in opposite
+  // directions.
+  const Eigen::RowVector<double, 6> along =
+      (X0.rotation() * moved.normalized()).transpose() * point_jacobian(X * body.centroid_m);
+  const double variance =
+      along * (body.estimate.covariance + frame.ego.estimate.covariance) * along.transpose();
+  return normal_quantile(0.5 + band_probability / 2) * std::sqrt(variance) / frame.dt_s * kmh_per_mps;
+}
+
+}  // namespace
+
+double length_quantile(const Eigen::Matrix3d& covariance, double p) {
+  const double mean_square = covariance.trace();
+  const double half_variance = covariance.squaredNorm();  // trace(C C)
+  if (!(mean_square > 0)) return 0;
+  const double dof = mean_square * mean_square / half_variance;
+  return std::sqrt(half_variance / mean_square * chi_square_quantile(p, dof));
+}
+
+ErrorBand error_band(const BodyResult& body, const FrameResult& frame) {
+  if (!has_covariance(body)) return {none, none, none};
+  const bool is_camera = body.instance == 0;
+  const Matrix6d C = is_camera ? body.estimate.covariance
+                               : transported(body.estimate.covariance, body.estimate.T_curr_prev.inverse());
+  return {length_quantile(C.topLeftCorner<3, 3>(), band_probability),
+          length_quantile(C.bottomRightCorner<3, 3>(), band_probability) * deg_per_rad,
+          is_camera ? none : speed_band_kmh(body, frame)};
+}
+
+std::map<std::string, TopViewCovariance> PositionCovariances::add(
+    const FrameResult& frame, const SE3& T_world_curr, const std::map<int, Eigen::Vector3d>& objects_m) {
+  std::map<std::string, TopViewCovariance> out;
+  if (!has_covariance(frame.ego)) return out;
+  const auto in_world = [&](const Matrix6d& C, const Eigen::Vector3d& p) -> Eigen::Matrix3d {
+    const auto J = point_jacobian(p);
+    return J * C * J.transpose();
+  };
+  const Matrix6d ego_step = transported(frame.ego.estimate.covariance, T_world_curr);
+  camera_ += ego_step;
+  out["ego"] = from_above(in_world(camera_, T_world_curr.translation()));
+  for (const BodyResult& body : frame.objects) {
+    const auto position = objects_m.find(body.instance);
+    if (!has_covariance(body) || position == objects_m.end()) continue;
+    Object& object = objects_[body.instance];
+    if (object.last != frame.prev) object.covariance.setZero();
+    object.last = frame.curr;
+    object.covariance +=
+        in_world(transported(body.estimate.covariance, T_world_curr) + ego_step, position->second);
+    out[object_body(body.instance)] = from_above(object.covariance);
+  }
+  return out;
 }
 
 }  // namespace sextant

@@ -1,3 +1,5 @@
+#include "sextant/eval/cli/flags.h"
+
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -6,30 +8,9 @@
 #include "sextant/base/error.h"
 #include "sextant/base/machine.h"
 #include "sextant/eval/cli/command.h"
-#include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/case_estimator.h"
 
 namespace sextant {
-namespace {
-
-/// tree[a][b][c] = value for key "a.b.c".
-void set_option(Json& tree, const std::string& assignment) {
-  const size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    fail("--set {}: expected key=value, e.g. pipeline.max_object_distance_m=30", assignment);
-  }
-  Json* node = &tree;
-  for (const std::string& part : split(assignment.substr(0, equals), '.')) {
-    if (part.empty()) fail("--set {}: the key has an empty part", assignment);
-    if (!node->is_object()) fail("--set {}: '{}' lies below a value, not below a group", assignment, part);
-    node = &(*node)[part];
-    if (node->is_null()) *node = Json::object();
-  }
-  const std::string text = assignment.substr(equals + 1);
-  *node = try_parse_json(text).value_or(Json(text));
-}
-
-}  // namespace
 
 CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
                         const std::vector<std::string_view>& names, std::string_view preset,
@@ -67,22 +48,6 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
   add_value(command, "--jobs", flags.jobs, "N", "Threads; results do not depend on it")
       ->default_str("number of cores")
       ->check(CLI::Range(1, 1024));
-}
-
-Json options_tree(const std::string& options, std::span<const std::string> sets) {
-  Json tree = Json::object();
-  if (options.starts_with('@')) {
-    tree = read_json(options.substr(1));
-  } else if (!options.empty()) {
-    tree = parse_json(options, "--options");
-  }
-  if (!tree.is_object()) fail("--options: expected a JSON object, got {}", json_excerpt(tree));
-  for (const std::string& assignment : sets) set_option(tree, assignment);
-  return tree;
-}
-
-PackCache cache_of(const std::string& folder) {
-  return PackCache(folder.empty() ? default_cache_folder() : std::filesystem::path(folder));
 }
 
 SourceSpec source_of(const std::string& text, const CommonFlags& flags) {

@@ -2,13 +2,13 @@
 #include <limits>
 #include <memory>
 
+#include <CLI/CLI.hpp>
+
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
+#include "sextant/eval/evaluation/dense_files.h"
 #include "sextant/eval/evaluation/ego_json.h"
-#include "sextant/eval/evaluation/evo_result.h"
-#include "sextant/eval/evaluation/recorded_files.h"
-#include "sextant/eval/records/output.h"
-#include "sextant/eval/report/html/html.h"
+#include "sextant/eval/workflow/report_folder.h"
 
 namespace sextant {
 namespace {
@@ -21,7 +21,7 @@ struct EgoFlags : CommonFlags {
   EgoOptions options;
   std::optional<double> start_s, end_s;
   std::string up, body_from_camera, reference_body_from_camera;
-  std::string zip, tum, out;
+  EgoOutput output;
   std::string covariance, columns = "main";
 };
 
@@ -49,7 +49,8 @@ EgoOptions options_of(const EgoFlags& flags) {
       fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
   }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
-  if (!(options.max_speed_m_s > 0)) fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
+  if (!(options.max_speed_m_s > 0))
+    fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
   if (!flags.covariance.empty())
     options.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   if (!flags.rpe.empty()) {
@@ -95,17 +96,10 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
 }
 
 void evaluate(EgoFlags& flags) {
-  const auto lock = lock_folder(flags.out), lock_tum = lock_folder(flags.tum);
   const EgoOptions options = options_of(flags);
-  if (!flags.zip.empty() && flags.files.estimates.size() > 1)
-    fail("--save-zip holds one result: give one estimate");
   flags.files.data_root = flags.data_root;
   flags.files.source_options = options_tree(flags.CommonFlags::options, flags.sets);
-  const EgoScores scores = evaluate_ego_files(flags.files, options);
-  if (!flags.zip.empty()) write_evo_result(flags.zip, scores.runs.front(), options, flags.files.reference);
-  if (!flags.tum.empty()) write_tum(scores, flags.tum);
-  if (!flags.out.empty())
-    write_output_folder(flags.out, report_folder(ego_document(scores.runs, scores.reference, options), {}));
+  const EgoScores scores = evaluate_ego_into(flags.files, options, flags.output);
   print(scores, options, flags);
 }
 
@@ -120,8 +114,9 @@ void add_metric_flags(CLI::App& command, EgoFlags& flags) {
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   add_choice(command, "--relation", flags.options.relation,
              "What of a pose is compared, point_distance_error_ratio with --rpe only");
-  add_value(command, "--rpe", flags.rpe, "DISTANCE",
-            "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s; several: 1m,5m,10m,50m");
+  add_value(
+      command, "--rpe", flags.rpe, "DISTANCE",
+      "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s; several: 1m,5m,10m,50m");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
   command
       .add_option("--delta-tolerance", flags.delta_tolerance,
@@ -144,8 +139,9 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
   command.add_flag(
       "--estimate-offset", flags.options.estimate_offset,
       "Estimate what to add to the estimate's time stamps, with its 95 % interval, around --offset");
-  command.add_option("--interpolate", flags.options.interpolate_max_gap_s,
-                     "Interpolate the reference at the estimate's time stamps, over gaps up to this, s")
+  command
+      .add_option("--interpolate", flags.options.interpolate_max_gap_s,
+                  "Interpolate the reference at the estimate's time stamps, over gaps up to this, s")
       ->check(finite_number(0));
   command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s")
       ->check(finite_number());
@@ -157,7 +153,8 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
   command.add_flag("--inverse", flags.options.estimate_frame.inverse,
                    "The estimates are inverse poses, T_camera_world");
   command.add_flag("--ref-inverse", flags.options.reference_frame.inverse, "The same of the reference");
-  add_choice(command, "--axes", flags.options.estimate_frame.axes, "Axes of the estimates' worlds and bodies");
+  add_choice(command, "--axes", flags.options.estimate_frame.axes,
+             "Axes of the estimates' worlds and bodies");
   add_choice(command, "--ref-axes", flags.options.reference_frame.axes, "The same of the reference");
   command
       .add_option("--body-from-camera", flags.body_from_camera,
@@ -167,8 +164,6 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
   add_value(command, "--ref-body-from-camera", flags.reference_body_from_camera, "FILE|VALUES",
             "The same of the reference");
 }
-
-}  // namespace
 
 void add_evaluate_ego_command(CLI::App& evaluate_app) {
   const auto flags = std::make_shared<EgoFlags>();
@@ -181,7 +176,8 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       ->required();
   command->add_option(
       "EST", flags->files.estimates,
-      "Estimates, each FILE, a system of its own, or SYSTEM=FILE, a run of it; none: those that the log GT holds beside its truth");
+      "Estimates, each FILE, a system of its own, or SYSTEM=FILE, a run of it; none: those that the log GT "
+      "holds beside its truth");
   add_value(*command, "--format", flags->files.format, "FORMAT",
             "Of both; auto: what the header names or the first record fits, where only one format does")
       ->capture_default_str();
@@ -196,20 +192,26 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   add_frame_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
-  add_value(*command, "--covariance", flags->covariance, "CONVENTION",
-            "Of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
-            "body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, ros for 21 or 36");
+  add_value(
+      *command, "--covariance", flags->covariance, "CONVENTION",
+      "Of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
+      "body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, ros for 21 or "
+      "36");
   command
       ->add_option("--max-speed", flags->options.max_speed_m_s,
                    "A true step that is faster is an error, m/s (without time stamps: 50 m a frame)")
       ->capture_default_str();
-  command->add_option("--columns", flags->columns, "main: one table; all: also columns and tables for specialists")
+  command
+      ->add_option("--columns", flags->columns,
+                   "main: one table; all: also columns and tables for specialists")
       ->check(CLI::IsMember({"main", "all"}))
       ->capture_default_str();
-  add_value(*command, "--save-zip", flags->zip, "FILE", "Write the result as evo does (evo_res reads it)");
-  add_value(*command, "--save-tum", flags->tum, "DIR",
+  add_value(*command, "--save-zip", flags->output.zip, "FILE",
+            "Write the result as evo does (evo_res reads it)");
+  add_value(*command, "--save-tum", flags->output.tum, "DIR",
             "Write the matched, aligned trajectories as TUM files");
-  add_value(*command, "--out", flags->out, "DIR", "Write report.html, tables and figures (CDF, boxes) here");
+  add_value(*command, "--out", flags->output.out, "DIR",
+            "Write report.html, tables and figures (CDF, boxes) here");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(
@@ -228,6 +230,154 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       "C from --axes to opencv axes (docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
   command->callback([flags] { evaluate(*flags); });
+}
+
+struct ObjectFlags : CommonFlags {
+  ObjectFiles files;
+  std::string preset, covariance, out;
+};
+
+void print(const ObjectScores& scores, const ObjectFlags& flags) {
+  for (const std::string& text : scores.warnings) tell("warning", text);
+  fmt::print("{}\n\n", scores.rate_text());
+  const bool all = flags.preset == "all";
+  const MetricPreset& one =
+      flags.preset.empty() || all ? usual_preset(scores.records) : find_preset(flags.preset);
+  const std::span<const MetricPreset> presets = all ? metric_presets() : std::span(&one, 1);
+  fmt::print("{}",
+             to_text(all ? object_table(scores.records, presets) : object_screen_table(scores.records, one)));
+  if (!scores.paths.empty()) fmt::print("\n{}", to_text(object_path_table(scores.paths)));
+  const Table axes = object_axis_table(scores.paths);
+  if (all && !axes.rows.empty()) fmt::print("\n{}", to_text(axes));
+  if (!scores.consistency.empty()) fmt::print("\n{}", to_text(object_consistency_table(scores.consistency)));
+  if (!scores.is_comparison) return;
+  fmt::print("\n{}", to_text(object_system_table(scores.records, presets)));
+  const Table comparison = object_comparison_table(scores.records, presets);
+  if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
+}
+
+void evaluate(ObjectFlags& flags) {
+  std::span<const MetricPreset> presets = metric_presets();
+  if (!flags.preset.empty() && flags.preset != "all") presets = {&find_preset(flags.preset), 1};
+  if (!flags.covariance.empty())
+    flags.files.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
+  flags.files.data_root = flags.data_root;
+  flags.files.source_options = options_tree(flags.options, flags.sets);
+  const ObjectScores scores = evaluate_objects_into(flags.files, presets, flags.out);
+  if (flags.json) {
+    fmt::print("{}", json_text(object_json(scores, presets)));
+  } else if (!flags.quiet) {
+    print(scores, flags);
+  }
+}
+
+void add_evaluate_objects_command(CLI::App& evaluate_app) {
+  const auto flags = std::make_shared<ObjectFlags>();
+  CLI::App* command = evaluate_app.add_subcommand(
+      "objects", "Logged motions and poses of objects, of DynOSAM, VDO-SLAM or plain files");
+  command
+      ->add_option("DIR", flags->files.folders,
+                   "Folders of logs, each DIR or SYSTEM=DIR: a run of that system")
+      ->required();
+  add_choice(*command, "--format", flags->files.format, "Whose logs; motions, poses: one file an object")
+      ->required();
+  add_choice(*command, "--stage", flags->files.stage,
+             "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
+  add_value(*command, "--preset", flags->preset, "NAME",
+            "One metric preset, or all; printed without: the first that the log allows");
+  add_value(*command, "--truth", flags->files.truth, "SOURCE",
+            "SOURCE whose true objects replace the log's; ids are matched by overlap");
+  command
+      ->add_option(
+          "--rate", flags->files.rate_hz,
+          "Frame rate, Hz, for velocities; default: of --truth, else of the log's time stamps, else 10")
+      ->check(finite_number());
+  add_choice(*command, "--frame", "The frame of the logged motions; format: body for vdo, else world",
+             {"format", "world", "body", "camera"}, "format", [flags](const std::string& text) {
+               if (text != "format") flags->files.frame = from_name<MotionFrame>(text, "frame");
+             });
+  add_choice(*command, "--identity", flags->files.identity,
+             "Exact identities as estimates of an object that moves: count them as estimates or as lost");
+  add_value(*command, "--covariance", flags->covariance, "CONVENTION",
+            "motions, poses: of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate ego");
+  add_data_flag(*command, *flags);
+  add_option_flags(*command, *flags);
+  add_value(*command, "--save-tum", flags->files.tum, "DIR",
+            "Write obj_<id>.tum and obj_<id>_gt.tum per object");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Write report.html, tables, figures and records.jsonl here");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
+  command->footer(
+      "Examples:\n  sextant evaluate objects --format dynosam logs/\n"
+      "  sextant evaluate objects --format vdo results/ --truth kitti:kitti_tracking#0003 --preset vdo_slam\n"
+      "  sextant evaluate objects --format motions run/ --truth synthetic:s18\n"
+      "  sextant evaluate objects --format dynosam a=run_1/ a=run_2/ b=other_1/ b=other_2/ --out report");
+  command->callback([flags] { evaluate(*flags); });
+}
+
+template <Named Format>
+struct DenseFlags : CommonFlags {
+  DenseFiles<Format> files;
+  double bf = 0;
+};
+
+void print(const Table& table, const CommonFlags& flags) {
+  if (flags.json) {
+    fmt::print("{}", json_text(Json({{"schema", 1}, {"rows", rows_to_json(table)}})));
+  } else if (!flags.quiet) {
+    fmt::print("{}", to_text(table));
+  }
+}
+
+template <Named Format>
+CLI::App* add_dense_command(CLI::App& evaluate, const char* name, const char* what,
+                            const std::shared_ptr<DenseFlags<Format>>& flags) {
+  CLI::App* command = evaluate.add_subcommand(name, what);
+  DenseFiles<Format>& o = flags->files;
+  command->add_option("EST", o.estimate, "Image, or folder of images")->required();
+  command->add_option("GT", o.truth, "Truth: image, or folder with the same names")->required();
+  add_choice(*command, "--est-format", o.estimate_format, "Of the estimate");
+  add_choice(*command, "--gt-format", o.truth_format, "Of the truth");
+  command->add_option("--mask", o.mask, "Label image (PNG) or folder of them: errors per label");
+  command->add_option("--noc", o.visible_truth,
+                      "Truth of the pixels visible in both images: errors inside and outside");
+  command->add_flag("--json", flags->json, "Print as JSON");
+  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
+  return command;
+}
+
+void add_evaluate_flow_command(CLI::App& evaluate) {
+  const auto flags = std::make_shared<DenseFlags<FlowFormat>>();
+  CLI::App* command = add_dense_command(evaluate, "flow", "Optical flow of whole images", flags);
+  command->footer(
+      "Example:\n  sextant evaluate flow 000002_10.flo flow_occ/000002_10.png --gt-format kitti --noc "
+      "flow_noc/000002_10.png");
+  command->callback([flags] { print(evaluate_flow(flags->files), *flags); });
+}
+
+void add_evaluate_depth_command(CLI::App& evaluate) {
+  const auto flags = std::make_shared<DenseFlags<DepthFormat>>();
+  flags->files.estimate_format = flags->files.truth_format = DepthFormat::depth256;
+  CLI::App* command = add_dense_command(evaluate, "depth", "Depth of whole images", flags);
+  command->add_option("--bf", flags->bf, "Focal length times baseline, px m: for disparities and D1")
+      ->check(finite_number(0));
+  command->footer(
+      "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
+      "disparity256 --bf 387.57");
+  command->callback([flags] { print(evaluate_depth(flags->files, flags->bf), *flags); });
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app) {
+  CLI::App* evaluate = app.add_subcommand("evaluate", "Recorded results of any system against the truth");
+  evaluate->require_subcommand(1);
+  evaluate->footer("Example:\n  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3");
+  add_evaluate_ego_command(*evaluate);
+  add_evaluate_flow_command(*evaluate);
+  add_evaluate_depth_command(*evaluate);
+  add_evaluate_objects_command(*evaluate);
 }
 
 }  // namespace sextant

@@ -3,10 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <vector>
+
 #include <opencv2/imgproc.hpp>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/pictures/canvas.h"
+#include "sextant/datasets/codec/jpeg.h"
+#include "sextant/datasets/codec/png.h"
+#include "sextant/eval/experiment/run.h"
 
 namespace sextant {
 namespace {
@@ -18,7 +25,7 @@ constexpr double flow_length = 0.25;  // drawn part of each flow vector
 const cv::Scalar white(255, 255, 255);
 const cv::Scalar black(0, 0, 0);
 const cv::Scalar static_colour(233, 180, 86);  // BGR, sky blue
-const cv::Scalar outlier_colour(0, 94, 213);    // vermilion
+const cv::Scalar outlier_colour(0, 94, 213);   // vermilion
 const std::array<cv::Scalar, 5> object_colours = {cv::Scalar(0, 159, 230), cv::Scalar(66, 228, 240),
                                                   cv::Scalar(167, 121, 204), cv::Scalar(115, 158, 0),
                                                   cv::Scalar(0, 94, 213)};
@@ -105,15 +112,16 @@ void draw_points_of_both_kinds(const BodyResult& body, const cv::Scalar& colour,
     const bool agrees = i < inliers.size() && inliers[i] != 0;
     const double u = body.points.u[i], v = body.points.v[i];
     const cv::Point begin = at(u, v);
-    const cv::Point end = at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]);
+    const cv::Point end =
+        at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]);
     const cv::Scalar& shade = agrees ? colour : outlier_colour;
     cv::line(canvas, begin, end, shade, 1, cv::LINE_AA, shift);
     if (agrees) cv::circle(canvas, begin, 3 << shift, shade, cv::FILLED, cv::LINE_AA, shift);
     if (agrees) continue;
     const int arm = 5 << shift;
     for (const int sign : {-1, 1}) {
-      cv::line(canvas, begin - cv::Point(arm, sign * arm), begin + cv::Point(arm, sign * arm), shade, 2, cv::LINE_AA,
-               shift);
+      cv::line(canvas, begin - cv::Point(arm, sign * arm), begin + cv::Point(arm, sign * arm), shade, 2,
+               cv::LINE_AA, shift);
     }
   }
 }
@@ -125,7 +133,8 @@ cv::Rect region_of(const BodyResult& body, const cv::Size& canvas) {
   for (size_t i = 0; i < body.points.size(); ++i) {
     if (!body.points.has_pixels(i)) continue;
     const double x = body.points.u[i] * scale, y = body.points.v[i] * scale + strip_height;
-    left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);
+    left = std::min(left, x), right = std::max(right, x), top = std::min(top, y),
+    bottom = std::max(bottom, y);
   }
   if (left > right) return {0, strip_height, canvas.width, canvas.height - strip_height};
   const double most_high = canvas.height - strip_height;
@@ -204,6 +213,220 @@ std::string draw_body(const Frame& frame, const BodyResult& body, int width_px) 
   cv::Mat small;
   cv::resize(cut, small, {width_px, height_px}, 0, 0, cv::INTER_AREA);
   return jpeg_of(small, quality);
+}
+
+cv::Mat bgr_of(const Image<Rgb>& image) {
+  const cv::Mat rgb(image.height(), image.width(), CV_8UC3,
+                    const_cast<Rgb*>(image.data()));  // OpenCV has no view of const data
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  return bgr;
+}
+
+namespace {
+
+Image<Rgb> rgb_of(const cv::Mat& bgr) {
+  Image<Rgb> image(bgr.cols, bgr.rows);
+  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data()), cv::COLOR_BGR2RGB);
+  return image;
+}
+
+}  // namespace
+
+std::string png_of(const cv::Mat& bgr) { return encode_png(rgb_of(bgr), {.level = 9}); }
+std::string jpeg_of(const cv::Mat& bgr, int quality) { return encode_jpeg(rgb_of(bgr), quality); }
+
+namespace {
+
+constexpr int gap_px = 4;
+constexpr double nearest_m = 4;  // the red end of the depth scale
+
+/// Okabe and Ito's colours, BGR.
+const std::array<cv::Vec3b, 7> object_tints = {cv::Vec3b(0, 159, 230), {233, 180, 86}, {115, 158, 0},
+                                               {66, 228, 240},         {178, 114, 0},  {0, 94, 213},
+                                               {167, 121, 204}};
+
+/// The image in BGR; few colours, so that the file stays small. Gray stands in for colour.
+cv::Mat image_of(const Frame& frame) {
+  if (!frame.rgb.empty()) return bgr_of(frame.rgb);
+  cv::Mat bgr;
+  if (!frame.gray.empty()) {
+    const cv::Mat gray(frame.gray.height(), frame.gray.width(), CV_8UC1,
+                       const_cast<uint8_t*>(frame.gray.data()));
+    cv::cvtColor(gray, bgr, cv::COLOR_GRAY2BGR);
+  }
+  return bgr;
+}
+
+/// Few levels a channel, with ordered dither, so that a noisy picture stays small as PNG.
+void reduce_colours(cv::Mat& bgr) {
+  constexpr int level_step = 8;
+  static constexpr int bayer[2][2] = {{0, 4}, {6, 2}};
+  for (const auto [x, y] : PixelRange(bgr.cols, bgr.rows)) {
+    for (int c = 0; c < 3; ++c) {
+      uint8_t& value = bgr.at<cv::Vec3b>(y, x)[c];
+      value = static_cast<uint8_t>(std::min(255, (value + bayer[y % 2][x % 2]) / level_step * level_step));
+    }
+  }
+}
+
+cv::Mat depth_picture(const Image<float>& depth_m) {
+  cv::Mat level(depth_m.height(), depth_m.width(), CV_8UC1), colour;
+  for (const auto [x, y] : pixels(depth_m)) {
+    const double near = nearest_m / static_cast<double>(depth_m(x, y));
+    level.at<uint8_t>(y, x) =
+        std::isfinite(near) ? static_cast<uint8_t>(25 + 230 * std::sqrt(std::clamp(near, 0.0, 1.0))) : 0;
+  }
+  cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
+  colour.setTo(cv::Scalar(40, 40, 40), level == 0);
+  return colour;
+}
+
+/// Hue by direction, from white to full colour by length as a share of `longest_px`.
+cv::Vec3b flow_colour(double u, double v, double longest_px) {
+  const double hue = std::fmod(std::atan2(v, u) / (2 * std::numbers::pi) + 1.0, 1.0) * 6;
+  const double strength = std::sqrt(std::min(std::hypot(u, v) / longest_px, 1.0));
+  const auto channel = [&](double shift) {
+    const double at = std::fmod(hue + shift, 6.0);
+    const double full = std::clamp(std::abs(at - 3.0) - 1.0, 0.0, 1.0);
+    return static_cast<uint8_t>(std::lround(255 * (1 - strength * (1 - full))));
+  };
+  return {channel(2), channel(4), channel(0)};
+}
+
+cv::Mat flow_picture(const Image<Flow>& flow) {
+  cv::Mat colour(flow.height(), flow.width(), CV_8UC3, cv::Scalar(40, 40, 40));
+  std::vector<float> lengths;
+  for (size_t i = 0; i < flow.size(); i += 7) {
+    if (flow.data()[i].valid()) lengths.push_back(std::hypot(flow.data()[i].u, flow.data()[i].v));
+  }
+  if (lengths.empty()) return colour;
+  const auto high = lengths.begin() + static_cast<ptrdiff_t>(lengths.size() * 95 / 100);
+  std::ranges::nth_element(lengths, high);
+  const double longest_px = std::max(1.0, static_cast<double>(*high));
+  for (const auto [x, y] : pixels(flow)) {
+    const Flow& f = flow(x, y);
+    if (f.valid()) colour.at<cv::Vec3b>(y, x) = flow_colour(f.u, f.v, longest_px);
+  }
+  const int radius = flow.height() / 8;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      if (std::hypot(x, y) > radius || radius >= flow.width() / 2) continue;
+      colour.at<cv::Vec3b>(radius + 6 + y, flow.width() - radius - 7 + x) = flow_colour(x, y, radius);
+    }
+  }
+  return colour;
+}
+
+cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
+  cv::Mat colour(mask.height(), mask.width(), CV_8UC3, cv::Scalar(60, 60, 60));
+  if (image.size() == colour.size()) {
+    cv::Mat gray;
+    cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(gray * 0.45, colour, cv::COLOR_GRAY2BGR);
+  }
+  for (const auto [x, y] : pixels(mask)) {
+    if (mask(x, y) == 0) continue;
+    const cv::Vec3b& tint = object_tints[mask(x, y) % object_tints.size()];
+    cv::Vec3b& pixel = colour.at<cv::Vec3b>(y, x);
+    for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(0.75 * tint[c] + 0.4 * pixel[c]);
+  }
+  return colour;
+}
+
+/// Evenly spread; the last frame has no flow.
+std::vector<Frame> frames_of(const Sequence& sequence, int n_frames) {
+  const SequenceInfo& info = sequence.info();
+  Channels channels;
+  channels.rgb = info.channels.rgb;
+  channels.gray = !info.channels.rgb && info.channels.gray;
+  channels.depth = info.channels.depth;
+  channels.flow = info.channels.flow;
+  channels.mask = info.channels.mask;
+  const int last = std::max(info.first_frame, info.last_frame - 1);
+  const int n = std::min(n_frames, last - info.first_frame + 1);
+  std::vector<Frame> frames;
+  for (int i = 0; i < n; ++i) {
+    const int step = n > 1 ? (last - info.first_frame) * i / (n - 1) : 0;
+    frames.push_back(sequence.read(info.first_frame + step, channels));
+  }
+  return frames;
+}
+
+}  // namespace
+
+std::string draw_strip(const Sequence& sequence, int n_frames, int tile_px) {
+  const std::vector<Frame> frames = frames_of(sequence, n_frames);
+  SEXTANT_CHECK(!frames.empty() && tile_px > 0);
+  cv::Size size;
+  std::vector<std::array<cv::Mat, 4>> rows;
+  for (const Frame& frame : frames) {
+    const cv::Mat image = image_of(frame);
+    std::array<cv::Mat, 4> row = {image, {}, {}, {}};
+    if (!frame.depth_m.empty()) row[1] = depth_picture(frame.depth_m);
+    if (!frame.flow.empty()) row[2] = flow_picture(frame.flow);
+    if (!frame.mask.empty()) row[3] = mask_picture(frame.mask, image);
+    for (const cv::Mat& tile : row) {
+      if (!tile.empty()) size = tile.size();
+    }
+    rows.push_back(std::move(row));
+  }
+  if (size.width == 0) fail("strip: the frames hold neither image, depth, flow nor masks");
+  const int tile_height_px =
+      std::max(1, static_cast<int>(std::lround(1.0 * size.height * tile_px / size.width)));
+  cv::Mat canvas(static_cast<int>(rows.size()) * (tile_height_px + gap_px) - gap_px,
+                 4 * (tile_px + gap_px) - gap_px, CV_8UC3, cv::Scalar(255, 255, 255));
+  for (size_t r = 0; r < rows.size(); ++r) {
+    for (size_t c = 0; c < rows[r].size(); ++c) {
+      const cv::Rect place(static_cast<int>(c) * (tile_px + gap_px),
+                           static_cast<int>(r) * (tile_height_px + gap_px), tile_px, tile_height_px);
+      cv::Mat tile(place.size(), CV_8UC3, cv::Scalar(40, 40, 40));
+      if (!rows[r][c].empty()) cv::resize(rows[r][c], tile, place.size(), 0, 0, cv::INTER_AREA);
+      reduce_colours(tile);
+      tile.copyTo(canvas(place));
+    }
+  }
+  return png_of(canvas);
+}
+
+Showcase make_showcase(const ShowcaseRequest& request) {
+  const std::unique_ptr<Sequence> sequence = open_source(request.source);
+  const SequenceInfo& info = sequence->info();
+  const int frame = request.frame.value_or(info.first_frame + 1);
+  if (frame <= info.first_frame || frame > info.last_frame) {
+    fail("frame {}: must be in {}-{}, the second to the last frame of {}", frame, info.first_frame + 1,
+         info.last_frame, request.source.text);
+  }
+  if (!info.channels.rgb) fail("{}: has no colour images to draw on", request.source.text);
+
+  std::optional<FrameResult> result;
+  std::vector<Record> records;
+  RunConfig config;
+  config.sources = {request.source};
+  config.sources.front().first = info.first_frame;
+  config.sources.front().last = frame;
+  config.estimator = request.estimator;
+  config.options = request.options;
+  config.jobs = request.jobs;
+  config.quiet = request.quiet;
+  config.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
+    result = pair;
+    records.assign(of_pair.begin(), of_pair.end());
+  };
+  Showcase showcase;
+  showcase.run = run(config);
+  Channels channels;
+  channels.rgb = channels.mask = true;
+  showcase.overlay_png =
+      draw_overlay(sequence->read(result->prev, channels), *result, records, request.width_px);
+  return showcase;
+}
+
+OutputFiles showcase_files(const ShowcaseRequest& request) {
+  Showcase showcase = make_showcase(request);
+  OutputFiles files = run_files(showcase.run);
+  files["overlay.png"] = std::move(showcase.overlay_png);
+  return files;
 }
 
 }  // namespace sextant

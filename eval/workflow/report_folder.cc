@@ -1,0 +1,46 @@
+#include "sextant/eval/workflow/report_folder.h"
+
+#include "sextant/base/error.h"
+#include "sextant/base/safe_paths.h"
+#include "sextant/eval/evaluation/evo_result.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/record_stream.h"
+#include "sextant/eval/report/html/html.h"
+
+namespace sextant {
+
+EgoScores evaluate_ego_into(const EgoFiles& files, const EgoOptions& options, const EgoOutput& output) {
+  const auto lock = lock_folder(output.out), lock_tum = lock_folder(output.tum);
+  if (!output.zip.empty() && files.estimates.size() > 1)
+    fail("--save-zip holds one result: give one estimate");
+  EgoScores scores = evaluate_ego_files(files, options);
+  if (!output.zip.empty()) write_evo_result(output.zip, scores.runs.front(), options, files.reference);
+  if (!output.tum.empty()) write_tum(scores, output.tum);
+  if (!output.out.empty())
+    write_output_folder(output.out, report_folder(ego_document(scores.runs, scores.reference, options), {}));
+  return scores;
+}
+
+ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const MetricPreset> presets,
+                                   const std::string& out) {
+  const auto lock = lock_folder(out), lock_tum = lock_folder(files.tum);
+  ObjectScores scores = evaluate_object_files(files);
+  if (!out.empty()) {
+    OutputFiles report = report_folder(object_document(scores, presets), {});
+    report["records.jsonl"] = write_records(scores.records);
+    write_output_folder(out, report);
+  }
+  return scores;
+}
+
+Reproduction reproduce(const ReproduceConfig& config, bool report_only) {
+  const FolderLock lock(config.out);
+  if (!report_only) run_parts(config);
+  Reproduction made{.document = reproduction_document(config), .report = {}};
+  const std::filesystem::path folder = make_folder_below(config.out, "report");
+  write_output_folder(folder, report_folder(made.document, {true, config.jobs, config.quiet}));
+  made.report = folder / "report.html";
+  return made;
+}
+
+}  // namespace sextant
