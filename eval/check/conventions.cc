@@ -6,7 +6,6 @@
 
 #include "sextant/base/interrupt.h"
 #include "sextant/base/parallel_for.h"
-#include "sextant/eval/check/diagnosis.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/stats/summary.h"
 

@@ -8,7 +8,7 @@
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/dense_files.h"
 #include "sextant/eval/evaluation/ego_json.h"
-#include "sextant/eval/workflow/report_folder.h"
+#include "sextant/eval/workflow/report_output.h"
 
 namespace sextant {
 namespace {

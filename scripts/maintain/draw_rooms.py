@@ -29,7 +29,7 @@ PLACES = [
     ["eval/pictures", "eval/view", "eval/records", "eval/export", None],
     [None, "eval/report", None, "eval/gate", None],
     ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", None],
-    [None, "eval/reproduce", "eval/python", "eval/cli", "eval/fuzz"],
+    ["eval/workflow", "eval/reproduce", "eval/python", "eval/cli", "eval/fuzz"],
     ["base", None, "geometry", None, "stats"],
 ]
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/workflow/report_folder.h"
+#include "sextant/eval/workflow/report_output.h"
 
 #include "sextant/base/error.h"
 #include "sextant/base/safe_paths.h"
