@@ -24,6 +24,8 @@
 
 namespace sextant {
 
+class RunJournal;
+
 struct RunConfig {
   std::vector<SourceSpec> sources;
   std::string estimator = "joint_flow";  ///< as make_case_estimator() takes it

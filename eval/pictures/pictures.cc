@@ -31,9 +31,9 @@ const std::array<cv::Scalar, 5> object_colours = {cv::Scalar(0, 159, 230), cv::S
                                                   cv::Scalar(0, 94, 213)};
 
 /// Sub-pixel position for OpenCV's fixed-point drawing, in the picture below the legend.
-constexpr int shift = 4;
+constexpr int sub_pixel_bits = 4;
 cv::Point at(double u, double v) {
-  const double sub = 1 << shift;
+  const double sub = 1 << sub_pixel_bits;
   return {static_cast<int>(std::lround((u + 0.5) * scale * sub)),
           static_cast<int>(std::lround(((v + 0.5) * scale + strip_height) * sub))};
 }
@@ -60,9 +60,9 @@ void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out
       continue;
     cv::line(canvas, at(u, v),
              at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]), colour, 1,
-             cv::LINE_AA, shift);
-    cv::circle(canvas, at(u, v), static_cast<int>(radius * (1 << shift)), colour, cv::FILLED, cv::LINE_AA,
-               shift);
+             cv::LINE_AA, sub_pixel_bits);
+    cv::circle(canvas, at(u, v), static_cast<int>(radius * (1 << sub_pixel_bits)), colour, cv::FILLED,
+               cv::LINE_AA, sub_pixel_bits);
   }
 }
 
@@ -115,13 +115,14 @@ void draw_points_of_both_kinds(const BodyResult& body, const cv::Scalar& colour,
     const cv::Point end =
         at(u + flow_length * body.points.flow_u[i], v + flow_length * body.points.flow_v[i]);
     const cv::Scalar& shade = agrees ? colour : outlier_colour;
-    cv::line(canvas, begin, end, shade, 1, cv::LINE_AA, shift);
-    if (agrees) cv::circle(canvas, begin, 3 << shift, shade, cv::FILLED, cv::LINE_AA, shift);
+    cv::line(canvas, begin, end, shade, 1, cv::LINE_AA, sub_pixel_bits);
+    if (agrees)
+      cv::circle(canvas, begin, 3 << sub_pixel_bits, shade, cv::FILLED, cv::LINE_AA, sub_pixel_bits);
     if (agrees) continue;
-    const int arm = 5 << shift;
+    const int arm = 5 << sub_pixel_bits;
     for (const int sign : {-1, 1}) {
       cv::line(canvas, begin - cv::Point(arm, sign * arm), begin + cv::Point(arm, sign * arm), shade, 2,
-               cv::LINE_AA, shift);
+               cv::LINE_AA, sub_pixel_bits);
     }
   }
 }

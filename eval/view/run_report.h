@@ -17,17 +17,6 @@
 
 namespace sextant {
 
-struct RunReportRequest {
-  const RunConfig& config;
-  const RunResult& result;
-  const MetricPreset& preset;
-  std::string data_root;  ///< for the line, where the user has to say it again; else empty
-};
-
-/// `worst` has watched the run. Sources that it has not seen, because an earlier run had done them, go
-/// through the estimator again here, with their first seed.
-ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst);
-
 // ---- The frames in which each body is worst, with what the estimator saw of it there: found while a run
 // goes, pair by pair, so that nothing has to be estimated again to draw them.
 
@@ -59,5 +48,16 @@ class WorstFrames {
   const MetricPreset& preset_;
   std::map<std::pair<std::string, std::string>, OfSequence> sequences_;
 };
+
+struct RunReportRequest {
+  const RunConfig& config;
+  const RunResult& result;
+  const MetricPreset& preset;
+  std::string data_root;  ///< for the line, where the user has to say it again; else empty
+};
+
+/// `worst` has watched the run. Sources that it has not seen, because an earlier run had done them, go
+/// through the estimator again here, with their first seed.
+ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst);
 
 }  // namespace sextant
