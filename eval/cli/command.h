@@ -41,7 +41,6 @@ void add_reproduce_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_cache_command(CLI::App& app);
 void add_data_command(CLI::App& app);
-void add_data_pack_command(CLI::App& data);
 void add_options_command(CLI::App& app);
 void add_overlay_command(CLI::App& app);
 void add_view_command(CLI::App& app);

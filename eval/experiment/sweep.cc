@@ -11,7 +11,6 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
-#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep_folder.h"

@@ -49,7 +49,7 @@ struct SweepConfig {
   uint64_t journal_bytes = uint64_t{32} << 20U;  ///< of summaries, before they are moved out of it
   bool replace = false;  ///< a sweep of another plan, shard or data in the folder is removed, not refused
   bool force = false;    ///< starts over: whatever sweep the folder holds is removed first
-  /// Finished cases of another version of an estimator (case_versions.h) are kept, not run again.
+  /// Finished cases of another version of an estimator (sweep_folder.h) are kept, not run again.
   bool reuse_stale = false;
   /// Takes a line about stale cases, which the user is to see also when `quiet`; may be empty.
   std::function<void(const std::string& line)> tell;

@@ -8,7 +8,6 @@
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/experiment/case_results.h"
-#include "sextant/eval/experiment/case_versions.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
 

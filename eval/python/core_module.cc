@@ -10,7 +10,6 @@
 
 #include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/python/array_arguments.h"
-#include "sextant/eval/python/bindings.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/noise/noise.h"
@@ -18,6 +17,11 @@
 namespace py = pybind11;
 
 namespace sextant {
+
+// motion_binding.cc
+void bind_trajectories(py::module_& core);
+void bind_motions(py::module_& core);
+
 namespace {
 
 /// Of one frame; None where there is none.

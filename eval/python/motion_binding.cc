@@ -4,7 +4,6 @@
 #include <array>
 
 #include "sextant/eval/python/array_arguments.h"
-#include "sextant/eval/python/bindings.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/metrics/kitti_odometry.h"
