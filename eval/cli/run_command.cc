@@ -42,7 +42,7 @@ void add_run_output_flags(CLI::App& command, OutputFlags& flags) {
   command.add_flag("--force", flags.output.force, "Replace the results of another run in --out");
 }
 
-void print_run(const RunFolder& folder, const OutputFlags& flags) {
+void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   const RunResult& result = folder.result;
   const std::string& out = flags.output.out;
   const MetricPreset& preset = find_preset(flags.output.preset);

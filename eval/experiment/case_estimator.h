@@ -45,8 +45,8 @@ class PairSolver {
   virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
   /// What went wrong, for the user, one line each. Records have a status for it too.
   virtual std::vector<std::string> problems() const { return {}; }
-  /// T_world_camera as somebody else wrote it, in a world of its own, for diagnose_case(); nullptr: motions alone are
-  /// known.
+  /// T_world_camera as somebody else wrote it, in a world of its own, for diagnose_case(); nullptr: motions
+  /// alone are known.
   virtual const Trajectory* recorded_camera() const { return nullptr; }
 };
 
@@ -66,8 +66,8 @@ class CaseEstimator {
   virtual Json options() const = 0;
   /// What records call it unless told otherwise.
   virtual std::string label() const = 0;
-  /// Its results are checked for other conventions than the declared ones (diagnose_case(), case_runner.h). False for
-  /// entries of estimators().
+  /// Its results are checked for other conventions than the declared ones (diagnose_case(), case_runner.h).
+  /// False for entries of estimators().
   virtual bool is_third_party() const { return true; }
   /// Of an estimator that is no part of Sextant, as it is now; nothing for Sextant's own, which its version
   /// identifies. May read files. Throws Error.

@@ -70,8 +70,8 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 // motions, another frame than the declared one (eval/diagnosis). The estimator never sees the truth or these
 // texts.
 
-/// One line for each diagnosis; `estimator` begins it. `recorded_camera`: the poses that the motions of the camera are
-/// from, where there are such; quaternions in another order show in them alone.
+/// One line for each diagnosis; `estimator` begins it. `recorded_camera`: the poses that the motions of the
+/// camera are from, where there are such; quaternions in another order show in them alone.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator,
                                        const Trajectory* recorded_camera = nullptr);

@@ -249,7 +249,7 @@ class Database {
   std::unique_ptr<sqlite3, Close> db_;
 };
 
-const char* type_of(ColumnKind kind) {
+const char* sql_type(ColumnKind kind) {
   constexpr const char* types[] = {"TEXT", "INTEGER", "", "REAL"};  // unsigned: no affinity, see bind()
   return types[static_cast<size_t>(kind)];
 }
@@ -276,7 +276,7 @@ void write_sqlite(const RecordColumns& records, const Rows& rows, const std::fil
   for (const RecordColumn& column : records.columns()) {
     if (column.name.find('\0') != std::string::npos)
       fail("{}: the records name a number with a zero byte, which SQLite cannot: use csv", file.string());
-    columns += fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), type_of(column.kind));
+    columns += fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), sql_type(column.kind));
     places += places.empty() ? "?" : ", ?";
   }
   NewFile whole(file);

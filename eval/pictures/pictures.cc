@@ -18,6 +18,23 @@
 namespace sextant {
 namespace {
 
+cv::Mat bgr_of(const Image<Rgb>& image) {
+  const cv::Mat rgb(image.height(), image.width(), CV_8UC3,
+                    const_cast<Rgb*>(image.data()));  // OpenCV has no view of const data
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  return bgr;
+}
+
+Image<Rgb> rgb_of(const cv::Mat& bgr) {
+  Image<Rgb> image(bgr.cols, bgr.rows);
+  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data()), cv::COLOR_BGR2RGB);
+  return image;
+}
+
+std::string png_of(const cv::Mat& bgr) { return encode_png(rgb_of(bgr), {.level = 9}); }
+std::string jpeg_of(const cv::Mat& bgr, int quality) { return encode_jpeg(rgb_of(bgr), quality); }
+
 constexpr int scale = 2;              // canvas pixels per image pixel: thin lines and text stay sharp
 constexpr int strip_height = 56;      // legend, canvas pixels
 constexpr double flow_length = 0.25;  // drawn part of each flow vector
@@ -215,27 +232,6 @@ std::string draw_body(const Frame& frame, const BodyResult& body, int width_px) 
   cv::resize(cut, small, {width_px, height_px}, 0, 0, cv::INTER_AREA);
   return jpeg_of(small, quality);
 }
-
-cv::Mat bgr_of(const Image<Rgb>& image) {
-  const cv::Mat rgb(image.height(), image.width(), CV_8UC3,
-                    const_cast<Rgb*>(image.data()));  // OpenCV has no view of const data
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  return bgr;
-}
-
-namespace {
-
-Image<Rgb> rgb_of(const cv::Mat& bgr) {
-  Image<Rgb> image(bgr.cols, bgr.rows);
-  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data()), cv::COLOR_BGR2RGB);
-  return image;
-}
-
-}  // namespace
-
-std::string png_of(const cv::Mat& bgr) { return encode_png(rgb_of(bgr), {.level = 9}); }
-std::string jpeg_of(const cv::Mat& bgr, int quality) { return encode_jpeg(rgb_of(bgr), quality); }
 
 namespace {
 

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core/mat.hpp>
-
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/measurement/image.h"
@@ -60,12 +58,5 @@ OutputFiles showcase_files(const ShowcaseRequest& request);
 /// PNG bytes. Frames are evenly spread; channels that one lacks are dark tiles; `tile_px` is the width of one
 /// tile.
 std::string draw_strip(const Sequence& sequence, int n_frames, int tile_px);
-
-// ---- Images of ours as OpenCV's, whose channels are blue, green, red; and back, as the bytes of a PNG or
-// JPEG file.
-
-cv::Mat bgr_of(const Image<Rgb>& image);
-std::string png_of(const cv::Mat& bgr);
-std::string jpeg_of(const cv::Mat& bgr, int quality);
 
 }  // namespace sextant

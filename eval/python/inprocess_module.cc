@@ -170,7 +170,7 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
                            .quiet = quiet};
   const RunConfig config = run_config(request, output);
   if (!force) check_same_version(out, run_fingerprints(config));
-  const RunFolder folder = run_into_folder(config, output);
+  const WrittenRun folder = run_into_folder(config, output);
   for (const std::string& warning : folder.warnings) tell_user("warning", warning);
   Json summary = summary_json(folder.result.records, find_preset(preset));
   summary["problems"] = Json::array();

@@ -2,6 +2,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/safe_paths.h"
+#include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/evo_result.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record_stream.h"

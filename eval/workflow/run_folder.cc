@@ -43,7 +43,7 @@ RunConfig run_config(const RunRequest& request, const RunOutput& output) {
   return config;
 }
 
-RunFolder run_into_folder(const RunConfig& config, const RunOutput& output) {
+WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
   const MetricPreset& preset = find_preset(output.preset);
   const FolderLock lock(output.out);
   const Json configuration = resolved_configuration(config);
@@ -59,7 +59,7 @@ RunFolder run_into_folder(const RunConfig& config, const RunOutput& output) {
   resumable.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
     worst.add(pair, of_pair);
   };
-  RunFolder folder{.result = run(resumable), .warnings = {}};
+  WrittenRun folder{.result = run(resumable), .warnings = {}};
   const RunResult& result = folder.result;
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);

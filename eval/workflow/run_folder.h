@@ -42,7 +42,7 @@ struct RunOutput {
 /// Throws Error on sources, options, noise or procedures that do not exist.
 RunConfig run_config(const RunRequest& request, const RunOutput& output);
 
-struct RunFolder {
+struct WrittenRun {
   RunResult result;
   std::vector<std::string> warnings;  ///< of the folder: why it has no report.html
 };
@@ -50,11 +50,11 @@ struct RunFolder {
 /// Runs and writes the folder: run_files(), summary.md, summary.csv and report.html. A run that was
 /// interrupted goes on after the sources that it has done. Throws Error and Interrupted as run() does, and
 /// Error where the folder holds another run.
-RunFolder run_into_folder(const RunConfig& config, const RunOutput& output);
+WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output);
 
 /// One of the two.
 struct RescoredFolder {
-  std::optional<RunFolder> run;
+  std::optional<WrittenRun> run;
   std::optional<SweepOutcome> sweep;
 };
 /// Scores again what external programs left in the folder of a run or of a sweep, into another folder.
