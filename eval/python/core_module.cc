@@ -11,7 +11,6 @@
 #include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/python/array_arguments.h"
 #include "sextant/eval/records/provenance.h"
-#include "sextant/eval/records/record_stream.h"
 #include "sextant/noise/noise.h"
 
 namespace py = pybind11;
@@ -194,7 +193,7 @@ void put(Filling& column, ColumnKind kind, const RecordValue& value) {
 }
 
 /// [(name, array, None)], of texts [(name, places, texts)], in order of the columns.
-py::list read_records(const std::string& folder) {
+py::list read_columns(const std::string& folder) {
   std::vector<Filling> filling;
   std::vector<RecordColumn> columns;
   {
@@ -228,7 +227,7 @@ py::list read_records(const std::string& folder) {
 
 }  // namespace
 
-static void bind_records(py::module_& core) { core.def("read_records", read_records); }
+static void bind_records(py::module_& core) { core.def("read_records", read_columns); }
 
 }  // namespace sextant
 
