@@ -19,9 +19,7 @@
 #include <random>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
-#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/eval/logs/trajectory_files.h"
 

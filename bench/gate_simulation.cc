@@ -1,5 +1,5 @@
-// False-alarm rate and power of `sextant compare`, from recorded runs: the table in docs/ci.md. bench/gate_power makes the
-// runs and calls it.
+// False-alarm rate and power of `sextant compare`, from recorded runs: the table in docs/ci.md.
+// bench/gate_power makes the runs and calls it.
 //
 // usage: gate_simulation BASE REORDERED MORE_POINTS [TRIALS]
 //   BASE          folder of a sweep with 40 seeds or more
@@ -43,7 +43,6 @@ double heavy_tail(const Subject& subject, Interned, double normal) {
   return subject.body == "ego" ? 1.0 : std::exp(1.2 * normal);
 }
 
-
 void print_row(const Scenario& scenario, const std::vector<SubjectCases>& base, int trials) try {
   SimulationOptions options{.seeds = scenario.seeds, .trials = trials};
   options.other_seeds = scenario.other_seeds;
@@ -76,16 +75,20 @@ void run(int argc, char** argv) {
     scenarios.push_back({"1 case of 20 drawn again", seeds, neutral, base, true, 0.05});
     scenarios.push_back(
         {"other seeds, objects with heavy tails", seeds, neutral, base, true, 1, heavy_tail, heavy_tail});
-    scenarios.push_back({"camera's E_t +10 %", seeds, seeds == 10 ? found : "", base, false, 1, {}, on_camera(1.1)});
-    scenarios.push_back({"camera's E_t +10 %, reordered points", seeds, "", reordered, false, 1, {}, on_camera(1.1)});
+    scenarios.push_back(
+        {"camera's E_t +10 %", seeds, seeds == 10 ? found : "", base, false, 1, {}, on_camera(1.1)});
+    scenarios.push_back(
+        {"camera's E_t +10 %, reordered points", seeds, "", reordered, false, 1, {}, on_camera(1.1)});
     scenarios.push_back({"camera's E_t +10 %, other seeds", seeds, "", base, true, 1, {}, on_camera(1.1)});
-    scenarios.push_back({"camera's E_t +15 %", seeds, seeds == 6 ? found_by_six : "", base, false, 1, {}, on_camera(1.15)});
+    scenarios.push_back(
+        {"camera's E_t +15 %", seeds, seeds == 6 ? found_by_six : "", base, false, 1, {}, on_camera(1.15)});
     scenarios.push_back(
         {"camera's E_t +15 %, reordered points", seeds, "", reordered, false, 1, {}, on_camera(1.15)});
     scenarios.push_back({"camera's E_t +15 %, other seeds", seeds, "", base, true, 1, {}, on_camera(1.15)});
     scenarios.push_back({"camera's E_t +30 %, other seeds", seeds, "", base, true, 1, {}, on_camera(1.3)});
     scenarios.push_back({"camera's E_t -10 %", seeds, neutral, base, false, 1, {}, on_camera(0.9)});
-    scenarios.push_back({"camera's E_t -10 %, other seeds", seeds, neutral, base, true, 1, {}, on_camera(0.9)});
+    scenarios.push_back(
+        {"camera's E_t -10 %, other seeds", seeds, neutral, base, true, 1, {}, on_camera(0.9)});
   }
   fmt::print("| change | seeds | exit code 0 [%] | 1 [%] | 3 [%] | wanted |\n|---|---|---|---|---|---|\n");
   for (const Scenario& scenario : scenarios) print_row(scenario, base, trials);

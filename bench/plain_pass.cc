@@ -1,7 +1,8 @@
 // usage: plain_pass FILE.jsonl...
 //
-// What a JSON parser needs at least: every line of the files through simdjson, block by block, every number and text of it
-// looked at and nothing kept. The limit beside which bench/scale puts the commands that read records.
+// What a JSON parser needs at least: every line of the files through simdjson, block by block, every number
+// and text of it looked at and nothing kept. The limit beside which bench/scale puts the commands that read
+// records.
 
 #include <simdjson.h>
 

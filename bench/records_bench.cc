@@ -1,10 +1,12 @@
 // Reading records.jsonl, in bytes a second of one thread, on the committed baseline: our scanner
-// (eval/records/record_stream.h), a plain pass with nlohmann's parser and, where it was found at configure time, simdjson's
-// on-demand parser, which fills the same Record from the same list of fields in the same order.
-// Its on-demand parser is chosen when it is compiled: for any x86-64 that is the portable fallback, without SIMD. Two ways:
+// (eval/records/record_stream.h), a plain pass with nlohmann's parser and, where it was found at configure
+// time, simdjson's on-demand parser, which fills the same Record from the same list of fields in the same
+// order. Its on-demand parser is chosen when it is compiled: for any x86-64 that is the portable fallback,
+// without SIMD. Two ways:
 //
 //   simdjson_lines   a document a line, which is what a record is: the message of a bad line can name it
-//   simdjson_block   all documents of the text at once: faster, but a record over two lines, or two in one, are not seen
+//   simdjson_block   all documents of the text at once: faster, but a record over two lines, or two in one,
+//                    are not seen
 
 #include <benchmark/benchmark.h>
 

@@ -1,14 +1,13 @@
-// What every adapter keeps. Each is tried on a miniature of its data set, which a layout of its name writes, or a
-// line of make_miniature().
+// What every adapter keeps. Each is tried on a miniature of its data set, which a layout of its name writes,
+// or a line of make_miniature().
 
 #include <algorithm>
 #include <functional>
 #include <set>
 
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/jpeg.h"
-#include "sextant/datasets/codec/mask_text.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/sceneflow_testing.h"
@@ -282,7 +281,8 @@ TEST_P(Adapters, AMissingFileIsNamedWithWhatToDo) {
     expect_error([&] { opened->read(frame, one); }, file);
     EXPECT_THAT(error_of([&] { open(options)->check_files(); }),
                 AllOf(HasSubstr(fs::path(file).parent_path().string()),
-                      testing::ContainsRegex("(frame [0-9]+ (needs its|is missing)|files named by frame number).*"
+                      testing::ContainsRegex("(frame [0-9]+ (needs its|is missing)|files named by frame "
+                                             "number).*"
                                              "add (it|them)")));
   });
 }

@@ -2,12 +2,13 @@
 
 // Where data come from. A SOURCE is "adapter:path[#sequence][@first-last]"; an adapter opens it as one
 // Sequence. How to add a data set:
-//   1. write datasets/<name>.h and .cc: its options, and open_<name>(SourceSpec), which declares where the files
-//      of each channel are and reads camera and truth (folder_sequence.h). A kind of file that is new gets its
-//      line in channels/channel_source.cc;
+//   1. write datasets/<name>.h and .cc: its options, and open_<name>(SourceSpec), which declares where the
+//      files of each channel are and reads camera and truth (folder_sequence.h). A kind of file that is new
+//      gets its line in channels/channel_source.cc;
 //   2. add one line to the table in registry.cc.
 // adapter_test.cc then asks for a miniature of it, a line there, and runs over every file of every channel.
 
+#include <Eigen/Core>
 #include <functional>
 #include <map>
 #include <memory>
@@ -108,5 +109,32 @@ void choose_frames(const SourceSpec& source, const std::set<int>& available, con
 
 /// Throws Error unless `frame` lies in the range.
 void check_frame(const SequenceInfo& info, int frame, const std::string& where);
+
+// How good the camera's true steps are across the way and in rotation, where a data set allows to compute it,
+// RMS over the sequence (KITTI: kitti_truth.h). Along the way: SequenceTruth::camera_step_floor_m.
+
+class Sequence;
+
+struct TruthFloor {
+  std::optional<double> lateral_m;            ///< of the steps across the heading
+  std::optional<double> rotation_deg;         ///< of the steps' rotations: not more than that
+  std::optional<double> rotation_timing_deg;  ///< the same: not less than that
+  std::optional<Eigen::Vector3d> gyro_deg;  ///< mean absolute difference to the turn rates: roll, pitch, yaw
+
+  /// Those that are known under their metric keys (metrics/definitions.h).
+  std::map<std::string, double> numbers() const;
+};
+
+/// A sequence that knows how accurate its truth is.
+class KnowsTruthFloor {
+ public:
+  virtual const TruthFloor& floor() const = 0;
+
+ protected:
+  ~KnowsTruthFloor() = default;
+};
+
+/// Nothing of sequences that do not know it.
+TruthFloor truth_floor(const Sequence& sequence);
 
 }  // namespace sextant

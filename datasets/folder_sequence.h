@@ -1,5 +1,31 @@
 #pragma once
 
+// Object truth by frame number, as label files of every data set give it.
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sextant/datasets/channels/channel_source.h"
+#include "sextant/datasets/channels/frame_files.h"
+#include "sextant/datasets/dataset.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
+
+/// Sets `interpolated` where an object's position steps from and to its neighbour frames are equal:
+/// |p(k+1) - 2 p(k) + p(k-1)| <= 1e-6 max(1, |p(k)|), which annotators' linear interpolation gives and real
+/// motion does not.
+void mark_interpolated(ObjectTruths& objects);
+
+/// The 2-D boxes of all objects that have one, for masks of boxes.
+std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
+
 // A sequence of one folder a channel and one file a frame. What adapters have in common; an adapter is the
 // declaration of its files, and its readers of calibration and truth:
 //
@@ -10,27 +36,18 @@
 //   sequence->info().camera = ...;
 //   sequence->open_channels(files);
 
-#include <memory>
-#include <optional>
-#include <set>
-#include <string>
-
-#include "sextant/datasets/channels/channel_source.h"
-#include "sextant/datasets/channels/frame_files.h"
-#include "sextant/datasets/dataset.h"
-#include "sextant/datasets/truth_floor.h"
-
-namespace sextant {
-
 /// Options of an adapter whose channels are its own files or any other choice.
 struct ChannelOptions {
   SEXTANT_OPTIONS(
       (std::string, flow, "auto", "",
-       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, tartanair_png:DIR, onnx:FILE"),
+       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, "
+       "tartanair_png:DIR, onnx:FILE"),
       (std::string, depth, "auto", "",
-       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, cm:DIR, tartanair_png:DIR"),
+       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, "
+       "cm:DIR, tartanair_png:DIR"),
       (std::string, masks, "auto", "",
-       "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
+       "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, "
+       "detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
 };
 
 /// A channel of a data set.

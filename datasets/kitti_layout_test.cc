@@ -1,16 +1,12 @@
-#include "sextant/datasets/kitti_layout.h"
-
+#include <algorithm>
+#include <csignal>
+#include <numbers>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
-
-#include <algorithm>
-#include <numbers>
-
 #include "sextant/base/quantile.h"
-#include "sextant/datasets/codec/kitti_labels.h"
-#include "sextant/datasets/kitti_oxts_track.h"
+#include "sextant/datasets/codec/kitti_text.h"
+#include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/kitti_truth.h"
 #include "sextant/datasets/testing.h"
@@ -412,7 +408,8 @@ TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
   const auto cut_off = [&] {
     LayoutRequest request{.out = temp.path() / "a", .quiet = true};
     request.between_frames = [&] { fs::create_directories(in_the_way / "x"); };
-    expect_error([&] { find_layout("kitti").write(sequence, request); }, "0007.txt: cannot create: Is a directory");
+    expect_error([&] { find_layout("kitti").write(sequence, request); }, "0007.txt: cannot create: Is a "
+                                                                         "directory");
     EXPECT_TRUE(fs::exists(temp.path() / "a/training/image_02/0007/000003.png"));
     fs::remove_all(in_the_way);
   };
@@ -452,4 +449,5 @@ TEST(KittiLayoutErrors, NothingIsOverwritten) {
 }
 
 }  // namespace
+
 }  // namespace sextant

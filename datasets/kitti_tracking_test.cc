@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-constexpr Channels all_channels{
+constexpr Channels kitti_channels{
     .gray = true, .rgb = true, .rgb_right = true, .depth = true, .flow = true, .mask = true};
 
 class KittiTracking : public FolderTest {
@@ -46,11 +46,11 @@ TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
   EXPECT_THAT(sequence->info().provenance, Contains(HasSubstr("depth: sgbm")));
   EXPECT_TRUE(sequence->info().warnings.empty());
   sequence->check_files();
-  const Frame frame = sequence->read(1, all_channels);
+  const Frame frame = sequence->read(1, kitti_channels);
   // The texture moves by a pixel a frame, and lies 5 px further left on the right: z = bf / 5.
   EXPECT_NEAR(frame.flow(80, 24).u, -1, 0.2);
   EXPECT_NEAR(frame.depth_m(80, 24), 60.0 / 5, 0.5);
-  EXPECT_TRUE(sequence->read(4, all_channels).flow.empty());
+  EXPECT_TRUE(sequence->read(4, kitti_channels).flow.empty());
 }
 
 TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
@@ -58,7 +58,7 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
   remove("image_03");
   const auto sequence = open();
   EXPECT_FALSE(sequence->info().channels.depth);
-  EXPECT_TRUE(sequence->read(0, all_channels).depth_m.empty());
+  EXPECT_TRUE(sequence->read(0, kitti_channels).depth_m.empty());
   EXPECT_THAT(sequence->info().warnings,
               ElementsAre(HasSubstr("no " + file("depth_02/0007") + " and no " + file("image_03/0007"))));
   expect_error(
@@ -90,8 +90,8 @@ TEST_F(KittiTracking, TruthAloneOpens) {
   EXPECT_EQ(with_size->info().width, 160);
   EXPECT_FALSE(with_size->info().channels.gray || with_size->info().channels.depth);
   EXPECT_TRUE(with_size->info().channels.mask);
-  EXPECT_EQ(with_size->read(1, all_channels).mask, PatternSequence(5).read(1, all_channels).mask);
-  EXPECT_TRUE(with_size->read(1, all_channels).gray.empty());
+  EXPECT_EQ(with_size->read(1, kitti_channels).mask, PatternSequence(5).read(1, kitti_channels).mask);
+  EXPECT_TRUE(with_size->read(1, kitti_channels).gray.empty());
   remove("instances_txt");
   const auto sequence = open();
   EXPECT_EQ(sequence->info().width, 1242);
@@ -159,7 +159,7 @@ TEST_F(KittiTracking, BadTextNamesFileAndLine) {
                          const std::string& message) {
     const std::string good = text(name);
     change(name, from, to);
-    expect_error([&] { open()->read(0, all_channels); }, file(name) + message);
+    expect_error([&] { open()->read(0, kitti_channels); }, file(name) + message);
     put(name, good);
   };
   remove("instances");
@@ -179,7 +179,7 @@ TEST_F(KittiTracking, RunLengthsThatDoNotFillTheImage) {
   const std::string mots = text("instances_txt/0007.txt");
   const size_t end = mots.find('\n');
   put("instances_txt/0007.txt", mots.substr(0, end - 4) + mots.substr(end));
-  expect_error([&] { open()->read(0, all_channels); }, file("instances_txt/0007.txt") + ":1: ");
+  expect_error([&] { open()->read(0, kitti_channels); }, file("instances_txt/0007.txt") + ":1: ");
 }
 
 TEST_F(KittiTracking, BadOptions) {

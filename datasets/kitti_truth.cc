@@ -1,21 +1,166 @@
-#include "sextant/base/files.h"
 #include "sextant/datasets/kitti_truth.h"
 
 #include <fmt/ranges.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
-#include "sextant/datasets/codec/kitti_calibration.h"
-#include "sextant/datasets/codec/kitti_labels.h"
+#include "sextant/base/files.h"
+#include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/datasets/codec/mots.h"
 #include "sextant/datasets/codec/pose_text.h"
-#include "sextant/datasets/object_truths.h"
+#include "sextant/datasets/folder_sequence.h"
 
 namespace sextant {
+namespace {
+
+constexpr double walk_rad = 0.0004;    // of slow, from sample to sample
+constexpr double velocity_mps = 0.02;  // noise across the course
+constexpr double lever_prior_m = 1;
+constexpr double deg = 180 / std::numbers::pi;
+constexpr size_t turn_rates = 6;  // wx, wy, wz among KittiOxts::rest
+
+double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
+  return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
+}
+
+double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+Eigen::Vector3d turn_rate(const KittiOxts& sample) {
+  return {sample.rest[turn_rates], sample.rest[turn_rates + 1], sample.rest[turn_rates + 2]};
+}
+
+/// Minimum over x of sum w_k (x_k - y_k)^2 + sum ((x_k+1 - x_k) / walk)^2; some weight is above 0.
+class WalkSmoother {
+ public:
+  explicit WalkSmoother(Eigen::VectorXd weight) : weight_(std::move(weight)), pivot_(weight_) {
+    const Eigen::Index n = pivot_.size();
+    for (Eigen::Index k = 0; k < n; ++k) {
+      pivot_[k] += coupling * ((k > 0) + (k + 1 < n));
+      if (k > 0) pivot_[k] -= coupling * coupling / pivot_[k - 1];
+    }
+  }
+
+  Eigen::VectorXd operator()(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd x = weight_.cwiseProduct(y);
+    for (Eigen::Index k = 1; k < x.size(); ++k) x[k] += coupling / pivot_[k - 1] * x[k - 1];
+    x[x.size() - 1] /= pivot_[x.size() - 1];
+    for (Eigen::Index k = x.size() - 1; k > 0; --k) x[k - 1] = (x[k - 1] + coupling * x[k]) / pivot_[k - 1];
+    return x;
+  }
+
+ private:
+  static constexpr double coupling = 1 / (walk_rad * walk_rad);
+  Eigen::VectorXd weight_, pivot_;
+};
+
+double yaw_of(const SE3& pose) {
+  const Eigen::Vector3d ahead = pose.rotation() * Eigen::Vector3d::UnitX();
+  return std::atan2(ahead.y(), ahead.x());
+}
+
+}  // namespace
+
+std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples) {
+  const double scale = mercator_scale(samples.front().latitude_deg);
+  std::vector<SE3> poses;
+  poses.reserve(samples.size());
+  for (const KittiOxts& sample : samples) poses.push_back(pose_from_oxts(sample, scale));
+  return poses;
+}
+
+std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples) {
+  if (samples.empty()) return std::nullopt;
+  const std::vector<SE3> poses = kitti_imu_poses(samples);
+  std::vector<std::pair<double, double>> steps;  // length (m), speed (m/s)
+  double sum_s = 0;
+  double sum_across = 0;
+  for (size_t i = 0; i + 1 < poses.size(); ++i) {
+    const double speed = mean_speed_mps(samples, i);
+    if (!(speed > kitti_slow_mps)) continue;
+    const Eigen::Vector3d step = poses[i + 1].translation() - poses[i].translation();
+    const Eigen::Vector3d velocity = (samples[i].map_velocity_mps() + samples[i + 1].map_velocity_mps()) / 2;
+    steps.emplace_back(step.norm(), speed);
+    sum_s += step.norm() / speed;
+    sum_across += step.cross(velocity.normalized()).squaredNorm();
+  }
+  if (steps.empty()) return std::nullopt;
+  StepFloor out;
+  out.n_steps = static_cast<int>(steps.size());
+  out.mean_s = sum_s / out.n_steps;
+  double sum_squares = 0;
+  for (const auto& [length_m, speed] : steps) sum_squares += std::pow(length_m - out.mean_s * speed, 2);
+  out.floor_m = std::sqrt(sum_squares / out.n_steps);
+  out.across_m = std::sqrt(sum_across / out.n_steps);
+  return out;
+}
+
+std::optional<CourseFit> kitti_course(const std::vector<KittiOxts>& samples, double step_s, double lag_s) {
+  const auto n = static_cast<Eigen::Index>(samples.size());
+  Eigen::VectorXd beta = Eigen::VectorXd::Zero(n), turn = beta, weight = beta;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const KittiOxts& at = samples[static_cast<size_t>(k)];
+    const double speed = std::hypot(at.east_mps, at.north_mps);
+    if (!(speed > kitti_slow_mps)) continue;
+    const KittiOxts& before = samples[static_cast<size_t>(std::max<Eigen::Index>(k - 1, 0))];
+    const KittiOxts& after = samples[static_cast<size_t>(std::min(k + 1, n - 1))];
+    const double apart_s = step_s * static_cast<double>((k > 0) + (k + 1 < n));
+    const double ahead = lag_s / std::max(apart_s, step_s);
+    const double east = at.east_mps + ahead * (after.east_mps - before.east_mps);
+    const double north = at.north_mps + ahead * (after.north_mps - before.north_mps);
+    beta[k] = wrapped(std::atan2(north, east) - at.yaw_rad);
+    turn[k] = wrapped(after.yaw_rad - before.yaw_rad) / std::max(apart_s, step_s) / speed;
+    weight[k] = std::pow(speed / velocity_mps, 2);
+  }
+  if (!(weight.sum() > 0)) return std::nullopt;
+  const WalkSmoother smooth(weight);
+  const Eigen::VectorXd turn_left = weight.cwiseProduct(turn - smooth(turn));
+  CourseFit fit;
+  fit.lever_m = turn_left.dot(beta) / (turn_left.dot(turn) + 1 / (lever_prior_m * lever_prior_m));
+  const Eigen::VectorXd slow = smooth(beta - fit.lever_m * turn);
+  fit.slow_rad.assign(slow.begin(), slow.end());
+  fit.lowest_deg = slow.minCoeff() * deg;
+  fit.highest_deg = slow.maxCoeff() * deg;
+  return fit;
+}
+
+TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<KittiOxts>& samples,
+                            const StepFloor& steps, double lever_m) {
+  TruthFloor floor;
+  double across = 0, apart = 0, timing = 0, rates = 0;
+  Eigen::Vector3d by_axis = Eigen::Vector3d::Zero();
+  const auto n = static_cast<double>(imu.size() - 1);
+  const std::vector<SE3> raw = kitti_imu_poses(samples);
+  for (size_t i = 0; i + 1 < imu.size(); ++i) {
+    const Eigen::Vector3d turned = so3_log(imu[i].rotation().conjugate() * imu[i + 1].rotation());
+    const Eigen::Vector3d rate = (turn_rate(samples[i]) + turn_rate(samples[i + 1])) / 2;
+    const Eigen::Vector3d differs = turned - steps.mean_s * rate;
+    apart += differs.squaredNorm() / n;
+    by_axis += differs.cwiseAbs() / n;
+    rates += rate.squaredNorm();
+    const double speed = mean_speed_mps(samples, i);
+    if (!(speed > kitti_slow_mps)) continue;
+    const double length_m = (raw[i + 1].translation() - raw[i].translation()).norm();
+    timing += turned.squaredNorm() * std::pow(length_m / (steps.mean_s * speed) - 1, 2) / n;
+    // Of the levelled forward axis, over both ends of the step.
+    const Eigen::Vector3d forward =
+        imu[i].rotation() * Eigen::Vector3d::UnitX() + imu[i + 1].rotation() * Eigen::Vector3d::UnitX();
+    const Eigen::Vector2d ahead = forward.head<2>().normalized();
+    const Eigen::Vector3d step = imu[i + 1].translation() - imu[i].translation();
+    const double turn = wrapped(yaw_of(imu[i + 1]) - yaw_of(imu[i]));
+    across += std::pow(ahead.x() * step.y() - ahead.y() * step.x() - lever_m * turn, 2) / steps.n_steps;
+  }
+  floor.lateral_m = std::sqrt(across);
+  floor.rotation_timing_deg = std::sqrt(timing) * deg;
+  if (rates > 0) {
+    floor.rotation_deg = std::sqrt(apart) * deg;
+    floor.gyro_deg = by_axis * deg;
+  }
+  return floor;
+}
+
 namespace {
 
 Eigen::Matrix4d homogeneous(const Eigen::Matrix<double, 3, 4>& m) {
@@ -34,7 +179,8 @@ Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectif
   return rectify * unrectified;
 }
 
-/// Where vn, ve and vf, vl are not one and the same velocity, as they are in KITTI to 0.002 m/s; empty: nowhere.
+/// Where vn, ve and vf, vl are not one and the same velocity, as they are in KITTI to 0.002 m/s; empty:
+/// nowhere.
 std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
   constexpr double apart_mps = 0.1;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -50,8 +196,8 @@ std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs
 /// The truth of the GPS/IMU unit: raw poses made better as the options say.
 class ImuTruth {
  public:
-  ImuTruth(const std::vector<KittiOxts>& samples, const StepFloor& steps, const std::optional<CourseFit>& course,
-           const KittiTruthOptions& options)
+  ImuTruth(const std::vector<KittiOxts>& samples, const StepFloor& steps,
+           const std::optional<CourseFit>& course, const KittiTruthOptions& options)
       : samples_(samples), steps_(steps), course_(course), options_(options) {}
 
   void correct(std::vector<SE3>& poses) const {
@@ -162,10 +308,10 @@ void check_sequence(const fs::path& root, const std::string& sequence) {
        known.empty() ? "none" : fmt::format("{}", fmt::join(known, " ")));
 }
 
-class Reader {
+class KittiTruthReader {
  public:
-  Reader(const fs::path& root, const std::string& sequence, const KittiTruthOptions& options,
-         InputLog& inputs)
+  KittiTruthReader(const fs::path& root, const std::string& sequence, const KittiTruthOptions& options,
+                   InputLog& inputs)
       : training_(root / "training"), file_(sequence + ".txt"), options_(options), inputs_(inputs) {}
 
   KittiTruth read() {
@@ -244,11 +390,13 @@ class Reader {
         steps.floor_m, steps.mean_s, steps.n_steps, corrected ? "; replaced by it" : "", steps.across_m));
     if (!course) return;
     out_.provenance.push_back(fmt::format(
-        "camera truth heading: course less yaw goes from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true steps "
+        "camera truth heading: course less yaw goes from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true "
+        "steps "
         "lie {:.4f} m RMS beside the heading; rotations differ by {:.4f} (timing alone) to {} deg RMS",
         course->lowest_deg, course->highest_deg, course->lever_m, *floor.lateral_m,
         *floor.rotation_timing_deg,
-        floor.rotation_deg ? fmt::format("{:.4f} (turn rates)", *floor.rotation_deg) : "an unknown number of"));
+        floor.rotation_deg ? fmt::format("{:.4f} (turn rates)", *floor.rotation_deg)
+                           : "an unknown number of"));
   }
 
   void read_objects() {
@@ -299,15 +447,17 @@ void KittiTruthOptions::check() const {
   check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
   check_option(std::abs(velocity_lag_s) <= 1, "velocity_lag_s", velocity_lag_s, "-1 to 1");
   if (heading == KittiHeading::course && velocity == KittiVelocity::velocity_heading) {
-    fail("options heading = course and velocity = velocity_heading: one turns the heading to the velocity, the "
-         "other the velocity to the heading: give one of them");
+    fail(
+        "options heading = course and velocity = velocity_heading: one turns the heading to the velocity, "
+        "the "
+        "other the velocity to the heading: give one of them");
   }
 }
 
 KittiTruth read_kitti_truth(const fs::path& root, const std::string& sequence,
                             const KittiTruthOptions& options, InputLog& inputs) {
   check_sequence(root, sequence);
-  return Reader(root, sequence, options, inputs).read();
+  return KittiTruthReader(root, sequence, options, inputs).read();
 }
 
 KittiImageSize kitti_image_size(const fs::path& root, const std::string& sequence, InputLog& inputs) {

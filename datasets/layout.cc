@@ -12,12 +12,12 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
+#include "sextant/base/names.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/registry.h"
 #include "sextant/base/safe_paths.h"
 #include "sextant/datasets/kitti_layout.h"
-#include "sextant/datasets/vdo_layout.h"
+#include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vkitti_layout.h"
 
 namespace sextant {
@@ -29,8 +29,8 @@ constexpr const char* stage_prefix = ".sextant_incomplete_";
 /// In a stage whose files are all there: what was written, and the SOURCE that reads it.
 constexpr const char* complete_file = ".complete";
 
-/// A stage that this process has locked; the lock goes when the process does, however that ends. Several writers may fill
-/// one root (base/folder_lock.h would refuse the second).
+/// A stage that this process has locked; the lock goes when the process does, however that ends. Several
+/// writers may fill one root (base/file_lock.h would refuse the second).
 class StageLock {
  public:
   explicit StageLock(const fs::path& folder)

@@ -1,10 +1,9 @@
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_tracking.h"
-#include "sextant/datasets/replay.h"
+#include "sextant/datasets/rendered_sequence.h"
 #include "sextant/datasets/sceneflow2015.h"
-#include "sextant/datasets/synthetic_scenes.h"
 #include "sextant/datasets/tartanair.h"
 #include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vkitti1.h"

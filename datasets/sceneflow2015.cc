@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/text_rows.h"
 #include "sextant/datasets/folder_sequence.h"
 

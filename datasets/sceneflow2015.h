@@ -8,7 +8,8 @@
 //   calib_cam_to_cam/%06d.txt       P_rect_02, P_rect_03 (also found in calib_cam/)
 //   disp_occ_0/%06d_10.png          true disparity of frame 10, 16-bit, n / 256 px, 0 = none
 //   disp_occ_1/%06d_10.png          that of frame 11, but at the pixels of frame 10
-//   flow_occ/%06d_10.png            true flow from frame 10 to 11, 16-bit RGB, (n - 2^15) / 64 px, B = 0 = none
+//   flow_occ/%06d_10.png            true flow from frame 10 to 11, 16-bit RGB, (n - 2^15) / 64 px, B = 0 =
+//                                   none
 //
 // The truth is what a run is measured with: flow and depth are computed from the images unless told
 // otherwise. The true depth of frame 11 is disp_occ_1 carried along the true flow to the nearest pixel, the

@@ -24,7 +24,8 @@ class SceneFlow : public FolderTest {
 TEST_F(SceneFlow, InfoSaysWhatIsThere) {
   const auto sequence = open_with(source());
   const SequenceInfo& info = sequence->info();
-  EXPECT_EQ(text_of(info), fmt::format("sceneflow 000007@10-11, {}x{} px, 10 Hz", sceneflow_width, sceneflow_height));
+  EXPECT_EQ(text_of(info),
+            fmt::format("sceneflow 000007@10-11, {}x{} px, 10 Hz", sceneflow_width, sceneflow_height));
   EXPECT_EQ(info.camera.left.fx, 700);
   EXPECT_EQ(info.camera.left.fy, 701);
   EXPECT_EQ(info.camera.left.cx, 24);

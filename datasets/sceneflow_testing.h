@@ -1,12 +1,13 @@
 #pragma once
 
-// A small pair of KITTI scene flow 2015 for tests: 000007, constant colours, disparity 19 then 20 px, flow (3, -1).
+// A small pair of KITTI scene flow 2015 for tests: 000007, constant colours, disparity 19 then 20 px, flow
+// (3, -1).
 
 #include <filesystem>
 #include <string>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/png.h"
 
 namespace sextant {

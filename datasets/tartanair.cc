@@ -24,7 +24,8 @@ std::set<std::string> trajectories(const fs::path& root) {
   constexpr size_t most = 20;
   std::set<std::string> names;
   std::error_code ignored;
-  for (auto it = fs::recursive_directory_iterator(root, fs::directory_options::skip_permission_denied, ignored);
+  for (auto it =
+           fs::recursive_directory_iterator(root, fs::directory_options::skip_permission_denied, ignored);
        it != fs::recursive_directory_iterator() && names.size() < most; it.increment(ignored)) {
     if (ignored) break;
     if (!it->is_directory(ignored)) continue;
@@ -72,7 +73,8 @@ Trajectory decode_poses(std::string_view text, const std::string& name) {
     const Eigen::Quaterniond q(rows.finite(6, "qw"), rows.finite(3, "qx"), rows.finite(4, "qy"),
                                rows.finite(5, "qz"));
     if (!(std::abs(q.norm() - 1) <= norm_limit))
-      rows.fail_here("quaternion of norm {:.4g}, expected 1: are the columns tx ty tz qx qy qz qw?", q.norm());
+      rows.fail_here("quaternion of norm {:.4g}, expected 1: are the columns tx ty tz qx qy qz qw?",
+                     q.norm());
     poses.set(frame, T_opencv_ned * SE3(q, position) * T_ned_opencv);
   }
   if (poses.empty()) fail("{}: holds no pose: expected lines of tx ty tz qx qy qz qw", name);
@@ -110,7 +112,8 @@ std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
   SequenceInfo& info = sequence->info();
   info.sequence = name_of(source, folder);
   info.rate_hz = options.rate_hz;
-  info.camera.left = {tartanair_focal_px, tartanair_focal_px, tartanair_size_px / 2.0, tartanair_size_px / 2.0};
+  info.camera.left = {tartanair_focal_px, tartanair_focal_px, tartanair_size_px / 2.0,
+                      tartanair_size_px / 2.0};
   info.camera.bf = tartanair_focal_px * tartanair_baseline_m;
 
   const auto part = [&](const char* name) { return if_there(folder / name); };
@@ -141,7 +144,8 @@ std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
   sequence->choose_frames(files, folder.string());
   if (!camera.empty() && !camera.has(info.last_frame)) {
     fail("{}: it has {} lines, but frame {} needs line {}: complete it, or choose @{}-{}", poses.string(),
-         camera.poses().size(), info.last_frame, info.last_frame + 1, info.first_frame, camera.poses().size() - 1);
+         camera.poses().size(), info.last_frame, info.last_frame + 1, info.first_frame,
+         camera.poses().size() - 1);
   }
   if (info.width != tartanair_size_px || info.height != tartanair_size_px) {
     fail("{}: images of {}x{} pixels: the data set's camera (f = 320, c = (320, 320)) belongs to {}x{}",

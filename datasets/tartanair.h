@@ -1,8 +1,8 @@
 #pragma once
 
-// Adapter `tartanair`: TartanAir V2, the front cameras. SOURCE is tartanair:FOLDER[@first-last] with the folder of
-// one trajectory, or tartanair:ROOT#ENV/Data_easy/P000[@first-last] with the folder that holds the environments.
-// The folder of a trajectory has, as downloaded,
+// Adapter `tartanair`: TartanAir V2, the front cameras. SOURCE is tartanair:FOLDER[@first-last] with the
+// folder of one trajectory, or tartanair:ROOT#ENV/Data_easy/P000[@first-last] with the folder that holds the
+// environments. The folder of a trajectory has, as downloaded,
 //
 //   image_lcam_front/%06d_lcam_front.png         8-bit RGB, 640x640
 //   image_rcam_front/%06d_rcam_front.png         the right camera
@@ -10,10 +10,10 @@
 //   flow_lcam_front/%06d_%06d_flow.png           16-bit RGB (codec/tartanair_png.h), to the next frame
 //   pose_lcam_front.txt                          tx ty tz qx qy qz qw a line, line k + 1 is frame k
 //
-// Any of them may be missing; with the poses alone there is camera truth and no channel. Poses are T_world_camera
-// with the axes of NED (x ahead, y right, z down) on both sides; they become those of `opencv` (geometry/axes.h).
-// The scenes are static: there are no objects, and masks are background alone. seg_lcam_front has classes, not instances, and
-// is not read.
+// Any of them may be missing; with the poses alone there is camera truth and no channel. Poses are
+// T_world_camera with the axes of NED (x ahead, y right, z down) on both sides; they become those of `opencv`
+// (geometry/axes.h). The scenes are static: there are no objects, and masks are background alone.
+// seg_lcam_front has classes, not instances, and is not read.
 // Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
 
 #include <memory>

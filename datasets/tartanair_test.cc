@@ -45,8 +45,8 @@ TEST_F(Tartanair, DepthFlowAndPosesAgree) {
 }
 
 TEST_F(Tartanair, PosesAreTurnedFromNedToCameraAxes) {
-  const SE3 step = open_with(source())->truth().camera.pose(0)->inverse() *
-                   *open_with(source())->truth().camera.pose(1);
+  const SE3 step =
+      open_with(source())->truth().camera.pose(0)->inverse() * *open_with(source())->truth().camera.pose(1);
   EXPECT_LT((step.translation() - Eigen::Vector3d(0.02, 0.05, 0.1)).norm(), 1e-12) << "right, down, ahead";
 }
 
@@ -66,7 +66,9 @@ TEST_F(Tartanair, PartsMayBeMissing) {
 TEST_F(Tartanair, DamageIsNamed) {
   const std::string poses = text("pose_lcam_front.txt");
   put("pose_lcam_front.txt", poses + "1 2 3 0 0 0\n");
-  expect_error([&] { open_with(source()); }, file("pose_lcam_front.txt") + ":4: expected tx ty tz qx qy qz qw");
+  expect_error([&] { open_with(source()); }, file("pose_lcam_front.txt") +
+                                                 ":4: expected tx ty tz qx qy qz "
+                                                 "qw");
   put("pose_lcam_front.txt", poses + "1 2 3 0 0 0 2\n");
   expect_error([&] { open_with(source()); }, ":4: quaternion of norm 2");
   put("pose_lcam_front.txt", poses.substr(0, poses.find('\n') + 1));
@@ -87,7 +89,8 @@ TEST(TartanairReal, TenFramesOpen) {
   EXPECT_EQ(sequence->truth().camera.poses().size(), 1360U);
   const Frame frame = sequence->read(0, {.depth = true, .flow = true});
   const auto is_known = [](float z) { return z > 0.5 && z < 5000; };
-  EXPECT_GT(std::count_if(frame.depth_m.data(), frame.depth_m.data() + frame.depth_m.size(), is_known), 640 * 320);
+  EXPECT_GT(std::count_if(frame.depth_m.data(), frame.depth_m.data() + frame.depth_m.size(), is_known),
+            640 * 320);
 }
 
 }  // namespace

@@ -1,14 +1,14 @@
 #pragma once
 
-// A small trajectory of TartanAir V2 for tests: a wall at 8 m, turned by 0.01 rad about the vertical and moved
-// by (0.1, 0.02, 0.05) m (ahead, right, down) from frame to frame, with exact depth and flow.
+// A small trajectory of TartanAir V2 for tests: a wall at 8 m, turned by 0.01 rad about the vertical and
+// moved by (0.1, 0.02, 0.05) m (ahead, right, down) from frame to frame, with exact depth and flow.
 
 #include <filesystem>
 #include <string>
 
 #include "sextant/base/files.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/codec/tartanair_png.h"
 #include "sextant/datasets/tartanair.h"
 #include "sextant/geometry/axes.h"
 
@@ -49,8 +49,10 @@ inline SequenceTruth write_tartanair_trajectory(const std::filesystem::path& fol
     };
     Image<float> depth_m = image_of(size, size, depth);
     depth_m(1, 2) = 40800;  // sky
-    put(fmt::format("image_lcam_front/{:06}_lcam_front.png", k), encode_png(Image<Rgb>(size, size, {90, 90, 90})));
-    put(fmt::format("image_rcam_front/{:06}_rcam_front.png", k), encode_png(Image<Rgb>(size, size, {90, 90, 90})));
+    put(fmt::format("image_lcam_front/{:06}_lcam_front.png", k),
+        encode_png(Image<Rgb>(size, size, {90, 90, 90})));
+    put(fmt::format("image_rcam_front/{:06}_rcam_front.png", k),
+        encode_png(Image<Rgb>(size, size, {90, 90, 90})));
     put(fmt::format("depth_lcam_front/{:06}_lcam_front_depth.png", k),
         encode_png(tartanair_from_depth(depth_m), {.level = 1, .filter = 0}));
     if (k + 1 == n) continue;

@@ -1,5 +1,29 @@
 #pragma once
 
+// Layout `vdo`: writes a sequence as a VDO-SLAM folder (vdo_folder.h), OUT itself or OUT/<sequence> when a
+// name is given:
+//
+//   image_0/%06d.png    RGB              depth/%06d.png      disparity * 256, z = bf / (n / 256)
+//   flow/%06d.flo       to the next      semantic/%06d.txt   instance ids
+//   camera.yaml         f, c, bf, fps    times.txt           line k: time of frame k, s (from frame 0 on)
+//   pose_gt.txt         truth, where there is any; object_pose.txt likewise
+//
+// Frames keep their numbers. What the format does not keep: depth nearer than bf / 255.99 and steps of
+// disparity finer than 1/256 px; of an object's rotation all but the heading of its z axis, and objects
+// without a 2-D box have an empty one. Channels that the source lacks are left out.
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "sextant/datasets/folder_sequence.h"
+#include "sextant/datasets/layout.h"
+
+namespace sextant {
+
+/// As layout.h says.
+std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request);
+
 // Adapter `vdo`: folders of the multimot / VDO-SLAM data set (KITTI tracking with network outputs).
 //
 //   image_0/%06d.png (or image/)  8-bit RGB or gray
@@ -16,15 +40,6 @@
 //
 // Frames: all with an image, without a gap, or @first-last. Source: github.com/halajun/VDO_SLAM.
 
-#include <memory>
-#include <string>
-#include <string_view>
-
-#include "sextant/datasets/folder_sequence.h"
-#include "sextant/datasets/object_truths.h"
-
-namespace sextant {
-
 enum class VdoPair { authors, colour };
 constexpr Names<2> names_of(VdoPair) { return {"authors", "colour"}; }
 
@@ -37,7 +52,8 @@ struct VdoFolderOptions : ChannelOptions {
       (double, cy, 0, "px", "principal point; 0 = from the folder"),
       (double, bf, 0, "px m", "focal length times baseline; 0 = from the folder"),
       (VdoPair, bf_preset, VdoPair::authors, "",
-       "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, 384.38"))
+       "authors = as in the folder (KITTI 0003: the grey pair's 387.57); colour = KITTI 0003's colour pair, "
+       "384.38"))
   void check() const;
 };
 

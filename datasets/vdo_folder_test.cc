@@ -1,16 +1,81 @@
-#include "sextant/datasets/vdo_folder.h"
-
 #include <cstring>
 
 #include "sextant/base/quantile.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/testing.h"
+#include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 
 namespace sextant {
 namespace {
 
-constexpr Channels all_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
+class VdoLayoutTest : public testing::Test {
+ protected:
+  VdoLayoutTest() {
+    make_vdo_fixture(folder_.path() / "a", {.n_frames = 3, .first_frame = 7, .width = 64, .height = 32});
+  }
+
+  std::unique_ptr<Sequence> open(const std::string& name) const {
+    return open_source(SourceSpec::parse("vdo:" + (folder_.path() / name).string()));
+  }
+  std::string write(const Sequence& sequence, const std::string& name, int jobs = 1) const {
+    LayoutRequest request{.out = folder_.path() / name, .jobs = jobs, .quiet = true};
+    return find_layout("vdo").write(sequence, request);
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(VdoLayoutTest, EverythingComesBack) {
+  const auto before = open("a");
+  const std::string source = write(*before, "b", 2);
+  const auto after = open_source(SourceSpec::parse(source));
+  EXPECT_EQ(after->info().first_frame, 7);
+  EXPECT_EQ(after->info().last_frame, 9);
+  EXPECT_EQ(after->info().camera.bf, before->info().camera.bf);
+  EXPECT_EQ(after->info().camera.left.fx, before->info().camera.left.fx);
+  EXPECT_EQ(after->info().rate_hz, before->info().rate_hz);
+  for (int frame = 7; frame <= 9; ++frame) {
+    const Channels channels{.rgb = true, .depth = true, .flow = true, .mask = true};
+    const Frame a = before->read(frame, channels), b = after->read(frame, channels);
+    EXPECT_EQ(a.rgb, b.rgb);
+    EXPECT_EQ(a.mask, b.mask);
+    ASSERT_EQ(a.flow.size(), b.flow.size());
+    for (size_t i = 0; i < a.flow.size(); ++i) EXPECT_EQ(a.flow.data()[i].u, b.flow.data()[i].u);
+    for (size_t i = 0; i < a.depth_m.size(); ++i) {
+      const float z = a.depth_m.data()[i];
+      if (std::isfinite(z)) {
+        EXPECT_EQ(z, b.depth_m.data()[i]);
+      }
+    }
+    const auto pose = after->truth().camera.pose(frame);
+    ASSERT_TRUE(pose);
+    EXPECT_LT((pose->inverse() * *before->truth().camera.pose(frame)).log().norm(), 1e-12);
+    const ObjectTruth* object = after->truth().find(frame, 1);
+    ASSERT_NE(object, nullptr);
+    EXPECT_LT(
+        (object->T_camera_object.inverse() * before->truth().find(frame, 1)->T_camera_object).log().norm(),
+        1e-9);
+    EXPECT_EQ(object->box, before->truth().find(frame, 1)->box);
+  }
+}
+
+TEST_F(VdoLayoutTest, TimesAreThoseOfTheRate) {
+  write(*open("a"), "b");
+  EXPECT_TRUE(open("b")->info().warnings.empty()) << open("b")->info().warnings.front();
+  EXPECT_NEAR(open("b")->info().times_s.at(8), 0.8, 1e-12);
+}
+
+TEST_F(VdoLayoutTest, NothingIsOverwritten) {
+  write(*open("a"), "b");
+  expect_error([&] { write(*open("a"), "b"); }, "is there already");
+}
+
+}  // namespace
+
+namespace {
+
+constexpr Channels vdo_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
 
 class VdoFolder : public FolderTest {
  protected:
@@ -43,7 +108,7 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
                           "masks: vdo_text:" + file("semantic")));
   same->check_files();
   for (const int k : {1, 4}) {
-    const Frame a = own->read(k, all_channels), b = same->read(k, all_channels);
+    const Frame a = own->read(k, vdo_channels), b = same->read(k, vdo_channels);
     EXPECT_EQ(a.mask, b.mask);
     EXPECT_EQ(std::memcmp(a.depth_m.data(), b.depth_m.data(), a.depth_m.size() * sizeof(float)), 0);
     ASSERT_EQ(a.flow.size(), b.flow.size());
@@ -62,7 +127,7 @@ TEST_F(VdoFolder, OptionsReplaceItsOwnChannels) {
 TEST_F(VdoFolder, OptionsComputeChannels) {
   const auto own = open_with(source());
   const auto computed = open_with(source(), {{"flow", "dis"}, {"masks", "boxes"}});
-  const Frame truth = own->read(1, all_channels), frame = computed->read(1, all_channels);
+  const Frame truth = own->read(1, vdo_channels), frame = computed->read(1, vdo_channels);
   int n_same = 0, n_object = 0, n_near = 0, n_flow = 0;
   for (size_t i = 0; i < truth.mask.size(); ++i) {
     n_object += truth.mask.data()[i] == 1;
@@ -75,7 +140,7 @@ TEST_F(VdoFolder, OptionsComputeChannels) {
   EXPECT_GT(n_object, 0);
   EXPECT_EQ(n_same, n_object);  // a box holds its object
   EXPECT_GT(n_near, 0.6 * n_flow);
-  EXPECT_TRUE(computed->read(4, all_channels).flow.empty());
+  EXPECT_TRUE(computed->read(4, vdo_channels).flow.empty());
   expect_error([&] { open_with(source(), {{"depth", "sgbm"}}); }, "depth: sgbm needs the right images");
   expect_error(
       [&] {
@@ -103,7 +168,7 @@ TEST_F(VdoFolder, FlowIsDepthMovedByTheTruth) {
   const auto sequence = open_with(source());
   const PinholeCamera& camera = sequence->info().camera.left;
   for (int k = 0; k < 4; ++k) {
-    const Frame frame = sequence->read(k, all_channels);
+    const Frame frame = sequence->read(k, vdo_channels);
     const SE3 background = sequence->truth().background_motion(k, k + 1).value();
     const SE3 object = sequence->truth().object_motion(1, k, k + 1).value();
     int n_object = 0;
@@ -205,7 +270,7 @@ TEST_F(VdoFolder, AGapInTheImages) {
   expect_error([&] { open_with(source()); }, file("image_0") + ": frame 2 is missing between 0 and 4");
   EXPECT_EQ(open_with(source("@3-4"))->info().first_frame, 3);
   EXPECT_FALSE(
-      open_with(source("@0-1"))->read(1, all_channels).flow.empty());  // the last frame asked for has flow
+      open_with(source("@0-1"))->read(1, vdo_channels).flow.empty());  // the last frame asked for has flow
 }
 
 TEST_F(VdoFolder, BadPoseRows) {
@@ -255,7 +320,7 @@ TEST_F(VdoDemo, TruthIsThatOfACarInTraffic) {
 // order leaves 44 px.
 TEST_F(VdoDemo, FlowDepthAndTruthAgree) {
   const auto sequence = open_with(source_);
-  const Frame frame = sequence->read(0, all_channels);
+  const Frame frame = sequence->read(0, vdo_channels);
   const PinholeCamera& camera = sequence->info().camera.left;
   const SE3 motion = sequence->truth().background_motion(0, 1).value();
   const auto median_error_px = [&](const SE3& T_curr_prev) {

@@ -19,12 +19,9 @@
 #include <string>
 
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
-#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/pose_text.h"
-#include "sextant/datasets/codec/yaml_camera.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
 

@@ -1,15 +1,203 @@
-#include "sextant/datasets/vkitti1.h"
+#include <algorithm>
+#include <numbers>
 
+#include "sextant/base/quantile.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
+#include "sextant/datasets/codec/vkitti_text.h"
+#include "sextant/datasets/testing.h"
+#include "sextant/datasets/vkitti1.h"
 #include "sextant/datasets/vkitti_testing.h"
+#include "sextant/geometry/camera.h"
 
 namespace sextant {
 namespace {
 
-constexpr Channels all_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
-const std::string extrinsics = "vkitti_1.3.1_extrinsicsgt/0001_clone.txt";
-const std::string objects_file = "vkitti_1.3.1_motgt/0001_clone.txt";
+const char* const extrinsics =
+    "frame r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1\n"
+    "0 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"
+    "1 1 0 0 0 0 1 0 0 0 0 1 -1.5 0 0 0 1\n";
+const char* const objects_file =
+    "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d y3d z3d ry rx rz truncr occupr "
+    "orig_label "
+    "moving model color\n"
+    "0 4 Car 0 0 -1.5 722 186 866 281 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Car 0 M C\n"
+    "0 2 DontCare 0 0 -1.5 1 2 3 4 1.6 1.4 3.7 3.0 1.4 13.1 0 0 0 0 0.9 Van 1 M C\n";
+
+class Vkitti1Truths : public FolderTest {
+ protected:
+  Vkitti1Truth read(const std::string& world, const std::string& variation = "clone") {
+    InputLog inputs;
+    return read_vkitti1_truth(root_, world, variation, inputs);
+  }
+};
+
+TEST_F(Vkitti1Truths, AllThreePlaces) {
+  put("a/vkitti_1.3.1_extrinsicsgt/0001_fog.txt", extrinsics);
+  put("a/vkitti_1.3.1_motgt/0001_fog.txt", objects_file);
+  put("b/vkitti_1.3.1_extrinsicsgt/vkitti_1.3.1_extrinsicsgt/0001_clone.txt", extrinsics);
+  put("b/vkitti_1.3.1_motgt/vkitti_1.3.1_motgt/0001_clone.txt", objects_file);
+  put("c/vkitti_1.3.1_text/0001_camera.txt", extrinsics);
+  put("c/vkitti_1.3.1_text/0001_objects.txt", objects_file);
+  InputLog inputs;
+  for (const auto& [root, variation] :
+       {std::pair{"a", "fog"}, {"b", "clone"}, {"c", "clone"}, {"c/vkitti_1.3.1_text", "clone"}}) {
+    const Vkitti1Truth out = read_vkitti1_truth(root_ / root, "0001", variation, inputs);
+    EXPECT_EQ(out.truth.camera.poses().size(), 2u) << root;
+    EXPECT_TRUE(out.warnings.empty());
+  }
+  EXPECT_EQ(inputs.entries().size(), 6u);
+}
+
+TEST_F(Vkitti1Truths, WhatARowMeans) {
+  put("vkitti_1.3.1_text/0001_camera.txt", extrinsics);
+  put("vkitti_1.3.1_text/0001_objects.txt", objects_file);
+  const SequenceTruth truth = read("0001").truth;
+  EXPECT_NEAR(truth.camera.pose(1)->translation().z(), 1.5, 1e-12);  // camera -> world: it drove ahead
+  ASSERT_EQ(truth.objects.at(0).size(), 2u);
+  EXPECT_EQ(truth.objects.at(0)[0].id, 3);
+  const ObjectTruth* car = truth.find(0, 5);
+  ASSERT_NE(car, nullptr);
+  EXPECT_EQ(*car->size_m, Eigen::Vector3d(1.6, 1.4, 3.7));
+  EXPECT_EQ(car->T_camera_object.translation(), Eigen::Vector3d(3.0, 1.4, 13.1));
+  EXPECT_EQ(car->box, (ImageBox{722, 186, 866, 281}));
+  EXPECT_EQ(*car->moving, false);
+  EXPECT_EQ(*truth.find(0, 3)->moving, true);
+  EXPECT_EQ(truth.find(0, 3)->type, "Van");
+}
+
+TEST_F(Vkitti1Truths, ThePosesDecideWhereParkedIsWrong) {
+  put("0018_camera.txt", extrinsics);
+  put("0018_objects.txt", objects_file);
+  const Vkitti1Truth out = read("0018");
+  EXPECT_EQ(out.truth.find(0, 3)->moving, true);
+  EXPECT_FALSE(out.truth.find(0, 5)->moving.has_value());  // there in one frame only
+  EXPECT_THAT(out.warnings, IsEmpty());
+}
+
+TEST_F(Vkitti1Truths, WhatIsNotThere) {
+  fs::create_directory(root_);
+  expect_error([&] { read("0001"); }, root_.string() + ": no Virtual KITTI 1.3.1 in it");
+  put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", extrinsics);
+  put("vkitti_1.3.1_motgt/0002_rain.txt", objects_file);
+  put("0018_camera.txt", extrinsics);
+  expect_error([&] { read("0001"); }, ": no world '0001' in it; there: 0002, 0018");
+  expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; there: fog, rain");
+  expect_error([&] { read("0002", "fog"); }, "lacks its file vkitti_1.3.1_motgt/0002_fog.txt");
+  expect_error([&] { read("0018"); }, "lacks its file vkitti_1.3.1_motgt/0018_clone.txt");
+  const Vkitti1TextFiles files = find_vkitti1_text(root_, "0018", "clone");
+  InputLog inputs;
+  EXPECT_THAT(read_vkitti1_truth(files, "0018", inputs).warnings,
+              ElementsAre("no motgt of world 0018: no true object motion"));
+}
+
+TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
+  put("0001_camera.txt", extrinsics);
+  std::string objects = objects_file;
+  objects[objects.rfind("0 2 DontCare")] = '2';
+  put("0001_objects.txt", objects);
+  expect_error([&] { read("0001"); }, "0001_objects.txt: it has objects in frame 2, of which");
+}
+
+// The real text: conventions can only be told from numbers that someone else wrote.
+class Vkitti1Real : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
+    InputLog inputs;
+    truth_ = read_vkitti1_truth(real_data("vkitti_1.3.1_text"), GetParam(), "clone", inputs).truth;
+  }
+  SequenceTruth truth_;
+};
+
+// Steps of at least 0.3 m a frame in the world, against the object's own z axis.
+TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
+  std::vector<double> angles_deg;
+  std::vector<double> tilts_deg;
+  std::vector<double> tilts_offset_last_deg;  // were the yaw offset not before Rx and Rz
+  const Eigen::Quaterniond back(Eigen::AngleAxisd(-vkitti_yaw_offset_rad, Eigen::Vector3d::UnitY()));
+  const auto tilt_deg = [](const Eigen::Quaterniond& R_world_object) {
+    const Eigen::Vector3d down = R_world_object * Eigen::Vector3d::UnitY();
+    return std::atan2(std::hypot(down.x(), down.z()), down.y()) * 180 / std::numbers::pi;
+  };
+  for (const auto& [frame, list] : truth_.objects) {
+    for (const ObjectTruth& object : list) {
+      const SE3 T_world_object = *truth_.camera.pose(frame) * object.T_camera_object;
+      tilts_deg.push_back(tilt_deg(T_world_object.rotation()));
+      tilts_offset_last_deg.push_back(
+          tilt_deg(truth_.camera.pose(frame)->rotation() * back * object.T_camera_object.rotation()));
+      const ObjectTruth* next = truth_.find(frame + 1, object.id);
+      if (next == nullptr) continue;
+      const Eigen::Vector3d step = (*truth_.camera.pose(frame + 1) * next->T_camera_object).translation() -
+                                   T_world_object.translation();
+      if (step.norm() < 0.3) continue;
+      const Eigen::Vector3d ahead = T_world_object.rotation() * Eigen::Vector3d::UnitZ();
+      angles_deg.push_back(std::atan2(ahead.cross(step).norm(), ahead.dot(step)) * 180 / std::numbers::pi);
+    }
+  }
+  RecordProperty("heading_median_deg", fmt::format("{:.4f}", middle_of(angles_deg)));
+  RecordProperty("tilt_offset_last_deg", fmt::format("{:.3f}", middle_of(tilts_offset_last_deg)));
+  RecordProperty("tilt_median_deg", fmt::format("{:.5f}", middle_of(tilts_deg)));
+  EXPECT_GT(angles_deg.size(), 200u);
+  EXPECT_LT(middle_of(angles_deg), 5.0);
+  EXPECT_LT(middle_of(tilts_deg), 0.001);
+  EXPECT_GT(middle_of(tilts_offset_last_deg), 2.0);
+}
+
+// The projected corners of the 3-D box (f = 725, c = (620.5, 187)) against the 2-D box, which holds the
+// pixels of the car: the car fills its box, so they agree to a few pixels.
+TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
+  const PinholeCamera camera{725, 725, 620.5, 187};
+  std::vector<double> errors_px;
+  for (const auto& [frame, list] : truth_.objects) {
+    for (const ObjectTruth& o : list) {
+      ImageBox box;
+      bool in_front = true;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3d p =
+            o.T_camera_object * Eigen::Vector3d((corner & 1 ? 0.5 : -0.5) * o.size_m->x(),
+                                                corner & 2 ? -o.size_m->y() : 0.0,
+                                                (corner & 4 ? 0.5 : -0.5) * o.size_m->z());
+        in_front = in_front && p.z() > 1;
+        const Eigen::Vector2d pixel = camera.project(p);
+        box.include(pixel.x(), pixel.y());
+      }
+      // Boxes at the border of the image are cut there.
+      if (!in_front || o.box->left < 1 || o.box->top < 1 || o.box->right > 1240 || o.box->bottom > 373)
+        continue;
+      errors_px.push_back(
+          std::max({std::abs(box.left - o.box->left), std::abs(box.top - o.box->top),
+                    std::abs(box.right - o.box->right), std::abs(box.bottom - o.box->bottom)}));
+    }
+  }
+  RecordProperty("box_median_px", fmt::format("{:.3f}", middle_of(errors_px)));
+  EXPECT_GT(errors_px.size(), 500u);
+  EXPECT_LT(middle_of(errors_px), 4.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Vkitti1Real, testing::Values("0001", "0002", "0018"));
+
+TEST_F(Vkitti1Truths, RowsOfVersion2AreThoseOfVersion1) {
+  SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
+  InputLog inputs;
+  const SequenceTruth truth =
+      read_vkitti1_truth(real_data("vkitti_1.3.1_text"), "0018", "clone", inputs).truth;
+  // Virtual KITTI 2.0.3, Scene18/clone/pose.txt, first row (docs/datasets.md): world_space_X, Y, Z and
+  // rotation_world_space_y, next to camera-space numbers that are those of 1.3.1.
+  const SE3 T_world_object = *truth.camera.pose(25) * truth.find(25, 1)->T_camera_object;
+  EXPECT_LT((T_world_object.translation() - Eigen::Vector3d(53.18796, -106, 79.85496)).norm(), 2e-4);
+  const Eigen::Vector3d ahead = T_world_object.rotation() * Eigen::Vector3d::UnitZ();
+  const double yaw_rad = 2.263542 + std::numbers::pi / 2;
+  EXPECT_LT((ahead - Eigen::Vector3d(std::sin(yaw_rad), 0, std::cos(yaw_rad))).norm(), 1e-4);
+}
+
+}  // namespace
+
+namespace {
+
+constexpr Channels vkitti1_channels{.gray = true, .rgb = true, .depth = true, .flow = true, .mask = true};
+const std::string extrinsics_path = "vkitti_1.3.1_extrinsicsgt/0001_clone.txt";
+const std::string objects_path = "vkitti_1.3.1_motgt/0001_clone.txt";
 const std::string colors = "vkitti_1.3.1_scenegt/0001_clone_scenegt_rgb_encoding.txt";
 
 std::string png(const char* kind, int frame) {
@@ -55,9 +243,9 @@ TEST_F(Vkitti1Files, AnySubsetOpens) {
   EXPECT_EQ(text_only->info().height, 375);
   EXPECT_EQ(text_only->info().first_frame, 3);
   EXPECT_EQ(text_only->truth().objects.size(), 4u);
-  EXPECT_TRUE(text_only->read(4, all_channels).depth_m.empty());
+  EXPECT_TRUE(text_only->read(4, vkitti1_channels).depth_m.empty());
   text_only->check_files();
-  remove(extrinsics);
+  remove(extrinsics_path);
   EXPECT_THAT(open_with(source_)->info().warnings,
               ElementsAre("no extrinsicsgt of world 0001: no true camera motion"));
 }
@@ -91,7 +279,7 @@ TEST_F(Vkitti1Files, EachArchiveInAFolderOfItsOwnName) {
   }
   const auto sequence = open_with(source_);
   sequence->check_files();
-  EXPECT_EQ(sequence->read(4, all_channels).mask(250, 120), 3);
+  EXPECT_EQ(sequence->read(4, vkitti1_channels).mask(250, 120), 3);
   EXPECT_EQ(sequence->truth().objects.size(), 4u);
 }
 
@@ -121,7 +309,7 @@ TEST_F(Vkitti1Files, FilesOfAnotherKind) {
   const auto error = [&](const char* kind, const std::string& bytes, const std::string& message) {
     const std::string good = text(png(kind, 4));
     put(png(kind, 4), bytes);
-    expect_error([&] { sequence->read(4, all_channels); }, file(png(kind, 4)) + message);
+    expect_error([&] { sequence->read(4, vkitti1_channels); }, file(png(kind, 4)) + message);
     put(png(kind, 4), good);
   };
   error("depthgt", encode_png(Image<uint8_t>(1242, 375)), ": ");  // 8 bit
@@ -135,37 +323,38 @@ TEST_F(Vkitti1Files, ColoursThatTheTableLacks) {
   expect_error([&] { open_with(source_); }, file(colors) + ":3: expected 4 values");
   put_lines(colors, {"Category(:id) r g b", "Misc 80 80 80"});
   const auto sequence = open_with(source_);
-  expect_error([&] { sequence->read(4, all_channels); },
+  expect_error([&] { sequence->read(4, vkitti1_channels); },
                file(png("scenegt", 4)) + ": pixel (204, 100) has the colour ");
   put_lines(colors, {"Category(:id) r g b", "Van:65535 80 80 80"});
   expect_error([&] { open_with(source_); }, "track id 65535 is too large");
 }
 
 TEST_F(Vkitti1Files, BadText) {
-  std::vector<std::string> rows = lines(extrinsics);
+  std::vector<std::string> rows = lines(extrinsics_path);
   const std::vector<std::string> good = rows;
   rows[2].replace(rows[2].find(' ') + 1, 3, "nan");
   rows[2] = "4 nan" + rows[2].substr(rows[2].find(' ', 3));
-  put_lines(extrinsics, rows);
-  expect_error([&] { open_with(source_); }, file(extrinsics) + ":3: expected a finite number");
-  put_lines(extrinsics, {good[0], good[1], good[2], good[3]});
-  expect_error([&] { open_with(source_); }, file(objects_file) + ": it has objects in frame 6, of which " +
-                                                file(extrinsics) + " has no pose");
-  remove(objects_file);
+  put_lines(extrinsics_path, rows);
+  expect_error([&] { open_with(source_); }, file(extrinsics_path) + ":3: expected a finite number");
+  put_lines(extrinsics_path, {good[0], good[1], good[2], good[3]});
+  expect_error([&] { open_with(source_); }, file(objects_path) + ": it has objects in frame 6, of which " +
+                                                file(extrinsics_path) + " has no pose");
+  remove(objects_path);
   expect_error([&] { open_with(source_); },
-               "the extrinsics have no row of frame 6, of which there are files: take both");
+               "the extrinsics_path have no row of frame 6, of which there are files: take both");
   EXPECT_EQ(open_with(source_ + "@3-5")->info().last_frame, 5);
 }
 
 TEST_F(Vkitti1Files, BadObjects) {
-  const std::vector<std::string> rows = lines(objects_file);
-  put_lines(objects_file, {rows[0], rows[1], rows[1]});
-  expect_error([&] { open_with(source_); }, file(objects_file) + ":3: track 2 appears twice in frame 3");
+  const std::vector<std::string> rows = lines(objects_path);
+  put_lines(objects_path, {rows[0], rows[1], rows[1]});
+  expect_error([&] { open_with(source_); }, file(objects_path) + ":3: track 2 appears twice in frame 3");
   std::string header = rows[0];
   header.replace(header.find("moving"), 6, "moves");
-  put_lines(objects_file, {header, rows[1]});
-  expect_error([&] { open_with(source_); }, file(objects_file) + ":1: the first row names no column moving");
+  put_lines(objects_path, {header, rows[1]});
+  expect_error([&] { open_with(source_); }, file(objects_path) + ":1: the first row names no column moving");
 }
 
 }  // namespace
+
 }  // namespace sextant

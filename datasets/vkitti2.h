@@ -1,10 +1,43 @@
 #pragma once
 
+// The ground truth and cameras of Virtual KITTI 2.0.3, from the text files of one scene and variation:
+//
+//   <folder>/{extrinsic,intrinsic,pose,bbox,info}.txt
+//
+// T_world_camera = inverse of the extrinsic of the chosen camera; per object id = trackID + 1,
+// T_camera_object from the camera_space columns of pose.txt (middle of the bottom face, vkitti_text.h's
+// rotation), size_m = (width, height, length), the box and isMoving of bbox.txt, type = label of info.txt.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/base/files.h"
+#include "sextant/datasets/folder_sequence.h"
+#include "sextant/geometry/camera.h"
+#include "sextant/truth/truth.h"
+
+namespace sextant {
+
+struct Vkitti2Truth {
+  SequenceTruth truth;
+  std::optional<PinholeCamera> camera;  ///< of intrinsic.txt
+  std::optional<double> baseline_m;     ///< between the two cameras, from extrinsic.txt
+  std::vector<std::string> warnings;    ///< what is missing, one line each
+};
+
+/// Reads the files that are there, the others give warnings. Throws Error on a damaged file, no rows of
+/// `camera`, intrinsics that change, objects in frames without extrinsics, and tracks that are missing in
+/// bbox.txt or info.txt.
+Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera, InputLog& inputs);
+
 // Adapter `vkitti2`: Virtual KITTI 2.0.3. SOURCE is vkitti2:ROOT#<scene>/<variation>[@first-last], such as
 // vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Any subset of these below
 // ROOT/<scene>/<variation>:
 //
-//   {extrinsic,intrinsic,pose,bbox,info}.txt                         see vkitti2_truth.h
+//   {extrinsic,intrinsic,pose,bbox,info}.txt                         see vkitti2.h
 //   frames/rgb/Camera_{0,1}/rgb_%05d.jpg
 //   frames/depth/Camera_{0,1}/depth_%05d.png                         16-bit, cm; 65535 = sky or too far
 //   frames/forwardFlow/Camera_{0,1}/flow_%05d.png                    16-bit RGB (codec/kitti_png.h), to the
@@ -15,12 +48,6 @@
 // are track ids + 1. With the text alone there are poses and objects, and no channels. The left image is that
 // of the chosen camera; camera 0 has camera 1 as its right one. Baseline: that of extrinsic.txt, which is
 // 0.532725 m. Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
-
-#include <memory>
-
-#include "sextant/datasets/folder_sequence.h"
-
-namespace sextant {
 
 struct Vkitti2Options : ChannelOptions {
   SEXTANT_OPTIONS_OF(ChannelOptions,

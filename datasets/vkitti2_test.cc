@@ -6,7 +6,7 @@
 namespace sextant {
 namespace {
 
-constexpr Channels all_channels = Channels::all();
+constexpr Channels vkitti2_channels = Channels::all();
 const std::string scene = "Scene01/clone/";
 
 class Vkitti2Files : public VkittiFiles {
@@ -35,7 +35,7 @@ TEST_F(Vkitti2Files, TheRightCameraAlone) {
   const auto left = open_with(source_);
   const auto right = open_with(source_, {{"camera", 1}});
   EXPECT_FALSE(right->info().channels.rgb_right || right->info().channels.depth);
-  EXPECT_EQ(right->read(4, all_channels).rgb, left->read(4, all_channels).rgb_right);
+  EXPECT_EQ(right->read(4, vkitti2_channels).rgb, left->read(4, vkitti2_channels).rgb_right);
   const SE3 T_left_right = left->truth().camera.pose(4)->inverse() * *right->truth().camera.pose(4);
   EXPECT_LT((T_left_right.log() - (Vector6d() << 0.532725, 0, 0, 0, 0, 0).finished()).norm(), 1e-9);
   expect_error([&] { open_with(source_, {{"camera", 2}}); }, "option camera = 2: must be 0 or 1");
@@ -81,7 +81,7 @@ TEST_F(Vkitti2Files, EachArchiveInAFolderOfItsOwnName) {
   sequence->check_files();
   EXPECT_TRUE(sequence->info().warnings.empty());
   EXPECT_EQ(sequence->info().provenance.size(), 4u);
-  EXPECT_EQ(sequence->read(4, all_channels).mask(250, 120), 3);
+  EXPECT_EQ(sequence->read(4, vkitti2_channels).mask(250, 120), 3);
 }
 
 TEST_F(Vkitti2Files, NamesThatAreNotThere) {

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/vkitti1_text.h"
-#include "sextant/datasets/codec/vkitti2_text.h"
-#include "sextant/datasets/vkitti_rows.h"
+#include "sextant/datasets/codec/vkitti_text.h"
 #include "sextant/datasets/vkitti_testing.h"
 
 namespace sextant {

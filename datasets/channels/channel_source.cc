@@ -4,18 +4,16 @@
 
 #include "sextant/base/text.h"
 #include "sextant/datasets/channels/computed_channels.h"
-#include "sextant/datasets/channels/file_channels.h"
+#include "sextant/datasets/channels/frame_files.h"
 #include "sextant/datasets/channels/network.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
-#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/mots.h"
-#include "sextant/datasets/codec/tartanair_png.h"
 
 namespace sextant {
 namespace {
 
-// How to add a kind: one line in the table of its channel here, and one in the list at the head of channel_source.h.
+// How to add a kind: one line in the table of its channel here, and one in the list at the head of
+// channel_source.h.
 template <typename Make>
 struct Kind {
   std::string name;
@@ -123,7 +121,8 @@ std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const Ch
       {"flo", "DIR", files<Flow>("flow", "flo", ".flo", decode_flo)},
       {"kitti_png", "DIR", files<Flow>("flow", "kitti_png", ".png", of_png_rgb16(flow_from_kitti))},
       {"vkitti_png", "DIR", files<Flow>("flow", "vkitti_png", ".png", of_png_rgb16(flow_from_vkitti))},
-      {"tartanair_png", "DIR", files<Flow>("flow", "tartanair_png", ".png", of_png_rgb16(flow_from_tartanair))},
+      {"tartanair_png", "DIR",
+       files<Flow>("flow", "tartanair_png", ".png", of_png_rgb16(flow_from_tartanair))},
       {"onnx", "FILE", make_network_flow_source},
   };
   return make("flow", choice, table, inputs);

@@ -22,8 +22,8 @@
 //           boxes               the 2-D label boxes, nearer objects in front: a last resort
 //           onnx:FILE           a network
 //
-// In a DIR, a file belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX* takes
-// only names that begin with PREFIX, and the number behind it (frame_files.h).
+// In a DIR, a file belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX*
+// takes only names that begin with PREFIX, and the number behind it (frame_files.h).
 
 #include <functional>
 #include <map>
@@ -34,7 +34,7 @@
 #include "sextant/base/files.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/measurement/frame.h"
-#include "sextant/measurement/image_box.h"
+#include "sextant/measurement/image.h"
 
 namespace sextant {
 

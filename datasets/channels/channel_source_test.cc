@@ -3,15 +3,13 @@
 #include <cmath>
 #include <random>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/channels/computed_channels.h"
 #include "sextant/datasets/channels/opencv_view.h"
 #include "sextant/datasets/channels/testing.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
-#include "sextant/datasets/codec/mask_text.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/mots.h"
 
 namespace sextant {

@@ -50,7 +50,8 @@ class SgbmSource final : public DepthSource {
   ChannelInputs inputs_;
 };
 
-/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in it.
+/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in
+/// it.
 Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height) {
   const auto farther = [](const LabelBox& a, const LabelBox& b) {
     return a.depth_m != b.depth_m ? a.depth_m > b.depth_m : a.id > b.id;

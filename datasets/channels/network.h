@@ -1,5 +1,32 @@
 #pragma once
 
+// What an ONNX file asks for and gives: names and shapes of its inputs and outputs. Source: onnx/onnx.proto
+// (ModelProto.graph = 7; GraphProto.node = 1, initializer = 5, input = 11, output = 12), read by the protobuf
+// wire format.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/datasets/channels/channel_source.h"
+
+namespace sextant {
+
+struct OnnxTensor {
+  std::string name;
+  std::vector<int64_t> shape;  ///< -1: not fixed in the file
+  std::string text() const;    ///< "1x3xHxW", with ? for what is not fixed
+};
+
+struct OnnxHeader {
+  std::vector<OnnxTensor> inputs;  ///< without weights
+  std::vector<OnnxTensor> outputs;
+  int n_nodes = 0;
+};
+
+/// Throws Error "NAME: ..." on bytes that are not an ONNX model.
+OnnxHeader read_onnx_header(std::string_view bytes, const std::string& name);
+
 // Channels by a network in an ONNX file, run by OpenCV's DNN module on the processor; docs/networks.md.
 //
 //   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
@@ -11,10 +38,6 @@
 //
 // Where H or W is not fixed in the file it is the image's. Images are resized to H x W bilinearly; flow is
 // resized back bilinearly and its vectors are scaled, ids are taken from the nearest pixel.
-
-#include "sextant/datasets/channels/channel_source.h"
-
-namespace sextant {
 
 /// Throw Error that names the file, and the expected and found shapes.
 std::unique_ptr<FlowSource> make_network_flow_source(const std::string& path, const ChannelInputs& inputs);

@@ -1,18 +1,16 @@
-#include "sextant/datasets/channels/network.h"
-
-#include "sextant/base/parallel_for.h"
-#include "sextant/datasets/channels/onnx_header.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/channels/network.h"
 #include "sextant/datasets/channels/testing.h"
 
 namespace sextant {
 namespace {
 
-constexpr int frame_width = 12;
-constexpr int frame_height = 8;
+constexpr int network_width = 12;
+constexpr int network_height = 8;
 
 Image<Rgb> image(int frame) {
-  return image_of(frame_width, frame_height, [=](int x, int y) {
+  return image_of(network_width, network_height, [=](int x, int y) {
     return Rgb{static_cast<uint8_t>(10 * x + frame), static_cast<uint8_t>(20 * y),
                static_cast<uint8_t>(x == y ? 255 : frame)};
   });
@@ -23,8 +21,8 @@ class Networks : public testing::Test {
   ChannelInputs inputs() {
     return {.left = image,
             .inputs = &log_,
-            .width = frame_width,
-            .height = frame_height,
+            .width = network_width,
+            .height = network_height,
             .first_frame = 0,
             .last_frame = 3};
   }
@@ -42,9 +40,9 @@ void expect_flow(const FlowSource& source) {
   for (const int frame : {0, 2}) {
     const Image<Rgb> prev = image(frame), curr = image(frame + 1);
     const Image<Flow> flow = source.read(frame);
-    ASSERT_EQ(flow.width(), frame_width);
-    ASSERT_EQ(flow.height(), frame_height);
-    for (const auto [x, y] : PixelRange(frame_width, frame_height)) {
+    ASSERT_EQ(flow.width(), network_width);
+    ASSERT_EQ(flow.height(), network_height);
+    for (const auto [x, y] : PixelRange(network_width, network_height)) {
       EXPECT_EQ(flow(x, y).u, 0.5f * prev(x, y).r - 2.0f * curr(x, y).b + 3.0f);
       EXPECT_EQ(flow(x, y).v, curr(x, y).g - 4.0f);
     }
@@ -54,9 +52,9 @@ void expect_flow(const FlowSource& source) {
 
 TEST_F(Networks, FlowFromOneInputOfSixChannels) {
   OnnxModel model;
-  model.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
+  model.input("images", {1, 6, network_height, network_width}).mix("images", "flow", flow_weights, flow_bias);
   const auto source =
-      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
+      make_flow_source(file(model.output("flow", {1, 2, network_height, network_width})), inputs());
   expect_flow(*source);
   EXPECT_EQ(source->provenance(), "flow: onnx:" + (folder_ / "net.onnx"));
   EXPECT_TRUE(log_.entries().contains(folder_ / "net.onnx"));
@@ -71,10 +69,10 @@ TEST_F(Networks, FlowFromTwoInputsWithOpenSize) {
 
 TEST_F(Networks, FlowIsScaledFromTheNetworksSize) {
   OnnxModel model;  // a constant (1, -3) px at half the width and a quarter of the height
-  model.input("images", {1, 6, frame_height / 4, frame_width / 2});
+  model.input("images", {1, 6, network_height / 4, network_width / 2});
   model.mix("images", "flow", {std::vector<float>(6), std::vector<float>(6)}, {1, -3});
   const auto source =
-      make_flow_source(file(model.output("flow", {1, 2, frame_height / 4, frame_width / 2})), inputs());
+      make_flow_source(file(model.output("flow", {1, 2, network_height / 4, network_width / 2})), inputs());
   const Image<Flow> flow = source->read(1);
   EXPECT_FLOAT_EQ(flow(5, 5).u, 2.0f);
   EXPECT_FLOAT_EQ(flow(5, 5).v, -12.0f);
@@ -82,28 +80,28 @@ TEST_F(Networks, FlowIsScaledFromTheNetworksSize) {
 
 TEST_F(Networks, FlowOfASmallerOutputIsInPixelsOfTheInput) {
   OnnxModel model;
-  model.input("images", {1, 6, frame_height, frame_width}).halve("images", "small");
+  model.input("images", {1, 6, network_height, network_width}).halve("images", "small");
   model.mix("small", "flow", {std::vector<float>(6), std::vector<float>(6)}, {1, -3});
   const auto source =
-      make_flow_source(file(model.output("flow", {1, 2, frame_height / 2, frame_width / 2})), inputs());
-  EXPECT_EQ(source->read(1).width(), frame_width);
+      make_flow_source(file(model.output("flow", {1, 2, network_height / 2, network_width / 2})), inputs());
+  EXPECT_EQ(source->read(1).width(), network_width);
   EXPECT_FLOAT_EQ(source->read(1)(5, 5).u, 1.0f);
 }
 
 TEST_F(Networks, FlowThatIsNotFiniteIsInvalid) {
   OnnxModel model;
-  model.input("images", {1, 6, frame_height, frame_width});
+  model.input("images", {1, 6, network_height, network_width});
   model.mix("images", "flow", {std::vector<float>(6), std::vector<float>(6)}, {INFINITY, 0});
   const auto source =
-      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
+      make_flow_source(file(model.output("flow", {1, 2, network_height, network_width})), inputs());
   EXPECT_FALSE(source->read(0)(3, 3).valid());
 }
 
 TEST_F(Networks, SameFlowFromManyThreads) {
   OnnxModel model;
-  model.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
+  model.input("images", {1, 6, network_height, network_width}).mix("images", "flow", flow_weights, flow_bias);
   const auto source =
-      make_flow_source(file(model.output("flow", {1, 2, frame_height, frame_width})), inputs());
+      make_flow_source(file(model.output("flow", {1, 2, network_height, network_width})), inputs());
   parallel_for(40, 4, [&](int i) {
     const Image<Flow> flow = source->read(i % 3);
     EXPECT_EQ(flow(4, 4).v, image(i % 3 + 1)(4, 4).g - 4.0f);
@@ -113,23 +111,23 @@ TEST_F(Networks, SameFlowFromManyThreads) {
 TEST_F(Networks, MasksOfIds) {
   for (const bool squeezed : {false, true}) {
     OnnxModel model;
-    model.input("image", {1, 3, frame_height, frame_width})
+    model.input("image", {1, 3, network_height, network_width})
         .mix("image", squeezed ? "wide" : "ids", {{2, 0, 0}}, {1});
     if (squeezed) model.squeeze("wide", "ids", 1);
-    model.output("ids", squeezed ? std::vector{1, frame_height, frame_width}
-                                 : std::vector{1, 1, frame_height, frame_width});
+    model.output("ids", squeezed ? std::vector{1, network_height, network_width}
+                                 : std::vector{1, 1, network_height, network_width});
     const auto source = make_mask_source(file(model), inputs());
     const Image<uint16_t> mask = source->read(2);
-    for (int x = 0; x < frame_width; ++x) EXPECT_EQ(mask(x, 3), 2 * (10 * x + 2) + 1);
+    for (int x = 0; x < network_width; ++x) EXPECT_EQ(mask(x, 3), 2 * (10 * x + 2) + 1);
   }
 }
 
 TEST_F(Networks, MasksOfClassScores) {
   OnnxModel model;  // background 100, class 1 = G, class 2 = B
-  model.input("image", {1, 3, frame_height, frame_width});
+  model.input("image", {1, 3, network_height, network_width});
   model.mix("image", "scores", {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {100, 0, 0});
   const auto source =
-      make_mask_source(file(model.output("scores", {1, 3, frame_height, frame_width})), inputs());
+      make_mask_source(file(model.output("scores", {1, 3, network_height, network_width})), inputs());
   const Image<uint16_t> mask = source->read(0);
   // B = 255 on the diagonal (class 2), G > 100 from row 6 on (class 1); (7, 6) and
   // (6, 7) touch across it.
@@ -144,13 +142,13 @@ TEST_F(Networks, MasksOfClassScores) {
 
 TEST_F(Networks, MasksOfAnotherSizeTakeTheNearestPixel) {
   OnnxModel model;
-  model.input("image", {1, 3, frame_height, frame_width})
+  model.input("image", {1, 3, network_height, network_width})
       .halve("image", "small")
       .mix("small", "ids", {{0, 0.1f, 0}});
   const auto source =
-      make_mask_source(file(model.output("ids", {1, 1, frame_height / 2, frame_width / 2})), inputs());
+      make_mask_source(file(model.output("ids", {1, 1, network_height / 2, network_width / 2})), inputs());
   const Image<uint16_t> mask = source->read(0);
-  for (int y = 0; y < frame_height; ++y) EXPECT_EQ(mask(3, y), y / 2 * 4 + 1);  // mean of 2 y and 2 y + 2
+  for (int y = 0; y < network_height; ++y) EXPECT_EQ(mask(3, y), y / 2 * 4 + 1);  // mean of 2 y and 2 y + 2
 }
 
 TEST(ConnectedInstances, AreNumberedByTheirFirstPixel) {
@@ -179,11 +177,11 @@ TEST_F(Networks, Errors) {
     flow_error("onnx:" + folder_.write("net.onnx", bytes), path + ": not an ONNX model");
   }
   OnnxModel good;
-  good.input("images", {1, 6, frame_height, frame_width}).mix("images", "flow", flow_weights, flow_bias);
-  const std::string bytes = OnnxModel(good).output("flow", {1, 2, frame_height, frame_width}).bytes();
+  good.input("images", {1, 6, network_height, network_width}).mix("images", "flow", flow_weights, flow_bias);
+  const std::string bytes = OnnxModel(good).output("flow", {1, 2, network_height, network_width}).bytes();
   flow_error("onnx:" + folder_.write("net.onnx", bytes.substr(0, bytes.size() / 2)),
              path + ": not an ONNX model");
-  mask_error(file(OnnxModel(good).output("flow", {1, 2, frame_height, frame_width})),
+  mask_error(file(OnnxModel(good).output("flow", {1, 2, network_height, network_width})),
              path + ": its input is images 1x6x8x12, expected one of 1x3xHxW");
   flow_error(
       file(OnnxModel().input("a", {1, 3, 8, -1}).mix("a", "b", {{1, 0, 0}}).output("b", {1, 1, 8, 12})),
@@ -213,4 +211,5 @@ TEST_F(Networks, Errors) {
 }
 
 }  // namespace
+
 }  // namespace sextant

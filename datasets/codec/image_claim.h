@@ -5,8 +5,9 @@
 //   pixels            at most 2^27
 //   decoded bytes     at most 64 MB, or 200 times the file where that is more
 //
-// The second limit refuses decompression bombs: camera images, depth, flow and masks of more than 64 MB are never
-// compressed that far. Text formats compare the declared size with the values that the file can hold instead.
+// The second limit refuses decompression bombs: camera images, depth, flow and masks of more than 64 MB are
+// never compressed that far. Text formats compare the declared size with the values that the file can hold
+// instead.
 
 #include <algorithm>
 #include <cstdint>
@@ -23,12 +24,13 @@ inline void check_image_claim(const char* kind, const std::string& name, uint64_
                               uint64_t decoded_bytes, uint64_t file_bytes) {
   constexpr uint64_t free_bytes = 64'000'000, max_ratio = 200;
   if (width * height > max_image_pixels) {
-    fail("{}: its header claims a {} of {}x{} pixels, expected at most {} pixels: is the file damaged?", name, kind,
-         width, height, max_image_pixels);
+    fail("{}: its header claims a {} of {}x{} pixels, expected at most {} pixels: is the file damaged?", name,
+         kind, width, height, max_image_pixels);
   }
   if (decoded_bytes <= std::max(free_bytes, max_ratio * file_bytes)) return;
   fail(
-      "{}: its header claims a {} of {}x{} pixels, which is {} MB from a file of {} bytes, expected at most {} "
+      "{}: its header claims a {} of {}x{} pixels, which is {} MB from a file of {} bytes, expected at most "
+      "{} "
       "times the file: is it damaged?",
       name, kind, width, height, decoded_bytes / 1'000'000, file_bytes, max_ratio);
 }

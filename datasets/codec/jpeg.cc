@@ -74,7 +74,8 @@ struct Encoder {
   }
 };
 
-/// Called by libjpeg during each pass: ends it on Ctrl-C, and in a file of more scans than any encoder writes.
+/// Called by libjpeg during each pass: ends it on Ctrl-C, and in a file of more scans than any encoder
+/// writes.
 void watch(j_common_ptr info) {
   auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
   const bool too_many = reinterpret_cast<j_decompress_ptr>(info)->input_scan_number > max_scans;
@@ -83,15 +84,16 @@ void watch(j_common_ptr info) {
   std::longjmp(trap->step, 1);
 }
 
-/// Refuses a header whose pixels the file cannot hold. A baseline or progressive file has at least one bit for each
-/// block of 8x8 pixels.
+/// Refuses a header whose pixels the file cannot hold. A baseline or progressive file has at least one bit
+/// for each block of 8x8 pixels.
 void check_claim(const jpeg_decompress_struct& info, const std::string& name, size_t file_bytes) {
   const uint64_t width = info.image_width, height = info.image_height;
   const uint64_t coefficient_bytes = info.progressive_mode != 0 ? 2 * uint64_t(info.num_components) : 0;
-  check_image_claim("JPEG", name, width, height, (sizeof(Rgb) + coefficient_bytes) * width * height, file_bytes);
+  check_image_claim("JPEG", name, width, height, (sizeof(Rgb) + coefficient_bytes) * width * height,
+                    file_bytes);
   if (info.arith_code == 0 && width * height / (64 * 8) > file_bytes) {
-    fail("{}: JPEG file of {} bytes is too short for the {}x{} pixels that its header claims: copy it again", name,
-         file_bytes, width, height);
+    fail("{}: JPEG file of {} bytes is too short for the {}x{} pixels that its header claims: copy it again",
+         name, file_bytes, width, height);
   }
 }
 

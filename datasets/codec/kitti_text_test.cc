@@ -2,9 +2,7 @@
 #include <random>
 
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/kitti_calibration.h"
-#include "sextant/datasets/codec/kitti_labels.h"
-#include "sextant/datasets/codec/kitti_oxts.h"
+#include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/geometry/testing.h"
 
 namespace sextant {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int ignored_class = 10;
 constexpr int64_t max_mask_pixels = int64_t{1} << 25;  // a run length of few characters can claim any number
-constexpr uint16_t ignored_pixel = 65535;  // while painting; larger than any track id + 1
+constexpr uint16_t ignored_pixel = 65535;              // while painting; larger than any track id + 1
 
 bool is_class(int class_id) { return class_id == 1 || class_id == 2 || class_id == ignored_class; }
 
@@ -155,7 +155,8 @@ MotsText::MotsText(std::string_view text, std::string name, MotsIds ids) : name_
       rows.fail_here("height {} and width {}: expected positive numbers", row.height, row.width);
     }
     if (int64_t{row.height} * row.width > max_mask_pixels) {
-      rows.fail_here("height {} and width {}: expected at most {} pixels", row.height, row.width, max_mask_pixels);
+      rows.fail_here("height {} and width {}: expected at most {} pixels", row.height, row.width,
+                     max_mask_pixels);
     }
     add(frame, std::move(row));
   }

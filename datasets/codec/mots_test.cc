@@ -115,7 +115,8 @@ TEST(MotsErrors, NameFileLineAndSums) {
         "0003.txt:1: expected frame, id, class_id, height, width and run lengths (6 values), got 5");
   error("0 1000.5 1 2 3 6\n", "expected a whole number for the id, got '1000.5'");
   error("-1 1000 1 2 3 6\n", "frame -1: expected 0 or larger");
-  error("0 1000 1 2000000000 2000000000 6\n", "height 2000000000 and width 2000000000: expected at most 33554432 pixels");
+  error("0 1000 1 2000000000 2000000000 6\n", "height 2000000000 and width 2000000000: expected at most "
+                                              "33554432 pixels");
   error("0 1000 1 0 3 6\n", "height 0 and width 3: expected positive numbers");
   error("0 3000 3 2 3 6\n", "class_id 3: expected 1 (car), 2 (pedestrian) or 10 (ignore)");
   error("0 2000 1 2 3 6\n", "id 2000 of class 1: expected 1000 to 1999");

@@ -39,8 +39,8 @@ struct PngHeader {
   bool interlaced = false;
 };
 
-/// Size and kind of pixels, from the header. `bytes` is the whole file: a header that claims more pixels than the file
-/// can hold is an Error.
+/// Size and kind of pixels, from the header. `bytes` is the whole file: a header that claims more pixels than
+/// the file can hold is an Error.
 PngHeader png_header(std::string_view bytes, const std::string& name);
 
 /// 16-bit gray (depth, disparity, instance ids). Other kinds of pixels are an Error.

@@ -165,19 +165,23 @@ TEST(PngErrors, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
       set_byte(png, 20 + static_cast<size_t>(i), static_cast<int>(height >> (24 - 8 * i) & 255U));
     }
     const uint32_t crc = libdeflate_crc32(0, png.data() + 12, 17);
-    for (int i = 0; i < 4; ++i) set_byte(png, 29 + static_cast<size_t>(i), static_cast<int>(crc >> (24 - 8 * i) & 255U));
+    for (int i = 0; i < 4; ++i)
+      set_byte(png, 29 + static_cast<size_t>(i), static_cast<int>(crc >> (24 - 8 * i) & 255U));
     return png;
   };
   EXPECT_EQ(decode_png16(claiming(40, 30), "a.png"), Image<uint16_t>(40, 30));
   for (const auto& decode : {+[](const std::string& png) { png_header(png, "a.png"); },
                              +[](const std::string& png) { decode_png16(png, "a.png"); }}) {
-    expect_error([&] { decode(claiming(1'000'000, 1'000'000)); }, "a.png: its header claims a PNG of 1000000x1000000");
+    expect_error([&] { decode(claiming(1'000'000, 1'000'000)); },
+                 "a.png: its header claims a PNG of "
+                 "1000000x1000000");
     expect_error([&] { decode(claiming(40'000, 40'000)); }, "expected at most 134217728 pixels");
     expect_error([&] { decode(claiming(10'000, 10'000)); }, "expected at most 200 times the file");
     expect_error([&] { decode(claiming(3'000, 3'000)); }, "is too short for the 3000x3000 pixels");
   }
   // Decoded it would be 200 times the file and more than 64 MB.
-  expect_error([] { decode_png16(encode_png(Image<uint16_t>(5'000, 5'000)), "a.png"); }, "expected at most 200 times");
+  expect_error([] { decode_png16(encode_png(Image<uint16_t>(5'000, 5'000)), "a.png"); },
+               "expected at most 200 times");
 }
 
 TEST(PngErrors, OtherFilesAndKinds) {

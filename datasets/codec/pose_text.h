@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sextant/datasets/codec/text_rows.h"
+#include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
@@ -24,8 +25,8 @@ SE3 read_pose_fields(const TextRows& rows, size_t first);
 /// 17 significant digits: reads back as the same poses.
 std::string encode_pose_text(const std::map<int, SE3>& poses);
 
-// ---- Poses of objects as text, an extension of ours to the KITTI layout (training/object_pose/%04d.txt), for
-// what label_02 has no column: roll and pitch. Per line
+// ---- Poses of objects as text, an extension of ours to the KITTI layout (training/object_pose/%04d.txt),
+// for what label_02 has no column: roll and pitch. Per line
 //
 //   frame track_id  r11 r12 r13 x  r21 r22 r23 y  r31 r32 r33 z  [0 0 0 1]
 //
@@ -38,5 +39,19 @@ std::map<std::pair<int, int>, SE3> decode_object_poses(std::string_view text, co
 
 /// 17 significant digits: reads back as the same poses. Begins with a comment that explains the columns.
 std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses);
+
+// Stereo cameras in OpenCV YAML, as ORB-SLAM2 and VDO-SLAM have them: "%YAML:1.0" and the keys Camera.fx,
+// Camera.fy, Camera.cx, Camera.cy (px), Camera.bf (focal length times baseline, px m); optionally
+// Camera.fps (Hz).
+
+struct YamlCamera {
+  StereoCamera camera;
+  double rate_hz = 0;  ///< 0 = not given
+};
+
+/// Throws Error that names the missing keys, or the key whose value is not a positive number.
+YamlCamera decode_yaml_camera(std::string_view text, const std::string& name);
+
+std::string encode_yaml_camera(const YamlCamera& camera);
 
 }  // namespace sextant

@@ -27,7 +27,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
-#include "sextant/measurement/image_box.h"
+#include "sextant/measurement/image.h"
 
 namespace sextant {
 

@@ -3,7 +3,6 @@
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/codec/text_rows.h"
-#include "sextant/datasets/codec/yaml_camera.h"
 
 namespace sextant {
 namespace {

@@ -3,8 +3,7 @@
 // The colour image of a view. Textures are filtered analytically; pixels on edges of surfaces and of shadows
 // are the mean of three samples.
 
-#include "sextant/datasets/synthetic/sun.h"
-#include "sextant/datasets/synthetic/view.h"
+#include "sextant/datasets/synthetic/shading.h"
 
 namespace sextant::synthetic {
 

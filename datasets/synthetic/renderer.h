@@ -5,9 +5,9 @@
 //   gray, rgb      textures filtered analytically; light: a sun with shadows, and the sky; see painter.h
 //   rgb_right      the same from the right camera, bf / fx along x
 //   depth_m        z-depth of what is seen at the pixel centre; NaN = sky
-//   flow           where that very point (at the stored depth) is seen in the next frame under the true motion
-//                  of its body, whether or not something hides it there, inside the image or not; NaN = sky,
-//                  or behind the next camera, or the body is not there then. The last frame has none
+//   flow           where that very point (at the stored depth) is seen in the next frame under the true
+//                  motion of its body, whether or not something hides it there, inside the image or not; NaN
+//                  = sky, or behind the next camera, or the body is not there then. The last frame has none
 //   backward_flow  the same to the frame before. The first frame has none
 //   occlusion      visible: in the next frame, that point is what is seen at the end of its flow (at one of
 //                  the four pixels around it, same body, depth within 3 cm or 0.5 %); hidden: something else

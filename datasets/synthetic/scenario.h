@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "sextant/datasets/synthetic/car.h"
 #include "sextant/datasets/synthetic/mesh.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
@@ -29,8 +28,8 @@ struct Actor {
   std::string type = "Car";                        ///< the truth's word: "Car", "Van"
   std::vector<std::optional<SE3>> T_world_object;  ///< one a frame; empty while it is not there
 
-  /// The truth's flag, as Virtual KITTI's: a step of 1 cm or more to the next frame; before it leaves, from the
-  /// one before.
+  /// The truth's flag, as Virtual KITTI's: a step of 1 cm or more to the next frame; before it leaves, from
+  /// the one before.
   bool moves(int frame) const;
 };
 

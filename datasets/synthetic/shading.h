@@ -1,15 +1,70 @@
 #pragma once
 
-// Colour of what is seen along rays: texture, sun, sky light and haze. Samples of one look are shaded
-// together.
+// The bodies of a scenario as one of its cameras sees them in one frame.
 
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "sextant/datasets/synthetic/raster.h"
+#include "sextant/datasets/synthetic/scenario.h"
 #include "sextant/datasets/synthetic/texture.h"
-#include "sextant/datasets/synthetic/view.h"
 
 namespace sextant::synthetic {
+
+struct View {
+  /// `right_m`: how far to the right of the scenario's left camera.
+  View(const Scenario& scenario, const Bodies& bodies, int frame_number, double right_m);
+
+  int frame;
+  SE3 T_world_camera;
+  std::vector<std::optional<SE3>> T_camera_body;  ///< body 0 is the world, body i the actor i - 1
+  Surfaces surfaces;
+  Image<uint32_t> seen;  ///< surface at each pixel's centre
+};
+
+// Shadows: rays from surfaces to the sun, by Embree. Deterministic: structures are built by one thread, and
+// what a ray hits does not depend on others.
+
+/// Direction to the sun, world.
+Eigen::Vector3d to_sun();
+
+/// Search structures of the bodies; shared by all frames.
+class ShadowCasters {
+ public:
+  explicit ShadowCasters(const Bodies& bodies);
+  ~ShadowCasters();
+  ShadowCasters(const ShadowCasters&) = delete;
+  ShadowCasters& operator=(const ShadowCasters&) = delete;
+
+ private:
+  friend class SunRays;
+  struct Handles;
+  std::unique_ptr<Handles> handles_;
+};
+
+/// The bodies at one instant. Safe to use from one thread; several may share ShadowCasters across threads.
+class SunRays {
+ public:
+  SunRays(const ShadowCasters& casters, std::span<const std::optional<SE3>> T_camera_body,
+          const Eigen::Vector3d& to_sun_camera);
+  ~SunRays();
+  SunRays(const SunRays&) = delete;
+  SunRays& operator=(const SunRays&) = delete;
+
+  /// Whether something hides the sun from each point (camera coordinates, m).
+  void cast(std::span<const Eigen::Vector3f> points, std::span<uint8_t> shadowed) const;
+
+ private:
+  struct Handle;
+  Eigen::Vector3f to_sun_;
+  std::unique_ptr<Handle> handle_;
+};
+
+// Colour of what is seen along rays: texture, sun, sky light and haze. Samples of one look are shaded
+// together.
 
 /// Samples of one surface (or sky_surface): places in the image (pixels), 1 where the sun shines, else 0, and
 /// numbers that say what each sample is for. All of one length.

@@ -9,9 +9,9 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
-#include "sextant/datasets/truth_floor.h"
+#include "sextant/datasets/dataset.h"
 #include "sextant/eval/check/conventions.h"
 #include "sextant/eval/check/dense_truth.h"
 #include "sextant/eval/report/table_layout.h"

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <set>
 
+#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/testing.h"
-#include "sextant/datasets/truth_floor.h"
 #include "sextant/eval/check/check_source.h"
 
 namespace sextant {

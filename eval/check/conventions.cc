@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "sextant/base/interrupt.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/stats/summary.h"
 

@@ -12,7 +12,6 @@
 
 #include "sextant/base/names.h"
 #include "sextant/datasets/dataset.h"
-#include "sextant/datasets/truth_floor.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
 
 namespace sextant {

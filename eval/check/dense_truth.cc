@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 
 namespace sextant {
 namespace {

@@ -74,7 +74,7 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Standard deviation of the rotations of true steps: geometric mean of the bounds of truth_floor.h, or the
+/// Standard deviation of the rotations of true steps: geometric mean of the bounds of dataset.h, or the
 /// one that is known.
 std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
   if (!floor.rotation_deg || !floor.rotation_timing_deg)
@@ -83,7 +83,7 @@ std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
 }
 
 /// Motions that are as likely true as that of the pair: each differs from it by one of the truth's own
-/// standard errors (datasets/truth_floor.h), along the way, sideways, or about one axis of the camera. Empty
+/// standard errors (datasets/dataset.h), along the way, sideways, or about one axis of the camera. Empty
 /// where the data set does not know how accurate its truth is.
 std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from) {
   std::vector<Vector6d> errors;

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/names.h"
 #include "sextant/base/options.h"
-#include "sextant/base/registry.h"
 #include "sextant/base/text.h"
 #include "sextant/estimator/registry.h"
 #include "sextant/eval/cli/command.h"

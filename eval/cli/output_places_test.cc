@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "sextant/base/folder_lock.h"
+#include "sextant/base/file_lock.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/command_tree.h"
 #include "sextant/eval/cli/testing.h"

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "sextant/eval/diagnosis/hypothesis.h"
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

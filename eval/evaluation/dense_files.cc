@@ -8,8 +8,7 @@
 #include <set>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/metrics/dense_errors.h"
 
 namespace sextant {

@@ -1,9 +1,8 @@
 #include "sextant/eval/evaluation/dense_files.h"
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/codec/dense_maps.h"
 
 namespace sextant {
 namespace {

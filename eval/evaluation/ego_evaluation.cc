@@ -8,7 +8,7 @@
 
 #include "sextant/eval/evaluation/trajectory_checks.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
-#include "sextant/geometry/pose_interpolation.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 namespace {

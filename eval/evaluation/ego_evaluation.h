@@ -6,7 +6,7 @@
 //
 //   frames       both to poses of a camera in opencv axes (pose_frames.h)
 //   offset       the estimate's clock, as given and as estimated (trajectory_offset.h)
-//   association  by time, frame or row; or the reference interpolated (lib/geometry/pose_interpolation.h)
+//   association  by time, frame or row; or the reference interpolated (lib/geometry/trajectory.h)
 //   alignment    (lib/metrics/trajectory_alignment.h)
 //   errors       absolute or relative; then warnings of what would explain them
 
@@ -21,8 +21,7 @@
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/trajectory_files.h"
-#include "sextant/metrics/kitti_odometry.h"
-#include "sextant/metrics/trajectory_association.h"
+#include "sextant/metrics/trajectory_alignment.h"
 #include "sextant/metrics/trajectory_errors.h"
 
 namespace sextant {
@@ -59,7 +58,7 @@ struct Interpolation {
   size_t n_outside = 0, n_in_longer_gaps = 0;  ///< poses of the estimate left out
 };
 
-/// Pose change errors of consecutive frames (lib/metrics/pose_change.h), the paper's definition.
+/// Pose change errors of consecutive frames (lib/metrics/pair_errors.h), the paper's definition.
 struct PerFrameErrors {
   std::vector<double> Et_m;
   std::vector<double> ER_deg;

@@ -7,7 +7,7 @@
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {

@@ -21,7 +21,7 @@
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/table.h"
-#include "sextant/metrics/presets.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 

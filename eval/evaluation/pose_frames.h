@@ -19,7 +19,7 @@
 #include <string>
 
 #include "sextant/geometry/axes.h"
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

@@ -5,8 +5,8 @@
 #include <future>
 #include <limits>
 
+#include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
-#include "sextant/base/folder_lock.h"
 #include "sextant/base/safe_paths.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_checks.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "sextant/datasets/dataset.h"
-#include "sextant/datasets/truth_floor.h"
 
 namespace sextant {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "sextant/geometry/pose_series.h"
-#include "sextant/metrics/trajectory_association.h"
+#include "sextant/geometry/trajectory.h"
+#include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {

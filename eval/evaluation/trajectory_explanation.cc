@@ -10,7 +10,7 @@
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/geometry/axes.h"
-#include "sextant/geometry/pose_interpolation.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 namespace {

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 #include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {

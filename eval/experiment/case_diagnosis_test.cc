@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/experiment/run.h"
 
 namespace sextant {

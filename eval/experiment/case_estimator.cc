@@ -3,9 +3,8 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/base/file_hash.h"
 #include "sextant/base/files.h"
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 
 namespace sextant {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "sextant/base/interrupt.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/geometry/object_motion.h"

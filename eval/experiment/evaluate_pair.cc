@@ -8,10 +8,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/metrics/classification_counts.h"
 #include "sextant/metrics/crlb.h"
-#include "sextant/metrics/epe.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {

@@ -15,7 +15,7 @@
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/pair_reader.h"
 #include "sextant/eval/records/record.h"
-#include "sextant/measurement/frame_pair.h"
+#include "sextant/measurement/problem.h"
 #include "sextant/truth/truth.h"
 
 namespace sextant {

@@ -17,7 +17,6 @@
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/safe_paths.h"
-#include "sextant/base/standard_streams.h"
 #include "sextant/eval/experiment/run_options.h"
 
 namespace sextant {

@@ -8,7 +8,7 @@
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/points/extraction.h"
-#include "sextant/measurement/frame_pair.h"
+#include "sextant/measurement/problem.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {

@@ -7,7 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"

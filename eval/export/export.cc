@@ -13,7 +13,6 @@
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/spreadsheet.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/export/record_columns.h"
 #include "sextant/eval/records/zip_file.h"

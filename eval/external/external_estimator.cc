@@ -9,7 +9,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/quantile.h"
-#include "sextant/datasets/codec/yaml_camera.h"
+#include "sextant/datasets/codec/pose_text.h"
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_results.h"

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/codec/flo.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/external/rescore.h"

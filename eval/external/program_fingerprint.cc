@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "sextant/base/error.h"
-#include "sextant/base/file_hash.h"
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/external/dependencies.h"

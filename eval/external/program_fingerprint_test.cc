@@ -2,7 +2,6 @@
 
 #include <sys/stat.h>
 
-#include "sextant/base/file_hash.h"
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/external/dependencies.h"

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "sextant/base/scratch_folder.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "sextant/base/error.h"
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/fuzz/targets.h"
 
 namespace {

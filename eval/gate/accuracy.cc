@@ -6,7 +6,7 @@
 #include <numeric>
 #include <optional>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 
 namespace sextant {
 namespace {

@@ -5,7 +5,7 @@
 // level, body) and error, over the cases estimated on both sides:
 //
 //   difference   mean of new - base, 0 where a case changed by no more than rounding
-//   p            two-sided, by stats/ratio_of_means.h, over seeds and frames
+//   p            two-sided, by stats/paired_comparison.h, over seeds and frames
 //   p_corrected  Holm over all rows that changed and are not too few to judge
 //
 // A row with `minimum_seeds` and `minimum_cases` is `regressed` where its mean got worse by more than minimum_effect with

@@ -2,7 +2,7 @@
 
 // Errors pooled to what a maintainer asks for: has the camera, have the objects of this estimator got worse? A family is one
 // error of the camera, or of all objects, of one estimator, over all sources, noise levels and bodies. Its change is a ratio
-// of means (stats/ratio_of_means.h) over
+// of means (stats/paired_comparison.h) over
 //
 //   sample    a body at a noise level: compared with its own mean, so that large errors do not outweigh small ones
 //   stratum   a source: data set and sequence; of each the seeds and the frames are random, across bodies and levels
@@ -24,7 +24,7 @@
 
 #include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/subject_cases.h"
-#include "sextant/stats/ratio_of_means.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 

@@ -7,8 +7,8 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
-#include "sextant/stats/change_points.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

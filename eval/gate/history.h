@@ -1,6 +1,6 @@
 #pragma once
 
-// `sextant trend`: past results as series over time, and where their level changed (stats/change_points.h).
+// `sextant trend`: past results as series over time, and where their level changed (stats/tests.h).
 //
 //   per dataset, sequence, estimator and level   mean of each compared error (metrics/definitions.h) of the camera
 //                                                and of the objects together, share of their cases that was

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/philox.h"
 
 namespace sextant {

@@ -9,7 +9,7 @@
 #include "sextant/eval/logs/plain_object_logs.h"
 #include "sextant/eval/logs/trajectory_columns.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {

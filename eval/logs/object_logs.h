@@ -33,7 +33,6 @@
 #include "sextant/base/names.h"
 #include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/eval/logs/number_file.h"
-#include "sextant/geometry/pose_series.h"
 #include "sextant/geometry/trajectory.h"
 #include "sextant/truth/truth.h"
 

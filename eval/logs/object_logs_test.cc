@@ -1,10 +1,10 @@
 #include "sextant/eval/logs/object_logs.h"
 
 #include "sextant/base/error.h"
-#include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "sextant/eval/logs/covariance_convention.h"
 #include "sextant/eval/logs/pose_collector.h"
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

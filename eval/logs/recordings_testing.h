@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "sextant/base/files.h"
-#include "sextant/base/scratch_folder.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant::recordings {
 

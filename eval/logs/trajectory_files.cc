@@ -7,7 +7,7 @@
 #include <iterator>
 #include <new>
 
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"

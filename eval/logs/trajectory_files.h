@@ -38,7 +38,7 @@
 #include <vector>
 
 #include "sextant/eval/logs/number_file.h"
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

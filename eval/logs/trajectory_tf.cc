@@ -7,7 +7,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/geometry/pose_interpolation.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 namespace {

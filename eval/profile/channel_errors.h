@@ -10,7 +10,7 @@
 //                average, 1.5 mean length
 //   correlation  of the core's errors at two pixels, by their distance; intervals: 95 %, bootstrap over
 //                frames
-//   spatial      the mixture of Gaussians (measurement/spatial_correlation.h) that fits the mean of the axes
+//   spatial      the mixture of Gaussians (measurement/problem.h) that fits the mean of the axes
 //                best:
 //                non-negative least squares over fixed lengths; the rest is independent from pixel to pixel
 //   dependence   sigma as 1.4826 MAD, and the share of tails, by |flow|, depth and distance to a mask's
@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "sextant/measurement/image.h"
-#include "sextant/measurement/spatial_correlation.h"
+#include "sextant/measurement/problem.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "sextant/base/files.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/figure.h"

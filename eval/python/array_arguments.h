@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sextant/base/error.h"
-#include "sextant/geometry/pose_series.h"
+#include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 

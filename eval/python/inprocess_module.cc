@@ -7,7 +7,7 @@
 #include <map>
 
 #include "sextant/base/error.h"
-#include "sextant/base/standard_streams.h"
+#include "sextant/base/progress.h"
 #include "sextant/base/text.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/eval/experiment/case_estimator.h"

@@ -6,10 +6,8 @@
 #include "sextant/eval/python/array_arguments.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
-#include "sextant/metrics/kitti_odometry.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 #include "sextant/metrics/trajectory_alignment.h"
-#include "sextant/metrics/trajectory_association.h"
 #include "sextant/metrics/trajectory_errors.h"
 
 namespace py = pybind11;

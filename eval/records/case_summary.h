@@ -23,7 +23,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record.h"
-#include "sextant/stats/sample_sums.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 

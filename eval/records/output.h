@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/base/folder_lock.h"
+#include "sextant/base/file_lock.h"
 #include "sextant/base/json.h"
 
 namespace sextant {
@@ -26,7 +26,7 @@ void check_output_folder(const std::filesystem::path& folder, const Json& config
 /// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit()
 /// moves them into place in the order given. Without commit() nothing of them stays, nor a folder that was
 /// made for them and is empty. It holds the lock of the folder, and no file goes through a link below it
-/// (base/folder_lock.h, base/safe_paths.h).
+/// (base/file_lock.h, base/safe_paths.h).
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder);

@@ -23,7 +23,7 @@
 #include "sextant/base/options.h"
 #include "sextant/base/status.h"
 #include "sextant/metrics/definitions.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 

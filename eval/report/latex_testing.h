@@ -7,7 +7,7 @@
 #include <string>
 
 #include "sextant/base/files.h"
-#include "sextant/base/scratch_folder.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 

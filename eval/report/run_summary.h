@@ -17,8 +17,8 @@
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/table.h"
-#include "sextant/metrics/classification_counts.h"
-#include "sextant/metrics/presets.h"
+#include "sextant/metrics/definitions.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 

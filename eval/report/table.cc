@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "sextant/base/error.h"
-#include "sextant/base/spreadsheet.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/table_layout.h"
 

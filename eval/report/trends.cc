@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/paired_comparison.h"
 

@@ -6,7 +6,6 @@
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
 #include "sextant/metrics/definitions.h"
-#include "sextant/metrics/presets.h"
 
 namespace sextant {
 namespace {

@@ -5,7 +5,7 @@
 //   words of the field and of this program   the table in words.cc
 //   what a status is                         the table of statuses there
 //   numbers of a record                      metrics/definitions.h
-//   presets                                  metrics/presets.h
+//   presets                                  metrics/definitions.h
 
 #include <span>
 #include <string>

@@ -11,8 +11,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/json_members.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/json.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/eval/report/html/html.h"

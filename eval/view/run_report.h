@@ -13,7 +13,7 @@
 
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/report/document.h"
-#include "sextant/metrics/presets.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 

@@ -16,7 +16,7 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
-#include "sextant/metrics/epe.h"
+#include "sextant/metrics/pair_errors.h"
 #include "sextant/stats/distributions.h"
 
 namespace sextant {

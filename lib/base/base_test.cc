@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "sextant/base/error.h"
-#include "sextant/base/registry.h"
-#include "sextant/base/spreadsheet.h"
+#include "sextant/base/names.h"
 #include "sextant/base/status.h"
 #include "sextant/base/testing.h"
 #include "sextant/base/text.h"
@@ -46,7 +45,8 @@ TEST(Registry, AnUnknownNameListsTheNearestAndAll) {
 TEST(NumberIn, TakesTheWholeTextOrNothing) {
   EXPECT_EQ(number_in("+2.5"), 2.5);
   EXPECT_EQ(number_in("-3e2"), -300);
-  for (const char* none : {"", "+", "1x", " 1", "0x10", "++1", "+-1", "-+1"}) EXPECT_FALSE(number_in(none)) << none;
+  for (const char* none : {"", "+", "1x", " 1", "0x10", "++1", "+-1", "-+1"})
+    EXPECT_FALSE(number_in(none)) << none;
   EXPECT_EQ(number_in("1e-400"), 0);
   EXPECT_EQ(number_in("0." + std::string(400, '0') + "1"), 0);
   EXPECT_EQ(number_in("-1e400"), -std::numeric_limits<double>::infinity());

@@ -1,7 +1,8 @@
 #pragma once
 
-// Binary files of ours, written and read piece by piece: numbers as they lie in memory (little-endian), and whole numbers
-// of any size in groups of 7 bits, the lowest first (varint). The reader trusts nothing: what is not there is an Error.
+// Binary files of ours, written and read piece by piece: numbers as they lie in memory (little-endian), and
+// whole numbers of any size in groups of 7 bits, the lowest first (varint). The reader trusts nothing: what
+// is not there is an Error.
 
 #include <bit>
 #include <cstdint>

@@ -53,7 +53,8 @@ std::string read_file(const fs::path& path, const FileKind& kind = data_file);
 /// the old or the new file is there. Throws Error; leaves no temporary behind.
 void write_file(const fs::path& path, std::string_view bytes);
 
-/// A file that is written piece by piece, durable after close(). Throws Error that names the path and the reason.
+/// A file that is written piece by piece, durable after close(). Throws Error that names the path and the
+/// reason.
 class StreamedFile {
  public:
   explicit StreamedFile(fs::path path);
@@ -103,5 +104,15 @@ struct EmbeddedFile {
   std::string_view name;
   std::string_view text;
 };
+
+// SHA-256 of a file of any size, read piece by piece.
+
+/// Lower-case hexadecimal SHA-256 of the content of a regular file, as sha256sum prints it. Throws Error that
+/// names the path and the system's reason.
+std::string file_sha256(const std::filesystem::path& path);
+
+/// Path of the file that a FileReader (files.h) of any thread opened last; empty before the first. Memory is
+/// asked for in proportion to what files hold, so this is the file that a message about lack of memory names.
+std::string last_opened_file();
 
 }  // namespace sextant

@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "sextant/base/error.h"
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
 
 namespace sextant {

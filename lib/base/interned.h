@@ -1,8 +1,8 @@
 #pragma once
 
-// A text that occurs often, such as the name of a number in every record: each distinct one is kept once, for as long as the
-// program runs, and an Interned is as large as a pointer. Equality costs nothing; the order is that of the texts.
-// Safe from several threads.
+// A text that occurs often, such as the name of a number in every record: each distinct one is kept once, for
+// as long as the program runs, and an Interned is as large as a pointer. Equality costs nothing; the order is
+// that of the texts. Safe from several threads.
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 
 namespace sextant {
 namespace {

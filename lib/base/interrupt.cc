@@ -53,7 +53,8 @@ void* end_after_signal(void*) {
   std::_Exit(w.exit_code);
 }
 
-/// A thread of a small stack that no signal is delivered to. Without it (`ulimit -u`) check_interrupt() remains.
+/// A thread of a small stack that no signal is delivered to. Without it (`ulimit -u`) check_interrupt()
+/// remains.
 void start_watcher() {
   sigset_t all, before;
   ::sigfillset(&all);

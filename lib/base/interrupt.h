@@ -3,10 +3,10 @@
 // Ctrl-C. Programs install the handler once; long loops call check_interrupt() between steps, which throws
 // Interrupted after the signal; the program then cleans up through destructors and exits with code 130.
 //
-// Code that does not come to check_interrupt() in time, such as a decoder of a library, cannot delay the end: a watcher
-// thread ends the program `grace_s` after the signal, as kill -9 would, except that folders which
-// RemovedOnInterrupt names are removed before. All outputs are made so that they survive this (docs/security.md).
-// A second signal ends the program at once.
+// Code that does not come to check_interrupt() in time, such as a decoder of a library, cannot delay the end:
+// a watcher thread ends the program `grace_s` after the signal, as kill -9 would, except that folders which
+// RemovedOnInterrupt names are removed before. All outputs are made so that they survive this
+// (docs/security.md). A second signal ends the program at once.
 
 #include <filesystem>
 #include <stdexcept>
@@ -19,7 +19,8 @@ class Interrupted : public std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// For SIGINT and SIGTERM. `last_words` is a line for standard error when the watcher ends the program, with `exit_code`.
+/// For SIGINT and SIGTERM. `last_words` is a line for standard error when the watcher ends the program, with
+/// `exit_code`.
 void install_interrupt_handler(std::string last_words, int exit_code);
 
 bool is_interrupted();

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "sextant/base/files.h"
-#include "sextant/base/json_members.h"
-#include "sextant/base/spreadsheet.h"
 #include "sextant/base/text.h"
 
 namespace sextant {
@@ -78,7 +76,8 @@ class Builder final : public nlohmann::json_sax<Json> {
     Json* value;
     std::unordered_set<std::string> keys{};  ///< of an object of more than few_keys
 
-    /// False where it is known. Json looks through all keys of an object for one, which is quadratic for many.
+    /// False where it is known. Json looks through all keys of an object for one, which is quadratic for
+    /// many.
     bool add_key(const std::string& name) {
       constexpr size_t few_keys = 32;
       const auto& items = value->get_ref<const Json::object_t&>();

@@ -1,16 +1,16 @@
 #pragma once
 
-// The one door through which JSON comes in; scripts/maintain/check_layers.py sees to it that there is no other. What
-// is not JSON, a number that no double holds, a key that is there twice and more than max_json_depth levels
-// are Errors with file and line. Members are read by type; Errors name file and key.
-
-#include <nlohmann/json.hpp>
+// The one door through which JSON comes in; scripts/maintain/check_layers.py sees to it that there is no
+// other. What is not JSON, a number that no double holds, a key that is there twice and more than
+// max_json_depth levels are Errors with file and line. Members are read by type; Errors name file and key.
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sextant/base/error.h"
 
@@ -79,6 +79,13 @@ T json_member(const Json& object, const std::string& key, const std::string& whe
 template <typename T>
 T json_member(const Json& object, const std::string& key, const std::string& where, const T& missing) {
   return internal::find_member(object, key, where) == nullptr ? missing : json_member<T>(object, key, where);
+}
+
+/// Adds a member whose key the object does not have, in constant time: [] looks through all keys for it.
+/// Returns the value, which stays in its place until the next member is added.
+inline Json* append_member(Json& object, std::string key, Json value) {
+  auto& members = static_cast<Json::object_t::Container&>(object.get_ref<Json::object_t&>());
+  return &members.emplace_back(std::move(key), std::move(value)).second;
 }
 
 }  // namespace sextant

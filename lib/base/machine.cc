@@ -2,14 +2,16 @@
 
 #include <sched.h>
 #include <unistd.h>
-
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "sextant/base/files.h"
 
@@ -36,8 +38,8 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// The smallest quota on the way from this process's group to the root; 0 for none. Version 2 as "0::/a/b", version 1
-/// as "4:cpu,cpuacct:/a/b"; inside a container the path may not be there, then its root is.
+/// The smallest quota on the way from this process's group to the root; 0 for none. Version 2 as "0::/a/b",
+/// version 1 as "4:cpu,cpuacct:/a/b"; inside a container the path may not be there, then its root is.
 double cores_by_quota() {
   double least = 0;
   const auto take = [&](double cores) {
@@ -57,7 +59,8 @@ double cores_by_quota() {
       if (unified) {
         take(cores_of_quota(first_line(folder / "cpu.max")));
       } else {
-        take(cores_of_quota(first_line(folder / "cpu.cfs_quota_us") + " " + first_line(folder / "cpu.cfs_period_us")));
+        take(cores_of_quota(first_line(folder / "cpu.cfs_quota_us") + " " +
+                            first_line(folder / "cpu.cfs_period_us")));
       }
       if (group.empty() || group == group.root_path()) break;
     }
@@ -71,13 +74,15 @@ double cores_of_quota(const std::string& text) {
   std::istringstream words(text);
   double quota = 0;
   double period = 0;
-  if (!(words >> quota >> period) || quota <= 0 || period <= 0) return 0;  // "max 100000", "-1 100000": no limit
+  if (!(words >> quota >> period) || quota <= 0 || period <= 0)
+    return 0;  // "max 100000", "-1 100000": no limit
   return quota / period;
 }
 
 int available_cores() {
   int cores = cores_by_affinity();
-  if (const double quota = cores_by_quota(); quota > 0) cores = std::min(cores, static_cast<int>(std::ceil(quota)));
+  if (const double quota = cores_by_quota(); quota > 0)
+    cores = std::min(cores, static_cast<int>(std::ceil(quota)));
   if (const char* text = std::getenv("SLURM_CPUS_PER_TASK")) {
     if (const int of_task = std::atoi(text); of_task > 0) cores = std::min(cores, of_task);
   }
@@ -101,6 +106,40 @@ fs::path cache_root() {
   const char* home = std::getenv("HOME");
   if (home != nullptr && *home == '/') return fs::path(home) / ".cache" / "sextant";
   return {};
+}
+
+void parallel_for(int n, int jobs, const std::function<void(int)>& body) {
+  if (jobs <= 1 || n <= 1) {
+    for (int i = 0; i < n; ++i) body(i);
+    return;
+  }
+  std::vector<std::exception_ptr> errors(n);
+  std::atomic<int> next = 0;
+  std::atomic<int> first_error = n;
+  const auto work = [&] {
+    for (int i = next++; i < n; i = next++) {
+      // Indices below a failed one still run, so that the error reported is always that of the lowest index.
+      if (i > first_error) continue;
+      try {
+        body(i);
+      } catch (...) {
+        errors[i] = std::current_exception();
+        int seen = first_error;
+        while (i < seen && !first_error.compare_exchange_weak(seen, i)) {
+        }
+      }
+    }
+  };
+  std::vector<std::jthread> threads;
+  try {
+    for (int t = 1; t < std::min(jobs, n); ++t) threads.emplace_back(work);
+  } catch (...) {  // no more threads are to be had: those that run take nothing new
+    next = n;
+    throw;
+  }
+  work();
+  threads.clear();
+  if (first_error < n) std::rethrow_exception(errors[first_error]);
 }
 
 }  // namespace sextant

@@ -9,8 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -50,6 +53,21 @@ E from_name(std::string_view name, std::string_view kind) {
   const std::optional<E> value = find_name<E>(name);
   if (!value) fail("unknown {} '{}': {}", kind, name, suggest_name<E>(name));
   return *value;
+}
+
+// An explicit table of named things (adapters, estimators, tables, ...): no static self-registration,
+// which a static library drops. Add an entry = one new file and one line in the folder's registry.cc.
+
+/// The entry called `name` of a table whose entries have a `name` member; throws Error with the nearest
+/// and all known names. `kind` is used in the message: "unknown estimator 'join_flow': did you mean ...".
+template <typename Entry>
+const Entry& find_entry(std::span<const Entry> table, std::string_view name, std::string_view kind) {
+  std::vector<std::string> names;
+  for (const Entry& entry : table) {
+    if (entry.name == name) return entry;
+    names.emplace_back(entry.name);
+  }
+  fail("unknown {} '{}': {}", kind, name, suggest(name, names));
 }
 
 }  // namespace sextant

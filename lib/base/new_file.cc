@@ -35,7 +35,8 @@ bool write_all(int file, std::string_view bytes) {
 NewFile::NewFile(std::filesystem::path path) : path_(std::move(path)) {
   struct stat info {};
   if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
-    fail("{}: is a {}: expected the name of a file", path_.string(), S_ISDIR(info.st_mode) ? "folder" : "pipe or device");
+    fail("{}: is a {}: expected the name of a file", path_.string(),
+         S_ISDIR(info.st_mode) ? "folder" : "pipe or device");
   for (int attempt = 0; attempt < 10 && !file_; ++attempt) {
     temporary_ = fmt::format("{}.tmp{:016x}", path_.string(), random_number());
     file_ = Descriptor(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));

@@ -1,8 +1,8 @@
 #pragma once
 
-// Options are plain structs with defaults. Every field is declared once, with its type, name, default, unit and
-// meaning; from the list follow the members, the strict JSON reader (an unknown key is an error that names the
-// nearest one), the JSON writer for provenance, and the help text. Example:
+// Options are plain structs with defaults. Every field is declared once, with its type, name, default, unit
+// and meaning; from the list follow the members, the strict JSON reader (an unknown key is an error that
+// names the nearest one), the JSON writer for provenance, and the help text. Example:
 //
 //   struct RansacOptions {
 //     SEXTANT_OPTIONS(
@@ -13,11 +13,11 @@
 //     }
 //   };
 //
-// A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t, double,
-// std::string, and enumerations with names (base/names.h), whose names the help lists. NamedOptions<T> is an
-// object whose keys the user chooses; the owner's check() judges them. Reading replaces the whole map.
-// SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a base class. Where a key is no member's name, a struct
-// writes its visit() by hand: v("default", other, "px", "meaning") for every field.
+// A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t,
+// double, std::string, and enumerations with names (base/names.h), whose names the help lists.
+// NamedOptions<T> is an object whose keys the user chooses; the owner's check() judges them. Reading replaces
+// the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a base class. Where a key is no member's
+// name, a struct writes its visit() by hand: v("default", other, "px", "meaning") for every field.
 
 #include <algorithm>
 #include <map>
@@ -41,7 +41,6 @@
 #define SEXTANT_FOR_NEXT(MACRO, FIELD, ...) \
   MACRO FIELD __VA_OPT__(SEXTANT_FOR_REST SEXTANT_PARENTHESES(MACRO, __VA_ARGS__))
 #define SEXTANT_FOR_REST() SEXTANT_FOR_NEXT
-
 #define SEXTANT_DECLARE_OPTION(TYPE, NAME, DEFAULT, UNIT, MEANING) TYPE NAME = DEFAULT;
 #define SEXTANT_VISIT_OPTION(TYPE, NAME, DEFAULT, UNIT, MEANING) v(#NAME, NAME, UNIT, MEANING);
 #define SEXTANT_OPTIONS(...)                            \
@@ -238,5 +237,18 @@ std::vector<OptionHelp> describe_options(const T& options, const std::string& pr
   const_cast<T&>(options).visit(describer);  // the describer only reads
   return describer.lines;
 }
+
+// What a class made from options has: it keeps them, checked, and tells them for provenance.
+
+/// `Interface` declares `virtual Json options() const`.
+template <typename Interface, typename Options>
+class WithOptions : public Interface {
+ public:
+  explicit WithOptions(const Options& options) : options_(options) { options_.check(); }
+  Json options() const override { return write_options(options_); }
+
+ protected:
+  Options options_;
+};
 
 }  // namespace sextant

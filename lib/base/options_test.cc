@@ -8,9 +8,8 @@ namespace sextant {
 namespace {
 
 struct InnerOptions {
-  SEXTANT_OPTIONS(
-      (int, max_iterations, 500, "count", "upper limit"),
-      (double, threshold_px, 0.4, "px", "largest error of an inlier"))
+  SEXTANT_OPTIONS((int, max_iterations, 500, "count", "upper limit"),
+                  (double, threshold_px, 0.4, "px", "largest error of an inlier"))
   void check() const { check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0"); }
 };
 
@@ -18,11 +17,9 @@ enum class Kernel { huber, tukey, none };
 constexpr Names<3> names_of(Kernel) { return {"huber", "tukey", "none"}; }
 
 struct OuterOptions {
-  SEXTANT_OPTIONS(
-      (bool, robust, true, "", "use a kernel"),
-      (uint64_t, seed, 7, "", "base seed"),
-      (Kernel, kernel, Kernel::huber, "", "of residuals"),
-      (InnerOptions, ransac, {}, "", "robust start"))
+  SEXTANT_OPTIONS((bool, robust, true, "", "use a kernel"), (uint64_t, seed, 7, "", "base seed"),
+                  (Kernel, kernel, Kernel::huber, "", "of residuals"),
+                  (InnerOptions, ransac, {}, "", "robust start"))
 };
 
 std::string error_with(const Json& json, const std::string& where = "") {
@@ -50,8 +47,8 @@ TEST(ReadOptions, AnUnknownKeyNamesTheNearestAndItsPath) {
 }
 
 TEST(ReadOptions, AnUnlikelyKeyListsTheKnownOnesOnly) {
-  EXPECT_THAT(error_with({{"zzzzzz", 1}}), AllOf(HasSubstr("known: robust, seed, kernel, ransac"),
-                                               Not(HasSubstr("did you mean"))));
+  EXPECT_THAT(error_with({{"zzzzzz", 1}}),
+              AllOf(HasSubstr("known: robust, seed, kernel, ransac"), Not(HasSubstr("did you mean"))));
 }
 
 TEST(ReadOptions, WrongTypesNamePathAndExpectation) {
@@ -107,7 +104,8 @@ TEST(ReadOptions, EnumerationsAreReadByName) {
 }
 
 TEST(ReadOptions, RunsTheStructsOwnCheck) {
-  EXPECT_THAT(error_with({{"ransac", {{"max_iterations", 0}}}}), HasSubstr("max_iterations = 0: must be > 0"));
+  EXPECT_THAT(error_with({{"ransac", {{"max_iterations", 0}}}}),
+              HasSubstr("max_iterations = 0: must be > 0"));
 }
 
 TEST(WriteOptions, RoundTripsThroughText) {

@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "sextant/base/standard_streams.h"
-
 namespace sextant {
 namespace {
 

@@ -10,9 +10,9 @@
 #include <cstring>
 #include <set>
 
-#include "sextant/base/descriptor.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 namespace {
@@ -58,7 +58,8 @@ std::string safe_file_name(std::string_view text) {
   if (name.starts_with('.')) name.front() = '_';
   if (name.size() > longest) {
     size_t kept = longest - n_digits - 1;
-    while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // no part of a character
+    while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U)
+      --kept;  // no part of a character
     name = name.substr(0, kept) + "-" + sha256(text).substr(0, n_digits);
   }
   return name.empty() ? "_" : name;
@@ -93,13 +94,17 @@ void check_private_folder(const fs::path& folder) {
     fail("{}: cannot stat: {}", folder.string(), std::strerror(errno));
   }
   if (info.st_uid != ::geteuid())
-    fail("{}: this cache belongs to another user, whose results would be taken for yours; choose another folder "
-         "(--cache, SEXTANT_CACHE)",
-         folder.string());
+    fail(
+        "{}: this cache belongs to another user, whose results would be taken for yours; choose another "
+        "folder "
+        "(--cache, SEXTANT_CACHE)",
+        folder.string());
   if ((info.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    fail("{}: others may write into this cache, and their results would be taken for yours; `chmod go-w` it, or choose "
-         "another folder (--cache, SEXTANT_CACHE)",
-         folder.string());
+    fail(
+        "{}: others may write into this cache, and their results would be taken for yours; `chmod go-w` it, "
+        "or choose "
+        "another folder (--cache, SEXTANT_CACHE)",
+        folder.string());
 }
 
 void make_private_folder(const fs::path& folder) {
@@ -107,7 +112,8 @@ void make_private_folder(const fs::path& folder) {
   const fs::path parent = folder.parent_path();
   if (!parent.empty()) fs::create_directories(parent, ignored);
   if (::mkdir(folder.c_str(), 0700) != 0 && !fs::is_directory(folder, ignored))
-    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(), std::strerror(errno));
+    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(),
+         std::strerror(errno));
   check_private_folder(folder);
 }
 

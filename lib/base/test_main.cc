@@ -1,6 +1,6 @@
-// main() of every GoogleTest program. The tests of a process run in a folder of their own, which holds the working
-// folder, the home folder and the system's temporary folder and is removed at the end: no test reads what another one, an
-// earlier build or the user has left, and tests run beside each other.
+// main() of every GoogleTest program. The tests of a process run in a folder of their own, which holds the
+// working folder, the home folder and the system's temporary folder and is removed at the end: no test reads
+// what another one, an earlier build or the user has left, and tests run beside each other.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "sextant/base/scratch_folder.h"
+#include "sextant/base/new_file.h"
 
 namespace {
 
@@ -28,7 +28,8 @@ int run_in(const fs::path& own) {
   if (const char* data = std::getenv("SEXTANT_DATA"); data != nullptr && *data != '\0')
     ::setenv("SEXTANT_DATA", fs::absolute(data).c_str(), 1);
   ::setenv("SEXTANT_CACHE", "", 1);
-  for (const char* variable : {"XDG_CACHE_HOME", "XDG_CONFIG_HOME", "SLURM_CPUS_PER_TASK", "SOURCE_DATE_EPOCH"})
+  for (const char* variable :
+       {"XDG_CACHE_HOME", "XDG_CONFIG_HOME", "SLURM_CPUS_PER_TASK", "SOURCE_DATE_EPOCH"})
     ::unsetenv(variable);
   fs::create_directory(own / "work");
   fs::current_path(own / "work");

@@ -15,7 +15,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/scratch_folder.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 

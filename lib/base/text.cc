@@ -9,8 +9,6 @@
 #include <limits>
 #include <numeric>
 
-#include "sextant/base/spreadsheet.h"
-
 namespace sextant {
 namespace {
 
@@ -42,8 +40,11 @@ bool is_in_xml(uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
 }
 
-/// Embeddings, overrides and isolates of bidirectional text (Unicode TR 9): they reorder what is shown around them.
-bool is_direction(uint32_t code) { return (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069); }
+/// Embeddings, overrides and isolates of bidirectional text (Unicode TR 9): they reorder what is shown around
+/// them.
+bool is_direction(uint32_t code) {
+  return (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+}
 
 /// A character that `leave` refuses becomes `replacement`.
 template <typename Leave>
@@ -160,7 +161,9 @@ std::string with_directions_shown(std::string_view text) {
   return out;
 }
 
-std::string page_text(std::string_view text) { return with_directions_shown(cleaned(text, "\uFFFD", is_in_xml)); }
+std::string page_text(std::string_view text) {
+  return with_directions_shown(cleaned(text, "\uFFFD", is_in_xml));
+}
 
 std::string one_line(std::string_view text) {
   std::string blank = cleaned(text, "\uFFFD", [](uint32_t c) { return is_in_xml(c) || is_control(c); });
@@ -169,7 +172,8 @@ std::string one_line(std::string_view text) {
 
 std::string spreadsheet_field(std::string_view given) {
   const std::string text = with_directions_shown(given);
-  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos &&
+  const bool is_formula = !text.empty() &&
+                          std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos &&
                           !number_in(text);
   if (!is_formula) return csv_field(text);
   const std::string field = csv_field("'" + text);

@@ -28,8 +28,8 @@ std::string_view trimmed(std::string_view text);
 /// Not empty, and all of 0 to 9.
 bool is_digits(std::string_view text);
 
-/// The number that the whole of `text` is in C notation, also with a '+' before it; what is beyond a double is
-/// infinite, what is too small for one is 0. Empty when it is none.
+/// The number that the whole of `text` is in C notation, also with a '+' before it; what is beyond a double
+/// is infinite, what is too small for one is 0. Empty when it is none.
 std::optional<double> number_in(std::string_view text);
 
 bool is_utf8(std::string_view text);
@@ -48,5 +48,16 @@ inline std::string csv_field(const std::string& text) {
   quoted.push_back('"');
   return quoted;
 }
+
+// Texts of untrusted input on their way into tables that people open in a terminal or a spreadsheet.
+
+/// Each control character of bidirectional text (U+202A to U+202E, U+2066 to U+2069), which reorders what is
+/// shown around it, as its code point: "U+202E".
+std::string with_directions_shown(std::string_view text);
+
+/// csv_field() of with_directions_shown(). A text that a spreadsheet would take for a formula, because it
+/// begins with = + - @, a tab or a carriage return and is no number, gets an apostrophe before it and is
+/// quoted (OWASP, "CSV injection").
+std::string spreadsheet_field(std::string_view text);
 
 }  // namespace sextant

@@ -18,7 +18,7 @@
 #include "sextant/estimator/start/point_choice.h"
 #include "sextant/estimator/start/robust_start.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/measurement/frame_pair.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 

@@ -1,4 +1,4 @@
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 
 #include "sextant/estimator/estimators/joint_flow.h"
 #include "sextant/estimator/flow_depth/joint_flow_depth.h"

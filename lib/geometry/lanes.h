@@ -19,8 +19,8 @@
 
 namespace sextant {
 
-/// Where lanes are passed in memory to a SEXTANT_SIMD function, what holds them is alignas(lane_bytes): its clone for
-/// AVX takes that for granted, what calls it does not.
+/// Where lanes are passed in memory to a SEXTANT_SIMD function, what holds them is alignas(lane_bytes): its
+/// clone for AVX takes that for granted, what calls it does not.
 inline constexpr size_t lane_bytes = 32;
 
 /// Relative, of a sum of thousands of numbers >= 0.

@@ -1,14 +1,15 @@
 #pragma once
 
-// Rigid motion of an object between the previous and the current frame, in the frames that the field writes it
-// in, and its speed. X = T_curr_prev of the object: it maps the object's points from previous to current camera
-// coordinates, the camera's own motion included.
+// Rigid motion of an object between the previous and the current frame, in the frames that the field writes
+// it in, and its speed. X = T_curr_prev of the object: it maps the object's points from previous to current
+// camera coordinates, the camera's own motion included.
 //
 //   H        in previous camera coordinates  H = T_prev_curr X (paper eq. (9)), T_curr_prev of the background
 //   H_world  in the world                    H_world = T_world_curr X T_world_prev^-1
 //   H_body   in the object's own frame       L^-1 H L, L = T_camera_object at the previous frame
-//   v        speed, m/s                      |t - (I - R) c| / dt = |H c - c| / dt (paper sec. V, after Chirikjian
-//                                            et al. 2017), c = centroid of the object's points, same frame as H
+//   v        speed, m/s                      |t - (I - R) c| / dt = |H c - c| / dt (paper sec. V, after
+//                                            Chirikjian et al. 2017), c = centroid of the object's points,
+//                                            same frame as H
 //
 // With the origin of a label box as c, v is the displacement of that origin (the published code's reading).
 

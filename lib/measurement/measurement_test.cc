@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "sextant/base/error.h"
-#include "sextant/measurement/correspondences.h"
 #include "sextant/measurement/image.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 namespace {

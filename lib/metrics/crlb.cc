@@ -93,8 +93,8 @@ class Information {
 };
 
 /// The same from flow and previous depth whose errors correlate over the image: all points at once.
-Matrix6d correlated_information(const PinholeCamera& camera, const Correspondences& exact, const SE3& T_curr_prev,
-                                const MeasurementNoise& noise) {
+Matrix6d correlated_information(const PinholeCamera& camera, const Correspondences& exact,
+                                const SE3& T_curr_prev, const MeasurementNoise& noise) {
   struct Seen {
     Eigen::Vector2d pixel, by_depth;  ///< j_i times the deviation of the depth
     Eigen::Matrix<double, 2, 6> J;
@@ -111,8 +111,8 @@ Matrix6d correlated_information(const PinholeCamera& camera, const Correspondenc
     points.push_back(seen);
   }
   const auto n = static_cast<Eigen::Index>(points.size());
-  const Eigen::Matrix2d flow = Eigen::Vector2d(noise.flow_x_px * noise.flow_x_px, noise.flow_y_px * noise.flow_y_px)
-                                   .asDiagonal();
+  const Eigen::Matrix2d flow =
+      Eigen::Vector2d(noise.flow_x_px * noise.flow_x_px, noise.flow_y_px * noise.flow_y_px).asDiagonal();
   Eigen::MatrixXd covariance(2 * n, 2 * n), J(2 * n, 6);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Seen& a = points[static_cast<size_t>(i)];

@@ -4,7 +4,7 @@
 // docs/metrics.md, "The limit").
 //
 // Unknown are X = T_curr_prev and, per point i, its depth z_i; measured are flow and depth(s), with
-// independent Gaussian errors of the declared deviations (measurement_noise.h). Eliminating z_i from the
+// independent Gaussian errors of the declared deviations (problem.h). Eliminating z_i from the
 // Fisher information of all unknowns (Schur complement) leaves, for the left twist of X,
 //
 //   I = sum_i J_i^T S_i^-1 J_i,   J_i = d project(exp(xi) X m_i) / d xi
@@ -14,7 +14,8 @@
 // (`both_depths`) the residual has a third row d'_i - z(X m_i); its variance is sigma(z'_i)^2 + (R ray_i)_z^2
 // sigma(z_i)^2, its covariance with the others (R ray_i)_z sigma(z_i)^2 j_i.
 //
-// Where errors correlate over the image (noise.correlation), all points are taken at once: with J the rows of all J_i,
+// Where errors correlate over the image (noise.correlation), all points are taken at once: with J the rows of
+// all J_i,
 //
 //   I = J^T S^-1 J,   S_ik = rho(|p_i - p_k|) (diag(flow^2) + sigma(z_i) sigma(z_k) j_i j_k^T)
 //
@@ -28,9 +29,8 @@
 
 #include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
-#include "sextant/measurement/correspondences.h"
-#include "sextant/measurement/measurement_noise.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/measurement/problem.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 
@@ -41,14 +41,14 @@ struct MotionBound {
 };
 
 /// `exact`: the points without their noise; a finite depth_curr says that there is a current depth.
-/// None where there is no finite bound: flow or errors not declared Gaussian, one draw for all points, or points
-/// that do not determine the motion.
+/// None where there is no finite bound: flow or errors not declared Gaussian, one draw for all points, or
+/// points that do not determine the motion.
 std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Correspondences& exact,
                                         const SE3& T_curr_prev, const MeasurementNoise& noise);
 
 /// Ad(T) C Ad(T)^T: covariance of the twist eta, exp(eta) = T exp(xi) T^-1, from that of xi.
 ///
-/// To first order the errors E = Mhat^-1 M of pose_change.h have, with Xhat = exp(xi) X, the twists
+/// To first order the errors E = Mhat^-1 M of pair_errors.h have, with Xhat = exp(xi) X, the twists
 ///   camera's motion, M = X^-1                                   xi
 ///   object, camera frame, M = X                                -Ad(X^-1) xi
 ///   object, body frame, M = L^-1 X_0^-1 X L                     Ad(L^-1 X^-1) (xi_0 - xi)

@@ -12,7 +12,7 @@
 
 #include "sextant/geometry/object_motion.h"
 #include "sextant/geometry/testing.h"
-#include "sextant/metrics/pose_change.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {
@@ -119,7 +119,8 @@ TEST(MotionBound, HoldsTheFullCovarianceOfCorrelatedErrors) {
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(J.rows(), J.rows());
   for (int i = 0; i < measure.n(); ++i) {
     for (int k = 0; k < measure.n(); ++k) {
-      const double distance = std::hypot(scene.exact.u[i] - scene.exact.u[k], scene.exact.v[i] - scene.exact.v[k]);
+      const double distance =
+          std::hypot(scene.exact.u[i] - scene.exact.u[k], scene.exact.v[i] - scene.exact.v[k]);
       for (int channel = 0; channel < 3; ++channel)
         covariance(3 * i + channel, 3 * k + channel) = correlated.correlation.at(distance);
     }

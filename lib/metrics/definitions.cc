@@ -2,11 +2,61 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <vector>
 
 #include "sextant/base/error.h"
-#include "sextant/metrics/presets.h"
+#include "sextant/base/names.h"
 
 namespace sextant {
+namespace {
+
+const std::vector<MetricPreset>& preset_table() {
+  static const std::vector<MetricPreset> presets = {
+      {"paper",
+       "as the paper states: object motion in the camera frame, mean over steps, same velocity formula",
+       "Et_m", "ER_deg", "Ev_kmh", "v_gt_kmh", Aggregate::mean},
+      {"multimot_code",
+       "as the published code: object motion in the estimate's world, velocity truth from the box origin",
+       "Et_world_m", "ER_world_deg", "Ev_origin_kmh", "v_gt_origin_kmh", Aggregate::mean},
+      {"vdo_slam", "VDO-SLAM: object motion in the body frame, mean over steps, same velocity formula",
+       "Et_body_m", "ER_body_deg", "Ev_kmh", "v_gt_kmh", Aggregate::mean, 2},
+      {"dynosam_rme", "DynOSAM relative motion error: body frame, RMSE", "Et_body_m", "ER_body_deg",
+       "Ev_origin_kmh", "v_gt_origin_kmh", Aggregate::rmse},
+      {"dynosam_ame", "DynOSAM absolute motion error: world frame, RMSE", "Et_world_m", "ER_world_deg",
+       "Ev_origin_kmh", "v_gt_origin_kmh", Aggregate::rmse},
+  };
+  return presets;
+}
+
+}  // namespace
+
+const std::string& MetricPreset::object_key(const std::string& metric) const {
+  if (metric == "Et_m") return object_Et_key;
+  if (metric == "ER_deg") return object_ER_key;
+  if (metric == "Ev_kmh") return velocity_key;
+  return metric == "v_gt_kmh" ? velocity_truth_key : metric;
+}
+
+bool MetricPreset::aggregates(const std::string& metric) const {
+  return metric == "Et_m" || metric == "ER_deg" || metric == "Ev_kmh";
+}
+
+double aggregate(Aggregate how, std::span<const double> values) {
+  SEXTANT_CHECK(!values.empty());
+  const bool squares = how == Aggregate::rmse;
+  double sum = 0;
+  for (const double v : values) sum += squares ? v * v : v;
+  const double mean = sum / static_cast<double>(values.size());
+  return squares ? std::sqrt(mean) : mean;
+}
+
+std::span<const MetricPreset> metric_presets() { return preset_table(); }
+
+const MetricPreset& find_preset(std::string_view name) {
+  return find_entry(metric_presets(), name, "metric preset");
+}
+
 namespace {
 
 const std::vector<MetricDefinition>& table() {
@@ -34,18 +84,21 @@ const std::vector<MetricDefinition>& table() {
       {"step_gt_m", values, "ego", "true step", "m", 4, neither, "length of the true translation of the pair",
        truth_only},
       {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
-       "RMS error of the true steps themselves along the way, where the data set tells; one number a sequence"},
+       "RMS error of the true steps themselves along the way, where the data set tells; one number a "
+       "sequence"},
       {"lateral_floor_m", values, "ego", "lateral floor of the truth", "m", 4, neither,
        "the same across the heading: RMS of what of the true steps goes sideways, less a lever arm"},
       {"rotation_floor_deg", values, "ego", "rotation floor of the truth", "deg", 4, neither,
        "RMS difference of the true rotations to the measured turn rates: the truth errs by at most that"},
       {"rotation_timing_floor_deg", values, "ego", "rotation floor of the truth, timing", "deg", 4, neither,
-       "RMS error of the true rotations because samples are not taken exactly at their images: at least that"},
+       "RMS error of the true rotations because samples are not taken exactly at their images: at least "
+       "that"},
       {"step_error_x_m", values, "ego", "step error, right", "m", 4, neither,
        "estimated minus true translation of the pair, `T_prev_curr`, to the right in the previous camera"},
       {"step_error_y_m", values, "ego", "step error, down", "m", 4, neither, "the same, down"},
       {"step_error_z_m", values, "ego", "step error, ahead", "m", 4, neither,
-       "the same, ahead. The three together are as long as `Et_m`; their mean over pairs is the systematic part, "
+       "the same, ahead. The three together are as long as `Et_m`; their mean over pairs is the systematic "
+       "part, "
        "printed below a run's summary where it is beyond three standard errors"},
       {"rotation_gt_deg", values, "ego", "true rotation", "deg", 4, neither,
        "angle of the true rotation of the pair", truth_only},
@@ -57,7 +110,8 @@ const std::vector<MetricDefinition>& table() {
       {"Ev_origin_kmh", errors, "object", "E_v, origin", "km/h", 2, lower,
        "absolute difference of v_kmh and v_gt_origin_kmh"},
       {"v_kmh", values, "object", "v", "km/h", 2, neither,
-       "`abs(t - (I - R) c) / dt` of the estimated `H = X_0⁻¹ X = (R, t)`; c = centroid of the inliers, previous "
+       "`abs(t - (I - R) c) / dt` of the estimated `H = X_0⁻¹ X = (R, t)`; c = centroid of the inliers, "
+       "previous "
        "camera coordinates",
        in_summary | beside_speed},
       {"v_gt_kmh", values, "object", "v_gt", "km/h", 2, neither,
@@ -96,8 +150,10 @@ const std::vector<MetricDefinition>& table() {
       {"dynamic", values, "object", "dynamic", "0/1", 0, neither,
        "classified as moving; left out where no point has both depths"},
       {"motion_sigmas", values, "object", "motion", "sigma", 2, neither,
-       "with `pipeline.classification.test=likelihood`: how far the body's displacement against the background lies beyond "
-       "the smallest speed, in standard deviations of its covariance; dynamic above the quantile of the false alarm rate"},
+       "with `pipeline.classification.test=likelihood`: how far the body's displacement against the "
+       "background lies beyond "
+       "the smallest speed, in standard deviations of its covariance; dynamic above the quantile of the "
+       "false alarm rate"},
       {"detectable_kmh", values, "object", "detectable", "km/h", 2, neither,
        "speed that this test finds in half of the cases, along the direction that it sees worst"},
       {"dynamic_gt", values, "object", "truly dynamic", "0/1", 0, neither,
@@ -109,16 +165,20 @@ const std::vector<MetricDefinition>& table() {
       // What the estimator says of itself.
       {"split_nees", values, "both", "split NEES", "1", 2, neither, "mean of the two below"},
       {"split_nees_sides", values, "both", "split NEES, sides", "1", 2, neither,
-       "with `--consistency`: normalised square of the difference of two estimates from the left and the right half "
-       "of the inliers, parted at their median pixel: `e^T (C1 + C2 - C12 - C21)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`; C12: what "
-       "both have in common where errors correlate. Needs no truth; 6 on average where covariances are right"},
+       "with `--consistency`: normalised square of the difference of two estimates from the left and the "
+       "right half "
+       "of the inliers, parted at their median pixel: `e^T (C1 + C2 - C12 - C21)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`; "
+       "C12: what "
+       "both have in common where errors correlate. Needs no truth; 6 on average where covariances are "
+       "right"},
       {"split_nees_cells", values, "both", "split NEES, cells", "1", 2, neither,
        "the same from odd and even squares of 80 px"},
       {"nees", values, "both", "NEES", "1", 2, neither,
        "normalised error squared of the estimate: `e^T C⁻¹ e`, `exp(e) = X̂ X⁻¹`, C the estimator's own "
        "covariance; see The limit"},
       {"condition", values, "both", "condition", "1", 0, neither,
-       "condition number of the estimator's covariance of the twist (m, rad): largest over smallest eigenvalue; "
+       "condition number of the estimator's covariance of the twist (m, rad): largest over smallest "
+       "eigenvalue; "
        "left out where there is no covariance"},
       {"peak_memory_mb", values, "ego", "memory", "1e6 bytes", 0, neither,
        "external programs: resident size of the largest process "

@@ -18,7 +18,7 @@
 namespace sextant {
 namespace {
 
-constexpr double rad = std::numbers::pi / 180;
+constexpr double rad_per_deg = std::numbers::pi / 180;
 constexpr int n_points = 300;
 constexpr double distance_m = 20;
 constexpr double relief_m = 1;         // depths are uniform within +- this
@@ -164,7 +164,7 @@ Estimated estimate(const Fit& fit, double turn_rad, int n_trials) {
 
 /// d mean estimate / d truth, about no turn.
 double slope(const Fit& fit, int n_trials) {
-  const double turn = 2 * rad;
+  const double turn = 2 * rad_per_deg;
   return (estimate(fit, turn, n_trials).mean_turn_rad - estimate(fit, -turn, n_trials).mean_turn_rad) /
          (2 * turn);
 }
@@ -176,7 +176,7 @@ TEST(ErrorsInVariables, MeasuredDepthsTakenForTrueShrinkTheTurn) {
   const double shrinkage = slope(motion_only, 100);
   const Estimated standing = estimate(motion_only, 0, 200);
   fmt::print("lambda {:.3f}; motion_only: slope {:.3f}, RMS of no turn {:.4f} deg, bound {:.4f} deg\n",
-             lambda, shrinkage, standing.rms_error_rad / rad, standing.bound_rad / rad);
+             lambda, shrinkage, standing.rms_error_rad / rad_per_deg, standing.bound_rad / rad_per_deg);
   EXPECT_NEAR(shrinkage, lambda, 0.03);
   EXPECT_LT(standing.rms_error_rad, 0.85 * standing.bound_rad);
 }
@@ -185,7 +185,8 @@ TEST(ErrorsInVariables, DepthsAsUnknownsRemoveItAtAPrice) {
   const double shrinkage = slope(structured, 100);
   const Estimated standing = estimate(structured, 0, 200);
   fmt::print("structured: slope {:.3f}, RMS of no turn {:.4f} deg, predicted {:.4f} deg, bound {:.4f} deg\n",
-             shrinkage, standing.rms_error_rad / rad, standing.predicted_rad / rad, standing.bound_rad / rad);
+             shrinkage, standing.rms_error_rad / rad_per_deg, standing.predicted_rad / rad_per_deg,
+             standing.bound_rad / rad_per_deg);
   EXPECT_NEAR(shrinkage, 1, 0.03);
   EXPECT_GT(standing.rms_error_rad, 1.1 * standing.bound_rad);
   EXPECT_NEAR(standing.rms_error_rad / standing.predicted_rad, 1, 0.15);

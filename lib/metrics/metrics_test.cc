@@ -7,10 +7,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/geometry/object_motion.h"
-#include "sextant/metrics/classification_counts.h"
-#include "sextant/metrics/epe.h"
-#include "sextant/metrics/pose_change.h"
-#include "sextant/metrics/presets.h"
+#include "sextant/metrics/definitions.h"
+#include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 namespace {

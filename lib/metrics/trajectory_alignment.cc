@@ -1,11 +1,83 @@
 #include "sextant/metrics/trajectory_alignment.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sextant/base/error.h"
 
 namespace sextant {
+namespace {
+
+Eigen::Vector3d mean_of(std::span<const Eigen::Vector3d> points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+}  // namespace
+
+Eigen::Matrix4d Similarity::matrix() const {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = scale * rotation;
+  m.topRightCorner<3, 1>() = translation_m;
+  return m;
+}
+
+std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y,
+                                     bool with_scale) {
+  SEXTANT_CHECK(x.size() == y.size());
+  if (x.empty()) return std::nullopt;
+  const auto n = static_cast<double>(x.size());
+  const Eigen::Vector3d mean_x = mean_of(x);
+  const Eigen::Vector3d mean_y = mean_of(y);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double variance_x = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d dx = x[i] - mean_x;
+    covariance += (y[i] - mean_y) * dx.transpose();
+    variance_x += dx.squaredNorm();
+  }
+  covariance /= n;
+  variance_x /= n;
+
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d& d = svd.singularValues();
+  if (!(d[1] > std::numeric_limits<double>::epsilon())) return std::nullopt;
+  Eigen::Vector3d s = Eigen::Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) s[2] = -1;
+
+  UmeyamaResult result;
+  Similarity& out = result.y_from_x;
+  out.rotation = svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();
+  if (with_scale) out.scale = d.dot(s) / variance_x;
+  out.translation_m = mean_y - out.scale * (out.rotation * mean_x);
+  result.flatness = d[1] / d[0];
+  return result;
+}
+
+std::optional<Similarity> rotation_about(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> x,
+                                         std::span<const Eigen::Vector3d> y) {
+  SEXTANT_CHECK(x.size() == y.size());
+  if (x.empty()) return std::nullopt;
+  const Eigen::Vector3d mean_x = mean_of(x), mean_y = mean_of(y);
+  double sine = 0, cosine = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d dx = x[i] - mean_x, dy = y[i] - mean_y;
+    sine += axis.dot(dx.cross(dy));
+    cosine += dx.dot(dy) - axis.dot(dx) * axis.dot(dy);
+  }
+  const double extent = std::hypot(sine, cosine) / static_cast<double>(x.size());
+  if (!(extent > std::numeric_limits<double>::epsilon())) return std::nullopt;
+  Similarity out;
+  out.rotation = Eigen::AngleAxisd(std::atan2(sine, cosine), axis).toRotationMatrix();
+  out.translation_m = mean_y - out.rotation * mean_x;
+  return out;
+}
+
 namespace {
 
 size_t count_to_align(const PoseSeries& estimate, int first_n) {
@@ -19,7 +91,8 @@ UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& re
                               std::span(reference.positions_m).first(n), with_scale);
   if (!result) {
     fail(
-        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which leaves the rotation open; use --align origin or --align none",
+        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which "
+        "leaves the rotation open; use --align origin or --align none",
         n);
   }
   return *result;
@@ -32,7 +105,8 @@ Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference
       rotation_about(up, std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
   if (!result) {
     fail(
-        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the angle open; use --align origin or --align none",
+        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
+        "angle open; use --align origin or --align none",
         n);
   }
   return *result;
@@ -80,6 +154,52 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
   for (size_t i = 0; i < estimate.covariances.size(); ++i)
     estimate.transform_covariance(i, s.rotation, s.scale);
   return result;
+}
+
+namespace {
+
+/// For each stamp of `from` the nearest of `to` + offset, both ascending.
+void match(const std::vector<double>& from, const std::vector<double>& to, double offset_s,
+           double max_difference_s, std::vector<int>& from_out, std::vector<int>& to_out) {
+  size_t j = 0;
+  for (size_t i = 0; i < from.size(); ++i) {
+    const auto difference = [&](size_t k) { return std::abs((to[k] + offset_s) - from[i]); };
+    while (j + 1 < to.size() && difference(j + 1) < difference(j)) ++j;
+    if (!to.empty() && difference(j) <= max_difference_s) {
+      from_out.push_back(static_cast<int>(i));
+      to_out.push_back(static_cast<int>(j));
+    }
+  }
+}
+
+}  // namespace
+
+Association associate_by_time(const std::vector<double>& reference_s, const std::vector<double>& estimate_s,
+                              const AssociationOptions& options) {
+  Association found;
+  if (estimate_s.size() > reference_s.size()) {
+    match(reference_s, estimate_s, options.offset_s, options.max_difference_s, found.reference,
+          found.estimate);
+  } else {
+    match(estimate_s, reference_s, -options.offset_s, options.max_difference_s, found.estimate,
+          found.reference);
+  }
+  return found;
+}
+
+Association associate_by_frame(const std::vector<int>& reference, const std::vector<int>& estimate) {
+  Association found;
+  for (size_t i = 0, j = 0; i < reference.size() && j < estimate.size();) {
+    if (reference[i] < estimate[j]) {
+      ++i;
+    } else if (reference[i] > estimate[j]) {
+      ++j;
+    } else {
+      found.reference.push_back(static_cast<int>(i++));
+      found.estimate.push_back(static_cast<int>(j++));
+    }
+  }
+  return found;
 }
 
 }  // namespace sextant

@@ -1,5 +1,52 @@
 #pragma once
 
+// Which poses (i, j), i < j, the relative pose error compares. With d_i the length of the path to pose i, a_i
+// the sum of its rotation angles, and delta the distance asked for:
+//
+//   unit            consecutive (pairs do not overlap)              all pairs
+//   frames          (0, delta), (delta, 2 delta), ...               every (i, i + delta)
+//   metres          between the poses at which the path since the   each i with the j whose d_j - d_i is
+//                   last such pose reaches delta; the first pair    nearest to delta, if within tolerance
+//                   begins at the first of them
+//   degrees, rad    from pose 0: whenever the sum of angles since   every (i, j) whose direct rotation angle
+//                   the last pair's end reaches delta               is delta within tolerance
+//   seconds         from pose 0: whenever the time since the last   each i with the j whose t_j - t_i is
+//                   pair's end reaches delta                        nearest to delta, if within tolerance
+//
+// The tolerance is relative_tolerance * delta. All but seconds as evo selects them (evo.core.filters 1.3x).
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sextant/base/names.h"
+#include "sextant/geometry/trajectory.h"
+
+namespace sextant {
+
+enum class DeltaUnit { frames, metres, degrees, radians, seconds };
+constexpr Names<5> names_of(DeltaUnit) { return {"f", "m", "deg", "rad", "s"}; }
+
+struct PairSelection {
+  double delta = 1;
+  DeltaUnit unit = DeltaUnit::frames;
+  bool all_pairs = false;
+  double relative_tolerance = 0.1;
+
+  /// "1f", "10m", "5deg", "0.5rad", "2s". Throws Error on anything else.
+  static PairSelection parse(const std::string& text);
+  std::string text() const;
+};
+
+using PosePair = std::pair<int, int>;
+
+/// Throws Error when the series has no stamps and the unit is seconds, when no pair is found, and for all
+/// pairs by angle of more than 100,000 poses (their number grows with the square).
+std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection);
+
 // Absolute and relative pose errors of a path against a reference of the same length, in evo's definitions
 // (Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; Kuemmerle et al., 2009):
 //
@@ -16,15 +63,6 @@
 //
 // Pairs are selected on the estimate, as evo does, or on the reference. Pairs between which the reference
 // does not move have no ratio: evo leaves them out, and so must the caller.
-
-#include <span>
-#include <string_view>
-#include <vector>
-
-#include "sextant/geometry/pose_series.h"
-#include "sextant/metrics/pose_pairs.h"
-
-namespace sextant {
 
 enum class PoseRelation {
   trans_part,
@@ -64,5 +102,31 @@ struct ErrorStatistics {
 };
 /// Throws InternalError on an empty sample, Error on values that are not finite.
 ErrorStatistics error_statistics(std::span<const double> errors);
+
+// Errors of the KITTI odometry benchmark: over every stretch of 100, 200, .. 800 m of the true path that
+// begins at pose 0, 10, 20, ...,
+//
+//   E = inverse(inverse(P_first) P_last) inverse(Q_first) Q_last      P estimate, Q truth
+//   translation = |trans E| / length (%),   rotation = angle(E) / length (deg/m)
+//
+// averaged over all stretches. `last` is the first pose whose path from `first` exceeds the length.
+// Recordings shorter than 100 m have no such error: n = 0, and the means are empty, never 0. Source: A.
+// Geiger, P. Lenz, R. Urtasun, Are we ready for autonomous driving?, CVPR 2012, and its devkit.
+
+struct KittiOdometryError {
+  double length_m = 0;  ///< of the stretches; 0: all lengths together
+  int n = 0;            ///< stretches
+  std::optional<double> translation_percent;
+  std::optional<double> rotation_deg_per_m;
+};
+
+struct KittiOdometryErrors {
+  KittiOdometryError all;
+  std::vector<KittiOdometryError> by_length;  ///< 100 .. 800 m
+  double path_m = 0;                          ///< length of the true path
+};
+
+/// Of one length each.
+KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const PoseSeries& reference);
 
 }  // namespace sextant

@@ -1,11 +1,80 @@
-#include "sextant/metrics/trajectory_errors.h"
-
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "sextant/base/error.h"
 #include "sextant/metrics/trajectory_alignment.h"
+#include "sextant/metrics/trajectory_errors.h"
 
 namespace sextant {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+/// Along x, one pose a metre and 0.1 s, turning 10 deg each.
+PoseSeries steady(int n) {
+  PoseSeries s;
+  for (int i = 0; i < n; ++i) {
+    s.add(Eigen::AngleAxisd(i * EIGEN_PI / 18, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+          Eigen::Vector3d(i, 0, 0));
+    s.stamps_s.push_back(0.1 * i);
+  }
+  return s;
+}
+
+std::vector<PosePair> pairs(const PoseSeries& series, const std::string& text, bool all) {
+  PairSelection s = PairSelection::parse(text);
+  s.all_pairs = all;
+  return select_pairs(series, s);
+}
+
+TEST(PosePairs, Frames) {
+  EXPECT_THAT(pairs(steady(6), "2f", false), ElementsAre(Pair(0, 2), Pair(2, 4)));
+  EXPECT_THAT(pairs(steady(6), "3f", true), ElementsAre(Pair(0, 3), Pair(1, 4), Pair(2, 5)));
+}
+
+TEST(PosePairs, MetresBeginWhereTheDistanceIsFirstReached) {
+  EXPECT_THAT(pairs(steady(9), "2.5m", false), ElementsAre(Pair(3, 6)));
+  EXPECT_THAT(pairs(steady(6), "3m", true), ElementsAre(Pair(0, 3), Pair(1, 4), Pair(2, 5)));
+}
+
+TEST(PosePairs, MetresOfAStandstillTakeTheFirstPose) {
+  PoseSeries s = steady(4);
+  for (int i = 0; i < 3; ++i) s.add(s.rotations[3], s.positions_m[3]);  // poses 4..6 stand at pose 3
+  s.stamps_s.clear();
+  EXPECT_THAT(pairs(s, "2m", true), ElementsAre(Pair(0, 2), Pair(1, 3)));
+}
+
+TEST(PosePairs, Angles) {
+  EXPECT_THAT(pairs(steady(6), "19.9deg", false), ElementsAre(Pair(0, 2), Pair(2, 4)));
+  EXPECT_THAT(pairs(steady(5), "30deg", true), ElementsAre(Pair(0, 3), Pair(1, 4)));
+  EXPECT_THAT(pairs(steady(5), "0.5236rad", true), ElementsAre(Pair(0, 3), Pair(1, 4)));
+}
+
+TEST(PosePairs, Seconds) {
+  EXPECT_THAT(pairs(steady(6), "0.2s", false), ElementsAre(Pair(0, 2), Pair(2, 4)));
+  EXPECT_THAT(pairs(steady(5), "0.3s", true), ElementsAre(Pair(0, 3), Pair(1, 4)));
+  PoseSeries no_stamps = steady(5);
+  no_stamps.stamps_s.clear();
+  EXPECT_THROW(pairs(no_stamps, "0.2s", false), Error);
+}
+
+TEST(PosePairs, NoPairIsAnError) {
+  EXPECT_THROW(pairs(steady(5), "5f", false), Error);
+  EXPECT_THROW(pairs(steady(5), "100m", false), Error);
+  EXPECT_THROW(pairs(steady(5), "100m", true), Error);
+  EXPECT_THROW(pairs(steady(5), "170deg", true), Error);
+}
+
+TEST(PosePairs, ParseRefusesWhatIsNoDistance) {
+  for (const char* text : {"", "f", "1", "1x", "0f", "-1m", "1.5f", "nanm", "200deg", "4rad", "1 f"})
+    EXPECT_THROW(PairSelection::parse(text), Error) << text;
+  EXPECT_EQ(PairSelection::parse("0.5rad").text(), "0.5rad");
+}
+
+}  // namespace
+
 namespace {
 
 PoseSeries at(std::initializer_list<Eigen::Vector3d> positions, double turn_rad = 0) {
@@ -101,4 +170,39 @@ TEST(TrajectoryAlignment, NamesRoundTrip) {
 }
 
 }  // namespace
+
+namespace {
+
+PoseSeries straight(int n, double step_m, double turn_rad) {
+  PoseSeries s;
+  for (int i = 0; i < n; ++i)
+    s.add(Eigen::AngleAxisd(i * turn_rad, Eigen::Vector3d::UnitX()).toRotationMatrix(), {i * step_m, 0, 0});
+  return s;
+}
+
+TEST(KittiOdometry, ScaleErrorIsItsPercentage) {
+  // 2 % too long; the stretches of 100 m end at the first pose beyond, 101 m.
+  const KittiOdometryErrors e = kitti_odometry_errors(straight(1001, 1.02, 0), straight(1001, 1, 0));
+  EXPECT_EQ(e.by_length.front().n, 90);  // starts 0, 10, .. 890
+  EXPECT_NEAR(*e.by_length.front().translation_percent, 2 * 1.01, 1e-9);
+  EXPECT_NEAR(*e.by_length.back().translation_percent, 2 * 801. / 800, 1e-9);
+  EXPECT_EQ(*e.all.rotation_deg_per_m, 0);
+  EXPECT_EQ(e.path_m, 1000);
+}
+
+TEST(KittiOdometry, RotationIsPerMetre) {
+  const KittiOdometryErrors e = kitti_odometry_errors(straight(151, 1, 1e-3), straight(151, 1, 0));
+  EXPECT_EQ(e.all.n, 5);  // 0, 10, .. 40
+  EXPECT_NEAR(*e.all.rotation_deg_per_m, 1e-3 * 180 / EIGEN_PI * 1.01, 1e-12);
+}
+
+TEST(KittiOdometry, ShortRecordingsHaveNone) {
+  const KittiOdometryErrors e = kitti_odometry_errors(straight(101, 1.1, 0), straight(101, 1, 0));
+  EXPECT_EQ(e.all.n, 0);
+  EXPECT_FALSE(e.all.translation_percent);
+  EXPECT_FALSE(e.by_length.front().rotation_deg_per_m);
+}
+
+}  // namespace
+
 }  // namespace sextant

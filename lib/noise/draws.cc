@@ -6,7 +6,6 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/simd.h"
-#include "sextant/noise/box_muller.h"
 
 namespace sextant {
 namespace {

@@ -10,8 +10,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/base/parallel_for.h"
-#include "sextant/noise/box_muller.h"
+#include "sextant/base/machine.h"
 
 namespace sextant {
 namespace {

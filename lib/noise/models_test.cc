@@ -3,13 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/base/testing.h"
-#include "sextant/noise/depth_noise.h"
-#include "sextant/noise/flow_noise.h"
-#include "sextant/noise/flow_outliers.h"
-#include "sextant/noise/mask_noise.h"
-#include "sextant/noise/quantisation.h"
+#include "sextant/noise/models.h"
 #include "sextant/noise/verification.h"
 
 namespace sextant {

@@ -22,7 +22,7 @@
 #include <string_view>
 
 #include "sextant/measurement/frame.h"
-#include "sextant/measurement/frame_pair.h"
+#include "sextant/measurement/problem.h"
 #include "sextant/noise/noise_model.h"
 #include "sextant/noise/verification.h"
 

@@ -1,12 +1,12 @@
 #pragma once
 
 // How the normals of the pixels of one frame and channel relate: each by itself, one for all, or a stationary
-// Gaussian field with a given correlation (spatial_correlation.h):
+// Gaussian field with a given correlation (problem.h):
 //
 //   "independent"   "shared_per_frame"   {"model": "spatial", "lengths_px": [5, 40], "shares": [0.4, 0.5]}
 //
-// A field is a sum of parts. One of length L is white noise on the nodes of a lattice, each a draw of its own,
-// seen through a Gaussian kernel:
+// A field is a sum of parts. One of length L is white noise on the nodes of a lattice, each a draw of its
+// own, seen through a Gaussian kernel:
 //
 //   n(p) = sum_q w(p - q) n_q / sqrt(sum_q w(p - q)^2),   w(d) = exp(-|d|^2 / L^2),
 //
@@ -16,7 +16,7 @@
 // frame, channel, pixel), and costs a few nodes.
 
 #include "sextant/base/json.h"
-#include "sextant/measurement/spatial_correlation.h"
+#include "sextant/measurement/problem.h"
 #include "sextant/noise/draws.h"
 
 namespace sextant {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "sextant/base/parallel_for.h"
+#include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
 
 namespace sextant {
@@ -14,7 +14,7 @@ namespace {
 /// Lengths of every kind: spacing 1, odd, even; and a part that is independent.
 const NoiseCorrelation mixture(SpatialCorrelation{{{2, 0.2}, {8, 0.3}, {40, 0.4}}});
 
-struct Pixels {
+struct PixelList {
   std::vector<int> x, y;
   void add(int column, int row) {
     x.push_back(column);
@@ -38,7 +38,7 @@ Normals normals(const NoiseCorrelation& correlation, const Draws& draws, NoiseCh
 std::vector<double> over_frames(const NoiseCorrelation& correlation, const Draws& draws, NoiseChannel channel,
                                 int x, int y, int first_frame = 0) {
   constexpr int n = 20000;
-  Pixels pixel;
+  PixelList pixel;
   pixel.add(x, y);
   std::vector<double> values;
   for (int frame = first_frame; frame < first_frame + n; ++frame)
@@ -84,7 +84,7 @@ TEST(NoiseCorrelation, FallsWithTheDistanceAsAsked) {
   const NoiseCorrelation narrow(SpatialCorrelation{{{1, 1}}});
   for (const NoiseCorrelation* correlation : {&mixture, &narrow}) {
     for (const double r : {1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0}) {
-      Pixels here, there;
+      PixelList here, there;
       double expected = 0;
       for (int x = 0; x < 1000; x += 37) {
         for (int y = 0; y < 1000; y += 39) {
@@ -128,7 +128,7 @@ TEST(NoiseCorrelation, SeedsFramesChannelsAndSequencesAreIndependent) {
 }
 
 TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
-  Pixels pixel;
+  PixelList pixel;
   pixel.add(31, 77);
   std::vector<double> first, second;
   for (int frame = 0; frame < 20000; ++frame) {
@@ -139,11 +139,12 @@ TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
   EXPECT_LT(std::abs(correlation_of(first, second)), 0.028);
 }
 
-// Property: whichever pixels are asked for, in whatever order, singly or in batches, on any number of threads.
+// Property: whichever pixels are asked for, in whatever order, singly or in batches, on any number of
+// threads.
 TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
   const Draws draws(9, "synthetic", "s18");
   std::mt19937_64 random(5);
-  Pixels pixels;
+  PixelList pixels;
   for (int i = 0; i < 3000; ++i) {
     pixels.add(static_cast<int>(random() % 1242), static_cast<int>(random() % 375));
   }
@@ -152,7 +153,7 @@ TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
   const size_t n = pixels.x.size();
   const Normals all = normals(mixture, draws, NoiseChannel::flow, pixels.batch(7));
   for (size_t i = n; i-- > 0;) {
-    Pixels one;
+    PixelList one;
     one.add(pixels.x[i], pixels.y[i]);
     const Normals alone = normals(mixture, draws, NoiseChannel::flow, one.batch(7));
     ASSERT_EQ(alone.first[0], all.first[i]);
@@ -179,7 +180,7 @@ TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
 // The bits are part of the interface: records of one version must be repeatable by the next.
 TEST(NoiseCorrelation, IsTheSameBitsForEver) {
   const Draws draws(42, "vdo", "0003");
-  Pixels pixel;
+  PixelList pixel;
   pixel.add(100, 50);
   const Normals n = normals(mixture, draws, NoiseChannel::flow, pixel.batch(3));
   // A second implementation (Python: Philox, libm, the sum over nodes as it stands in the header) gives

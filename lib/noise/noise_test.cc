@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "sextant/base/parallel_for.h"
-#include "sextant/measurement/landing.h"
+#include "sextant/base/machine.h"
+#include "sextant/measurement/frame.h"
 
 namespace sextant {
 namespace {
@@ -324,7 +324,8 @@ TEST(Noise, HasACanonicalNameAndOptions) {
             "depth 0.2 px + flow 0.3/0.2 px");
   EXPECT_EQ(
       noise(everything).name(),
-      "depth 0.8 px + disparity step 0.0625 px + flow 0.3/0.2 px, object:1 1 px + outliers 10 % in disc 20 px");
+      "depth 0.8 px + disparity step 0.0625 px + flow 0.3/0.2 px, object:1 1 px + outliers 10 % in disc 20 "
+      "px");
   EXPECT_EQ(
       noise(R"({"mask": {"erode_px": 2}, "flow": {"epe_px": 1, "scale": 0.5, "reading": "epe_is_mean_error"},
       "correlation": "shared_per_frame"})")

@@ -1,11 +1,7 @@
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 
-#include "sextant/noise/depth_noise.h"
-#include "sextant/noise/flow_noise.h"
-#include "sextant/noise/flow_outliers.h"
-#include "sextant/noise/mask_noise.h"
+#include "sextant/noise/models.h"
 #include "sextant/noise/noise_model.h"
-#include "sextant/noise/quantisation.h"
 
 namespace sextant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/noise/noise_model.h"
 
 namespace sextant {

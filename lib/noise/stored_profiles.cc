@@ -15,7 +15,8 @@ Json read_profile(const std::string& name) {
   if (name.ends_with(".json")) return parse_json(read_file(name), name);
   for (const EmbeddedFile& file : noise_profile_files())
     if (file.name == name) return parse_json(file.text, name);
-  fail("option noise.profile = {}: {}; or give a file, NAME.json", name, suggest(name, noise_profile_names()));
+  fail("option noise.profile = {}: {}; or give a file, NAME.json", name,
+       suggest(name, noise_profile_names()));
 }
 
 void scale_number(Json& options, const char* model, const char* key, double scale) {
@@ -42,9 +43,11 @@ Json without_profile(const Json& noise_options) {
   const Json profile = read_profile(name.get<std::string>());
   if (!profile.is_object() || !profile.contains("noise") || !profile.at("noise").is_object() ||
       profile.at("noise").contains("profile"))
-    fail("{}: no noise profile: expected an object with the noise options under \"noise\", as `sextant noise fit` "
-         "writes it",
-         name.get<std::string>());
+    fail(
+        "{}: no noise profile: expected an object with the noise options under \"noise\", as `sextant noise "
+        "fit` "
+        "writes it",
+        name.get<std::string>());
   Json scale = noise_options.value("scale", Json(1));
   if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)
     fail("option noise.scale: expected a number, 0 or more, got {}", json_excerpt(scale));

@@ -9,15 +9,15 @@
 #include <tuple>
 
 #include "sextant/base/philox.h"
-#include "sextant/stats/cluster_sums.h"
+#include "sextant/stats/clustered_sample.h"
 #include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
-/// Which clusters each resample has. Those of up to max_clusters are drawn once and kept by the thread, as 2 bytes each: a
-/// report asks hundreds of times for the same ones.
+/// Which clusters each resample has. Those of up to max_clusters are drawn once and kept by the thread, as 2
+/// bytes each: a report asks hundreds of times for the same ones.
 class Draws {
  public:
   Draws(size_t n_clusters, const BootstrapOptions& options) : n_clusters_(n_clusters), seed_(options.seed) {

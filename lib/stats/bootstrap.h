@@ -14,7 +14,7 @@
 //
 // Replicate r has its own stream of Philox numbers: the interval is a pure function of data and options.
 // With fewer than 2 clusters nothing is known of the spread: no interval.
-// More than max_clusters clusters are joined to that many groups before (cluster_sums.h).
+// More than max_clusters clusters are joined to that many groups before (clustered_sample.h).
 
 #include <functional>
 #include <optional>

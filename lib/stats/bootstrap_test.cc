@@ -46,7 +46,8 @@ TEST(Bootstrap, IsAPureFunctionOfDataAndSeed) {
 
 TEST(Bootstrap, ResampleRIsDrawnFromStreamR) {
   for (const size_t n_clusters : {size_t{2}, size_t{7}, size_t{2000}, size_t{70001}}) {
-    const BootstrapOptions options{.replicates = 100, .method = BootstrapMethod::percentile, .seed = 0x123456789};
+    const BootstrapOptions options{
+        .replicates = 100, .method = BootstrapMethod::percentile, .seed = 0x123456789};
     uint64_t resample = 0;
     cluster_bootstrap(
         n_clusters,
@@ -118,10 +119,10 @@ TEST(Bootstrap, CoversTheTrueMean) {
 }
 
 /// 60 seeds with 5 frames each; the seed shifts all its frames.
-struct ClusteredSample {
+struct DrawnClusters {
   std::vector<double> values;
   std::vector<uint64_t> cluster;
-  explicit ClusteredSample(unsigned seed) {
+  explicit DrawnClusters(unsigned seed) {
     const std::vector<double> shift = normals(60, seed);
     const std::vector<double> noise = normals(300, seed + 100000);
     for (size_t i = 0; i < noise.size(); ++i) {
@@ -133,14 +134,14 @@ struct ClusteredSample {
 
 TEST(Bootstrap, ByClusterCoversWhereSingleValuesDoNot) {
   const double by_cluster = coverage([](unsigned seed) {
-    const ClusteredSample sample(seed);
+    const DrawnClusters sample(seed);
     return bootstrap_by_cluster(sample.values, sample.cluster, mean,
                                 {.replicates = 400, .method = BootstrapMethod::percentile});
   });
   EXPECT_GE(by_cluster, 0.93);
   EXPECT_LE(by_cluster, 0.97);
   const double naive = coverage([](unsigned seed) {
-    return bootstrap(ClusteredSample(seed).values, mean,
+    return bootstrap(DrawnClusters(seed).values, mean,
                      {.replicates = 400, .method = BootstrapMethod::percentile});
   });
   EXPECT_LT(naive, 0.75);

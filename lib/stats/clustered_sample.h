@@ -1,21 +1,71 @@
 #pragma once
 
-// A sample in clusters (bootstrap.h), prepared so that a statistic of a resample costs one walk over the sums of its
-// clusters: no copying, no sorting per replicate. Equal to the same statistic (summary.h) of the values of the chosen
-// clusters, repetitions counted.
+// Sums by cluster (bootstrap.h): all that means, RMS values and slopes need of a sample, whether its values
+// are at hand or were added up elsewhere.
 //
-//   mean, rmse   from the clusters' sums (cluster_sums.h)
-//   quantile     type 7. Beside the sorted values stands, every `stride` of them, how many of each cluster are below: the
-//                quantile's stretch is found from these counts, and only that one is walked through
+//   n, sum x, sum x^2   of each cluster, clusters in order of their labels
+//
+// Intervals of more than max_clusters clusters are those of that many groups of neighbouring labels, as equal
+// as can be: an interval from 2000 groups has a relative error of 1 / sqrt(2 * 2000) = 1.6 %, as it has from
+// 2000 replicates, and costs no more for a million seeds than for 2000.
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "sextant/stats/bootstrap.h"
-#include "sextant/stats/cluster_sums.h"
 
 namespace sextant {
+
+struct Moments {
+  double n = 0, x = 0, xx = 0;
+
+  void add(double value) {
+    n += 1;
+    x += value;
+    xx += value * value;
+  }
+  void add(const Moments& more) {
+    n += more.n;
+    x += more.x;
+    xx += more.xx;
+  }
+  double mean() const { return x / n; }
+  double rmse() const { return std::sqrt(xx / n); }
+};
+
+struct ClusterSum {
+  uint64_t label = 0;
+  Moments of;
+};
+/// In order of label, each once.
+using ClusterSums = std::vector<ClusterSum>;
+
+/// values[i] belongs to the cluster labelled cluster[i]. Throws Error for an empty or non-finite sample.
+ClusterSums cluster_sums(std::span<const double> values, std::span<const uint64_t> cluster);
+
+constexpr size_t max_clusters = 2000;
+/// The group of the cluster with this index.
+constexpr size_t joined_cluster(size_t index, size_t n_clusters) {
+  return n_clusters <= max_clusters ? index : index * max_clusters / n_clusters;
+}
+/// By group.
+std::vector<Moments> joined_sums(const ClusterSums& clusters);
+
+/// Of the clusters with these indices, in this order, repetitions counted.
+Moments total(std::span<const Moments> clusters, std::span<const size_t> chosen);
+Moments total(const ClusterSums& clusters);
+
+// A sample in clusters (bootstrap.h), prepared so that a statistic of a resample costs one walk over the sums
+// of its clusters: no copying, no sorting per replicate. Equal to the same statistic (summary.h) of the
+// values of the chosen clusters, repetitions counted.
+//
+//   mean, rmse   from the clusters' sums (clustered_sample.h)
+//   quantile     type 7. Beside the sorted values stands, every `stride` of them, how many of each cluster
+//                are below: the quantile's stretch is found from these counts, and only that one is walked
+//                through
 
 class ClusteredSample {
  public:

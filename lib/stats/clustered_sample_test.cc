@@ -1,10 +1,8 @@
-#include "sextant/stats/clustered_sample.h"
-
+#include <cmath>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sextant/base/philox.h"
+#include "sextant/stats/clustered_sample.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -88,7 +86,8 @@ TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   }
 }
 
-/// More clusters than are resampled: the interval is that of groups of neighbours, and as wide as that of all.
+/// More clusters than are resampled: the interval is that of groups of neighbours, and as wide as that of
+/// all.
 TEST(ClusteredSample, JoinsClustersBeyondTheLargestNumber) {
   PhiloxStream random(6, 0);
   constexpr uint64_t n_clusters = 3 * max_clusters;
@@ -129,4 +128,5 @@ TEST(ClusteredSample, OneClusterHasNoIntervalAndNothingIsRefused) {
 }
 
 }  // namespace
+
 }  // namespace sextant

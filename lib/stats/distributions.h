@@ -1,8 +1,9 @@
 #pragma once
 
 // Distribution functions that the tests and intervals need. Arguments outside the stated ranges throw Error.
-// Boost.Math has all of them, mostly faster (bench/statistics_bench.cc), but its numbers are others by 1e-16 to
-// 1e-13, and so would be the last digits of every interval in a table; an interval asks for a handful of them.
+// Boost.Math has all of them, mostly faster (bench/statistics_bench.cc), but its numbers are others by 1e-16
+// to 1e-13, and so would be the last digits of every interval in a table; an interval asks for a handful of
+// them.
 
 namespace sextant {
 

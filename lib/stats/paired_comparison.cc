@@ -1,13 +1,158 @@
 #include "sextant/stats/paired_comparison.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <tuple>
+#include <utility>
 
-#include "sextant/stats/cluster_sums.h"
+#include "sextant/base/error.h"
+#include "sextant/stats/clustered_sample.h"
+#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"
 
 namespace sextant {
+namespace {
+
+/// Sums over a sample: `other` in terms of `reference`.
+struct RatioTotals {
+  double reference = 0, other = 0;
+  double ratio() const { return other / reference; }
+};
+
+std::pair<double, double> reference_and_other(const PairedCase& one, bool swapped) {
+  return swapped ? std::pair(one.fresh, one.base) : std::pair(one.base, one.fresh);
+}
+
+RatioTotals totals_of(const PairedSample& sample, bool swapped, double smallest) {
+  RatioTotals sum;
+  for (const PairedCase& one : sample.cases) {
+    const auto [reference, other] = reference_and_other(one, swapped);
+    sum.reference += reference;
+    sum.other += other;
+  }
+  const double floor = smallest * static_cast<double>(sample.cases.size());
+  return {std::max(sum.reference, floor), std::max(sum.other, floor)};
+}
+
+struct Influence {
+  size_t stratum = 0;
+  uint64_t seed = 0;
+  int frame = 0;
+  double g = 0;
+};
+
+/// Variance of the sum of all influences under one clustering, and its degrees of freedom; by stratum.
+struct StratumVariance {
+  size_t stratum = 0;
+  double n = 0;  ///< clusters
+  double v = 0;  ///< 0 where n is 1
+};
+
+/// `key` gives stratum and cluster; sorts the influences by it.
+template <typename Key>
+std::vector<StratumVariance> clustered_variance(std::vector<Influence>& influences, Key key) {
+  std::ranges::sort(influences, {}, key);
+  std::vector<StratumVariance> out;
+  for (size_t i = 0; i < influences.size();) {
+    StratumVariance stratum{influences[i].stratum};
+    double sum = 0, squares = 0;
+    while (i < influences.size() && influences[i].stratum == stratum.stratum) {
+      double in_cluster = 0;
+      const auto cluster = key(influences[i]);
+      for (; i < influences.size() && key(influences[i]) == cluster; ++i) in_cluster += influences[i].g;
+      stratum.n += 1;
+      sum += in_cluster;
+      squares += in_cluster * in_cluster;
+    }
+    if (stratum.n > 1)
+      stratum.v = std::max(0.0, stratum.n / (stratum.n - 1) * (squares - sum * sum / stratum.n));
+    out.push_back(stratum);
+  }
+  return out;
+}
+
+/// Degrees of freedom after Satterthwaite; beyond 1000 Student's t is normal.
+double degrees_of_freedom(const std::vector<StratumVariance>& strata) {
+  double v = 0, squares = 0, n = 0;
+  for (const StratumVariance& stratum : strata) {
+    if (stratum.n < 2) continue;
+    v += stratum.v;
+    squares += stratum.v * stratum.v / (stratum.n - 1);
+    n += stratum.n - 1;
+  }
+  return n == 0 ? 1000 : std::clamp(squares > 0 ? std::min(v * v / squares, n) : n, 1.0, 1000.0);
+}
+
+struct Spread {
+  double error = 0;
+  int dof = 1;
+};
+
+/// Nothing where a stratum has one cell.
+std::optional<Spread> spread_of(std::vector<Influence>& influences) {
+  const auto by_cell = clustered_variance(
+      influences, [](const Influence& i) { return std::tuple(i.stratum, i.seed, i.frame); });
+  const auto by_seed =
+      clustered_variance(influences, [](const Influence& i) { return std::tuple(i.stratum, i.seed, 0); });
+  const auto by_frame = clustered_variance(
+      influences, [](const Influence& i) { return std::tuple(i.stratum, uint64_t{0}, i.frame); });
+  double seeds = 0, frames = 0, both = 0;
+  for (size_t k = 0; k < by_cell.size(); ++k) {
+    if (by_cell[k].n < 2) return std::nullopt;
+    const bool crossed = by_seed[k].n > 1 && by_frame[k].n > 1;
+    seeds += by_seed[k].v;
+    frames += by_frame[k].v;
+    both += by_seed[k].v + by_frame[k].v - (crossed ? by_cell[k].v : 0);
+  }
+  const double variance = std::max({seeds, frames, both});
+  // Equal ratios everywhere leave a variance of rounding alone.
+  return Spread{std::max(std::sqrt(variance), 1e-12),
+                static_cast<int>(std::min(degrees_of_freedom(by_seed), degrees_of_freedom(by_frame)))};
+}
+
+}  // namespace
+
+RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest,
+                           const RatioOptions& options) {
+  SEXTANT_CHECK(!samples.empty() && smallest > 0);
+  double n = 0, log_ratio = 0;
+  for (const PairedSample* sample : samples) {
+    n += static_cast<double>(sample->cases.size());
+    log_ratio +=
+        static_cast<double>(sample->cases.size()) * std::log(totals_of(*sample, false, smallest).ratio());
+  }
+  const bool swapped = log_ratio < 0;
+  double r = 0, n_changed = 0;
+  std::vector<Influence> influences;
+  influences.reserve(static_cast<size_t>(n));
+  for (const PairedSample* sample : samples) {
+    const double weight = static_cast<double>(sample->cases.size()) / n;
+    const RatioTotals sum = totals_of(*sample, swapped, smallest);
+    r += weight * (sum.ratio() - 1);
+    for (const PairedCase& one : sample->cases) {
+      const auto [reference, other] = reference_and_other(one, swapped);
+      n_changed += other != reference ? 1 : 0;
+      influences.push_back(
+          {sample->stratum, one.seed, one.frame, weight * (other - sum.ratio() * reference) / sum.reference});
+    }
+  }
+  RatioChange out{.change = swapped ? 1 / (1 + r) - 1 : r, .interval = {}, .p = {}, .detectable = {}};
+  const std::optional<Spread> spread = spread_of(influences);
+  if (!spread) return out;
+  const double smallest_p = std::min(1.0, std::exp2(1 - n_changed));
+  out.p = std::clamp(2 * student_t_cdf(-std::abs(r) / spread->error, spread->dof), smallest_p, 1.0);
+  const double t = student_t_quantile((1 + options.confidence) / 2, spread->dof) * spread->error;
+  if (!swapped) {
+    out.interval = {r - t, r + t};
+  } else if (1 + r - t > 0) {
+    out.interval = {1 / (1 + r + t) - 1, 1 / (1 + r - t) - 1};
+  }
+  out.detectable = (student_t_quantile(1 - options.alpha / 2, spread->dof) + normal_quantile(options.power)) *
+                   spread->error;
+  return out;
+}
 
 PairedComparison compare_pairs(std::span<const double> differences, std::span<const uint64_t> cluster,
                                const BootstrapOptions& bootstrap, PairedTest test) {

@@ -1,14 +1,31 @@
 #pragma once
 
-// The comparison of two things that were measured on the same cases, from the differences case by case. What was
-// drawn independently is a cluster (bootstrap.h); a test sees one value of each cluster, the mean of its
-// differences. Empty or non-finite samples throw Error.
+// Change of a mean error between two runs, BASE and NEW, of the same cases: a ratio of means, pooled over
+// samples. A sample holds the cases of one body of one source; a case belongs to a seed and to a frame.
+// Sources are strata: they are fixed, while their seeds and their frames are random samples, crossed with
+// each other. Seeds alone would not do: a change that is neutral, such as another order of the points, may
+// raise the error of one frame and lower that of the next one by the same amount in all seeds.
 //
-//   difference   mean over all cases; its interval by cluster bootstrap
-//   p            two-sided, of the clusters' means: Wilcoxon's signed ranks or flipped signs (tests.h)
-//   p_corrected  by Holm over the comparisons that are made together: correct_by_holm()
-//   detectable   smallest mean that so many clusters find at 5 % with probability 80 % (trend.h)
+//   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all
+//                  cases. This is the change where NEW is worse (larger). Where it is better the two sides
+//                  change places, and the change is 1 / (1 + r) - 1: the better side is the reference. So one
+//                  outlier cannot prove anything: it raises r and its standard error alike, t <= 1
+//   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / B_s of cell i, one seed and frame of a source:
+//                  linearisation (delta method). 0 everywhere where NEW is a multiple of BASE
+//   variance       of a clustering: sum over strata of n / (n - 1) sum_j (G_j - mean G)^2, G_j the sums of g
+//                  over the n clusters. With seeds S, frames F and cells C: v = max(v_S, v_F, v_S + v_F -
+//                  v_C), two-way clustering. A stratum with one seed has v_F alone, with one frame v_S alone
+//   dof            the smaller one of S and F, each after Satterthwaite: v^2 / sum_k (v_k^2 / (n_k - 1)),
+//                  rounded down
+//   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
+//                  changed: the smallest p of a sign test
+//   interval       r -+ t sqrt(v): does not hold 0 where p is below 1 - confidence, the bound by n apart
+//   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): found at alpha with probability `power`
+//
+// Cochran, Sampling Techniques (1977), 6.3 and 6.11 (ratio estimators); Cameron, Gelbach and Miller (2011),
+// Robust inference with multiway clustering; Satterthwaite (1946).
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -18,6 +35,46 @@
 #include "sextant/stats/tests.h"
 
 namespace sextant {
+
+/// One case.
+struct PairedCase {
+  uint64_t seed = 0;
+  int frame = 0;
+  double base = 0;
+  double fresh = 0;  ///< of NEW
+};
+
+/// Values are finite and >= 0.
+struct PairedSample {
+  size_t stratum = 0;
+  std::vector<PairedCase> cases;
+};
+
+struct RatioOptions {
+  double confidence = 0.95;
+  double alpha = 0.05;  ///< at which `detectable` is found
+  double power = 0.8;
+};
+
+struct RatioChange {
+  double change = 0;                 ///< NEW / BASE - 1
+  std::optional<Interval> interval;  ///< none without p, and where the spread has no upper end
+  std::optional<double> p;           ///< none where a stratum has one cell
+  std::optional<double> detectable;
+};
+
+/// A mean of 0 is taken as `smallest`, which is above 0: ratios stay finite.
+RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest = 1e-9,
+                           const RatioOptions& options = {});
+
+// The comparison of two things that were measured on the same cases, from the differences case by case. What
+// was drawn independently is a cluster (bootstrap.h); a test sees one value of each cluster, the mean of its
+// differences. Empty or non-finite samples throw Error.
+//
+//   difference   mean over all cases; its interval by cluster bootstrap
+//   p            two-sided, of the clusters' means: Wilcoxon's signed ranks or flipped signs (tests.h)
+//   p_corrected  by Holm over the comparisons that are made together: correct_by_holm()
+//   detectable   smallest mean that so many clusters find at 5 % with probability 80 % (trend.h)
 
 struct PairedComparison {
   double difference = 0;

@@ -1,14 +1,139 @@
-#include "sextant/stats/paired_comparison.h"
-
 #include <gtest/gtest.h>
-
 #include <cmath>
+#include <numbers>
 #include <random>
 
+#include "sextant/base/philox.h"
+#include "sextant/stats/paired_comparison.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"
 
 namespace sextant {
+namespace {
+
+double normal(PhiloxStream& random) {
+  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * std::numbers::pi * random.uniform());
+}
+
+/// `n_seeds` of 5 frames, errors around `size`; NEW has `factor` times BASE's, drawn again where
+/// `independent`.
+PairedSample sample(PhiloxStream& random, size_t stratum, size_t n_seeds, double size, double factor,
+                    bool independent) {
+  const auto draw = [&] { return size * std::hypot(normal(random), normal(random), normal(random)); };
+  PairedSample out{.stratum = stratum, .cases = {}};
+  for (uint64_t seed = 0; seed < n_seeds; ++seed) {
+    for (int frame = 0; frame < 5; ++frame) {
+      const double base = draw();
+      out.cases.push_back({seed, frame, base, factor * (independent ? draw() : base)});
+    }
+  }
+  return out;
+}
+
+RatioChange change_of(const std::vector<PairedSample>& samples) {
+  std::vector<const PairedSample*> pointers;
+  for (const PairedSample& one : samples) pointers.push_back(&one);
+  return ratio_of_means(pointers);
+}
+
+TEST(RatioOfMeans, AFactorIsFoundExactlyWhateverTheErrorsAre) {
+  PhiloxStream random(1, 0);
+  const RatioChange up =
+      change_of({sample(random, 0, 6, 1e-3, 1.1, false), sample(random, 1, 6, 50, 1.1, false)});
+  EXPECT_NEAR(up.change, 0.1, 1e-12);
+  EXPECT_NEAR(up.interval.value().low, 0.1, 1e-9);
+  EXPECT_LT(up.p.value(), 1e-12);
+  const RatioChange down = change_of({sample(random, 0, 6, 1e-3, 0.5, false)});
+  EXPECT_NEAR(down.change, -0.5, 1e-12);
+  EXPECT_LT(down.p.value(), 1e-6);
+}
+
+TEST(RatioOfMeans, OneSampleIsTheRatioEstimatorOfCochran) {
+  // By hand: B = (1, 2, 3), N = (2, 2, 5); ratio 9/6, influences (0.5, -1, 0.5) / 6, v = 3/2 * 1.5/36.
+  PairedSample one{.stratum = 0, .cases = {{0, 7, 1, 2}, {1, 7, 2, 2}, {2, 7, 3, 5}}};
+  const RatioChange change = change_of({one});
+  EXPECT_NEAR(change.change, 0.5, 1e-12);
+  const double half = (change.interval->high - change.interval->low) / 2;
+  EXPECT_NEAR(half, 4.302652729911275 * 0.25, 1e-6);  // t of 2 degrees of freedom
+  EXPECT_EQ(change.p.value(), 0.5);                   // t = 2: 0.18, but two cases changed: 2^(1 - 2)
+}
+
+TEST(RatioOfMeans, SidesThatChangePlacesChangeTheSignAlone) {
+  PhiloxStream random(2, 0);
+  PairedSample there = sample(random, 0, 8, 1, 1.2, true), back = there;
+  for (PairedCase& one : back.cases) std::swap(one.base, one.fresh);
+  const RatioChange a = change_of({there}), b = change_of({back});
+  EXPECT_NEAR((1 + a.change) * (1 + b.change), 1, 1e-12);
+  EXPECT_NEAR(a.p.value(), b.p.value(), 1e-12);
+}
+
+TEST(RatioOfMeans, OneOutlierProvesNothing) {
+  PhiloxStream random(3, 0);
+  for (const double outlier : {10.0, 1e3, 1e9}) {
+    PairedSample one = sample(random, 0, 10, 1, 1, false);
+    one.cases[23].fresh += outlier;
+    EXPECT_GT(change_of({one}).p.value(), 0.3) << outlier;
+    EXPECT_GT(change_of({one, sample(random, 1, 10, 1, 1, false)}).p.value(), 0.3) << outlier;
+    for (PairedCase& pair : one.cases) std::swap(pair.base, pair.fresh);
+    EXPECT_GT(change_of({one}).p.value(), 0.3) << outlier;
+  }
+}
+
+TEST(RatioOfMeans, HasNominalSizeForRedrawnErrorsAndFindsPlantedOnes) {
+  int n_false = 0, n_found = 0;
+  constexpr int n = 1000;
+  for (int draw = 0; draw < n; ++draw) {
+    PhiloxStream random(4, static_cast<uint64_t>(draw));
+    const auto p = [&](double factor) {
+      std::vector<PairedSample> samples;
+      for (size_t source = 0; source < 3; ++source)
+        samples.push_back(sample(random, source, 6, 1 + static_cast<double>(source), factor, true));
+      return change_of(samples).p.value();
+    };
+    n_false += p(1) <= 0.05;
+    n_found += p(1.4) <= 0.05;
+  }
+  EXPECT_LE(n_false, 75);
+  EXPECT_GE(n_false, 10);
+  EXPECT_GE(n_found, 950);
+}
+
+TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
+  // Every frame is better or worse by a factor of its own in all seeds, as after points in another order.
+  int n_false = 0;
+  for (int draw = 0; draw < 1000; ++draw) {
+    PhiloxStream random(5, static_cast<uint64_t>(draw));
+    std::vector<PairedSample> samples;
+    for (size_t source = 0; source < 3; ++source) {
+      samples.push_back(sample(random, source, 10, 1, 1, false));
+      double factors[5];
+      for (double& factor : factors) factor = std::exp(0.3 * normal(random));
+      for (PairedCase& one : samples.back().cases) one.fresh *= factors[one.frame];
+    }
+    n_false += change_of(samples).p.value() <= 0.05;
+  }
+  EXPECT_LE(n_false, 80);
+}
+
+TEST(RatioOfMeans, WithoutRepetitionThereIsNoTest) {
+  const PairedSample one{.stratum = 0, .cases = {{0, 0, 1, 2}}};
+  const RatioChange change = change_of({one});
+  EXPECT_EQ(change.change, 1);
+  EXPECT_FALSE(change.interval || change.p || change.detectable);
+}
+
+TEST(RatioOfMeans, MeansOfZeroStayFinite) {
+  const PairedSample appears{.stratum = 0, .cases = {{0, 0, 0, 1}, {1, 0, 0, 2}, {2, 0, 0, 1}, {3, 0, 0, 2}}};
+  const PairedSample never{.stratum = 0, .cases = {{0, 0, 0, 0}, {1, 0, 0, 0}}};
+  const RatioChange up = change_of({appears});
+  EXPECT_TRUE(std::isfinite(up.change) && std::isfinite(up.p.value()));
+  EXPECT_GT(up.change, 1);
+  EXPECT_EQ(change_of({never}).change, 0);
+  EXPECT_EQ(change_of({never}).p.value(), 1);
+}
+
+}  // namespace
+
 namespace {
 
 using Values = std::vector<double>;
@@ -69,4 +194,5 @@ TEST(PairedComparison, HolmCorrectsThoseOfAFamilyThatHaveAP) {
 }
 
 }  // namespace
+
 }  // namespace sextant

@@ -1,34 +1,33 @@
-#include "sextant/stats/summary.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/base/philox.h"
 #include "sextant/stats/distributions.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
-const std::vector<double> sample = {1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30};
+const std::vector<double> values_of_r = {1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30};
 const std::vector<double> none;
 
 // numpy 1.24.2, scipy 1.10.1: np.quantile(x, p), np.std(x, ddof=1), scipy.stats.median_abs_deviation(x),
-// np.sqrt(np.mean(np.square(x))) of `sample`.
+// np.sqrt(np.mean(np.square(x))) of `values_of_r`.
 TEST(Summary, AgreesWithNumpyAndScipy) {
-  EXPECT_DOUBLE_EQ(quantile(sample, 0), 0.5);
-  EXPECT_DOUBLE_EQ(quantile(sample, 0.1), 1.14);
-  EXPECT_DOUBLE_EQ(quantile(sample, 0.25), 1.55);
-  EXPECT_DOUBLE_EQ(quantile(sample, 0.9), 2.596);
-  EXPECT_DOUBLE_EQ(quantile(sample, 1), 3.06);
-  EXPECT_DOUBLE_EQ(median(sample), 1.68);
-  EXPECT_DOUBLE_EQ(std_dev(sample), 0.7155941587240634);
-  EXPECT_NEAR(mad(sample), 0.2, 1e-15);
-  EXPECT_DOUBLE_EQ(rmse(sample), 1.8911078469745952);
-  EXPECT_NEAR(mean(sample), 15.9 / 9, 1e-15);
+  EXPECT_DOUBLE_EQ(quantile(values_of_r, 0), 0.5);
+  EXPECT_DOUBLE_EQ(quantile(values_of_r, 0.1), 1.14);
+  EXPECT_DOUBLE_EQ(quantile(values_of_r, 0.25), 1.55);
+  EXPECT_DOUBLE_EQ(quantile(values_of_r, 0.9), 2.596);
+  EXPECT_DOUBLE_EQ(quantile(values_of_r, 1), 3.06);
+  EXPECT_DOUBLE_EQ(median(values_of_r), 1.68);
+  EXPECT_DOUBLE_EQ(std_dev(values_of_r), 0.7155941587240634);
+  EXPECT_NEAR(mad(values_of_r), 0.2, 1e-15);
+  EXPECT_DOUBLE_EQ(rmse(values_of_r), 1.8911078469745952);
+  EXPECT_NEAR(mean(values_of_r), 15.9 / 9, 1e-15);
 }
 
 TEST(Summary, AMedianOfAnEvenNumberIsTheMiddleOfTwo) {
@@ -49,9 +48,9 @@ TEST(Summary, BadSamplesAreErrorsNeverNaN) {
     EXPECT_THROW(f(std::vector<double>{1, std::numeric_limits<double>::infinity()}), Error);
   }
   EXPECT_THROW(std_dev(std::vector<double>{1}), Error);
-  EXPECT_THROW(quantile(sample, -0.1), Error);
-  EXPECT_THROW(quantile(sample, 1.1), Error);
-  EXPECT_THROW(quantile(sample, NAN), Error);
+  EXPECT_THROW(quantile(values_of_r, -0.1), Error);
+  EXPECT_THROW(quantile(values_of_r, 1.1), Error);
+  EXPECT_THROW(quantile(values_of_r, NAN), Error);
 }
 
 // scipy 1.10.1: scipy.stats.norm.ppf, norm.cdf, chi2.ppf.
@@ -93,4 +92,49 @@ TEST(Distributions, RefuseArgumentsOutsideTheirRange) {
 }
 
 }  // namespace
+
+namespace {
+
+TEST(LogHistogram, CentresAreWithinAQuarterOfAPercent) {
+  PhiloxStream random(1, 0);
+  for (int i = 0; i < 100000; ++i) {
+    const double value = std::exp2(-60 + 120 * random.uniform());
+    EXPECT_NEAR(LogHistogram::centre(LogHistogram::bin_of(value)) / value, 1, 0.0025);
+  }
+}
+
+TEST(LogHistogram, BinsAreHalfAPercentWideAndLeaveNothingOut) {
+  for (int bin = -3000; bin < 3000; ++bin) {
+    const double low = std::exp2(static_cast<double>(bin) / LogHistogram::bins_per_octave);
+    const double inside = low * (1 + 1e-12);
+    EXPECT_EQ(LogHistogram::bin_of(inside), bin);
+    EXPECT_EQ(LogHistogram::bin_of(low * (1 - 1e-12)), bin - 1);
+    EXPECT_EQ(LogHistogram::bin_of(inside * 1.00499), bin);
+    EXPECT_EQ(LogHistogram::bin_of(inside * 1.00501), bin + 1);
+  }
+}
+
+TEST(LogHistogram, TakesEveryNumberFromZeroToTheLargest) {
+  EXPECT_EQ(LogHistogram::bin_of(0), LogHistogram::zero_bin);
+  EXPECT_EQ(LogHistogram::centre(LogHistogram::zero_bin), 0);
+  EXPECT_EQ(LogHistogram::bin_of(1), 0);
+  EXPECT_GT(LogHistogram::bin_of(std::numeric_limits<double>::denorm_min()), LogHistogram::zero_bin);
+  EXPECT_EQ(LogHistogram::bin_of(std::numeric_limits<double>::max()),
+            1024 * LogHistogram::bins_per_octave - 1);
+  EXPECT_THROW(LogHistogram::bin_of(-1e-300), Error);
+  EXPECT_THROW(LogHistogram::bin_of(std::nan("")), Error);
+  EXPECT_THROW(LogHistogram::bin_of(std::numeric_limits<double>::infinity()), Error);
+}
+
+TEST(LogHistogram, CountsInAnyOrderAreTheSame) {
+  LogHistogram rising, falling;
+  for (int i = 0; i < 1000; ++i) rising.add(0.001 * (i % 200));
+  for (int i = 999; i >= 0; --i) falling.add(0.001 * (i % 200));
+  EXPECT_EQ(rising, falling);
+  EXPECT_EQ(rising.n(), 1000U);
+  EXPECT_EQ(rising.bins().front(), (LogHistogram::Bin{LogHistogram::zero_bin, 5}));
+}
+
+}  // namespace
+
 }  // namespace sextant

@@ -1,14 +1,13 @@
 // Against scipy 1.10.1, against counts over all outcomes (itertools), and by hand.
 
-#include "sextant/stats/tests.h"
-
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <cmath>
 #include <random>
 
 #include "sextant/base/error.h"
+#include "sextant/base/philox.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {
@@ -112,8 +111,8 @@ TEST(MannWhitney, IsExactWithTies) {
 }
 
 // rng of the Wilcoxon test, continued: x = np.round(rng.normal(0, 1, 30), 1),
-// y = np.round(rng.normal(0.5, 1, 25), 1); scipy.stats.mannwhitneyu(x, y, method='asymptotic', use_continuity=True):
-// U = 305, p = 0.23970713591366222.
+// y = np.round(rng.normal(0.5, 1, 25), 1); scipy.stats.mannwhitneyu(x, y, method='asymptotic',
+// use_continuity=True): U = 305, p = 0.23970713591366222.
 TEST(MannWhitney, UsesTheCorrectedNormalForLargeSamples) {
   const Values x = {0.8,  0.2,  -1.6, -1.2, 0.9, 0.7,  -0.6, 0.0,  0.4, 0.5, 0.9, 0.3,  -0.1, -0.3, 1.1,
                     -2.3, -0.1, 0.0,  -1.4, 0.3, -0.7, 0.9,  -0.1, 0.7, 1.2, 0.4, -0.9, -1.5, 1.8,  -0.1};
@@ -209,4 +208,53 @@ TEST(HodgesLehmann, ManyValuesByTheNormalApproximation) {
 }
 
 }  // namespace
+
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+double normal(PhiloxStream& random) {
+  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * M_PI * random.uniform());
+}
+
+TEST(ChangePoints, ExactSeriesChangeWhereTheyStep) {
+  const std::vector<double> values = {1, 1, 1, 1.2, 1.2, 1.2, 1.2, 0.9};
+  EXPECT_THAT(change_points(values, 0.05), ElementsAre(3, 7));
+  EXPECT_THAT(change_points(values, 0), ElementsAre(3, 7));
+  EXPECT_THAT(change_points(values, 0.25), ElementsAre(7));
+  EXPECT_THAT(change_points(values, 1), IsEmpty());
+  EXPECT_THAT(change_points(std::vector<double>{1, 2}, 0.5), ElementsAre(1));
+  EXPECT_THAT(change_points(std::vector<double>{1}, 0.5), IsEmpty());
+}
+
+TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
+  int n_false = 0, n_found = 0;
+  for (uint64_t draw = 1; draw <= 50; ++draw) {
+    PhiloxStream random(draw, 0);
+    std::vector<double> values;
+    for (int i = 0; i < 30; ++i) values.push_back(100 + normal(random));
+    n_false += !change_points(values, 1).empty();
+    for (size_t i = 18; i < values.size(); ++i) values[i] += 4;
+    n_found += change_points(values, 1) == std::vector<size_t>{18};
+  }
+  EXPECT_LE(n_false, 2);
+  EXPECT_GE(n_found, 40);
+}
+
+TEST(ChangePoints, OneDisturbedValueIsNoChange) {
+  std::vector<double> values;
+  PhiloxStream random(3, 0);
+  for (int i = 0; i < 20; ++i) values.push_back(100 + normal(random));
+  values[9] += 8;
+  EXPECT_THAT(change_points(values, 1), IsEmpty());
+}
+
+TEST(ChangePoints, RefusesWhatIsNotFinite) {
+  EXPECT_THROW(change_points(std::vector<double>{1, NAN}, 0.1), Error);
+  EXPECT_THROW(change_points(std::vector<double>{1, 2}, -1), Error);
+}
+
+}  // namespace
+
 }  // namespace sextant

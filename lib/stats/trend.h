@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sextant/stats/bootstrap.h"
-#include "sextant/stats/cluster_sums.h"
+#include "sextant/stats/clustered_sample.h"
 
 namespace sextant {
 

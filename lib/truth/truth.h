@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sextant/geometry/trajectory.h"
-#include "sextant/measurement/image_box.h"
+#include "sextant/measurement/image.h"
 
 namespace sextant {
 

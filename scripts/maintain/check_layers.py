@@ -104,17 +104,16 @@ DOORS = {
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
                        ["eval/cli/help_command.cc", "eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
-    "makes a folder for temporary files: use base/scratch_folder.h": (
+    "makes a folder for temporary files: use base/new_file.h": (
         re.compile(r"\b(?:temp_directory_path|mkdtemp|mkstemp|tmpfile|tmpnam)\b"),
-        ["base/scratch_folder.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack.cc"]),
+        ["base/new_file.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack.cc"]),
     "creates a file: use base/new_file.h or write_file()": (
         re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
         ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/gnuplot.cc",
          "eval/external/process.cc", "eval/fuzz/folder.cc"]),
-    "makes folders, through links too: use base/safe_paths.h or base/folder_lock.h": (
+    "makes folders, through links too: use base/safe_paths.h or base/file_lock.h": (
         re.compile(r"\bcreate_directories\("),
-        ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_layout.cc", "datasets/vkitti1_layout.cc",
-         "datasets/vkitti2_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
+        ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
 # What no test does: it would depend on other tests, on the user or on the speed of the machine.

@@ -17,7 +17,7 @@
 // Two options are not of the paper and lead to flow_depth/: robust = geman_mcclure_gnc (graduation.h) and
 // covariance = correlated (correlated_covariance.h).
 
-#include "sextant/base/with_options.h"
+#include "sextant/base/options.h"
 #include "sextant/estimator/solvers/estimator.h"
 #include "sextant/estimator/solvers/reprojection_solver.h"
 

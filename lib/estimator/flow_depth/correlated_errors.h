@@ -27,7 +27,7 @@
 
 #include "sextant/geometry/lanes.h"
 #include "sextant/geometry/se3.h"
-#include "sextant/measurement/spatial_correlation.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 

@@ -75,8 +75,8 @@ bool PositiveDefiniteSystem::solve() {
 
 namespace {
 
-constexpr int n_unknowns = ErrorScore::n_unknowns;
-constexpr int n_motion = 6;
+constexpr int n_weighed = ErrorScore::n_unknowns;
+constexpr int n_twist = 6;
 constexpr double most_cells = 24;
 using Matrix = Eigen::MatrixXd;
 
@@ -157,7 +157,7 @@ struct Cells {
 /// Sums of a cell: of W, and of W D.
 struct alignas(lane_bytes) CellSums {
   Lanes weight[n_lanes] = {};
-  Lanes weighted[n_unknowns] = {};
+  Lanes weighted[n_weighed] = {};
 };
 
 /// Adds W of each point; returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
@@ -172,12 +172,12 @@ SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const st
       sum.weight[c] -= W.along[c] * W.along;
       sum.weight[c][c] += W.information[c];
     }
-    for (int a = 0; a < n_unknowns; ++a) {
+    for (int a = 0; a < n_weighed; ++a) {
       const Lanes& D = points[i].derivative[a];
       Lanes product;
       W.times(D, product);
       sum.weighted[a] += product;
-      if (a >= n_motion) continue;
+      if (a >= n_twist) continue;
       plain += D * D;
       weighted += D * product;
     }
@@ -188,27 +188,27 @@ SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const st
 
 /// F of a cell, by unknown.
 struct alignas(lane_bytes) Smooth {
-  Lanes by[n_unknowns] = {};
+  Lanes by[n_weighed] = {};
 };
 
 SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const PointWeight* weights,
                                    const Smooth* smooth, double of_each, std::vector<ErrorScore>& points,
                                    WeightedEquations& out) {
-  Lanes curvature[n_unknowns][n_unknowns] = {};  // symmetric in the sum
-  Lanes gradient[n_unknowns] = {};
+  Lanes curvature[n_weighed][n_weighed] = {};  // symmetric in the sum
+  Lanes gradient[n_weighed] = {};
   for (size_t i = 0; i < points.size(); ++i) {
     const PointWeight& W = weights[i];
     const Smooth& F = smooth[cell_of[i]];
-    Lanes G[n_unknowns];
-    for (int a = 0; a < n_unknowns; ++a) {
+    Lanes G[n_weighed];
+    for (int a = 0; a < n_weighed; ++a) {
       W.times(points[i].derivative[a] - F.by[a], G[a]);
       G[a] *= of_each;
       for (int b = 0; b <= a; ++b) curvature[a][b] += G[a] * points[i].derivative[b];
       gradient[a] += G[a] * points[i].residual;
     }
-    std::copy_n(G, n_unknowns, points[i].derivative);
+    std::copy_n(G, n_weighed, points[i].derivative);
   }
-  for (int a = 0; a < n_unknowns; ++a) {
+  for (int a = 0; a < n_weighed; ++a) {
     out.gradient[a] = sum_of_lanes(&gradient[a]);
     for (int b = 0; b <= a; ++b) out.curvature(a, b) = out.curvature(b, a) = sum_of_lanes(&curvature[a][b]);
   }
@@ -227,13 +227,13 @@ void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums
       for (size_t l = k; l < m; ++l) system.left(row + l, row + k) = per_variance * column[l];
       const CellSums& sum = sums[k];
       for (size_t b = 0; b <= a; ++b) system.left(row + k, b * m + k) += sum.weight[c][channels[b]];
-      for (size_t b = 0; b < n_unknowns; ++b) system.right(row + k, b) = sum.weighted[b][c];
+      for (size_t b = 0; b < n_weighed; ++b) system.right(row + k, b) = sum.weighted[b][c];
     }
   }
   if (!system.solve()) return;  // nothing is taken: weights that are not the best
   for (size_t a = 0; a < channels.size(); ++a) {
     for (size_t k = 0; k < m; ++k) {
-      for (size_t b = 0; b < n_unknowns; ++b) out[k].by[b][channels[a]] = system.right(a * m + k, b);
+      for (size_t b = 0; b < n_weighed; ++b) out[k].by[b][channels[a]] = system.right(a * m + k, b);
     }
   }
 }

@@ -13,7 +13,7 @@
 //
 // 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
 
-#include "sextant/base/with_options.h"
+#include "sextant/base/options.h"
 #include "sextant/estimator/flow_depth/correlated_covariance.h"
 #include "sextant/estimator/flow_depth/flow_depth_solver.h"
 #include "sextant/estimator/solvers/estimator.h"

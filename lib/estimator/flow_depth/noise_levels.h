@@ -18,7 +18,7 @@
 
 #include "sextant/estimator/flow_depth/flow_depth_solver.h"
 #include "sextant/estimator/solvers/estimator.h"
-#include "sextant/measurement/correspondences.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 

@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "sextant/geometry/lanes.h"
-#include "sextant/measurement/landing.h"
+#include "sextant/measurement/frame.h"
 
 namespace sextant {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "sextant/base/options.h"
 #include "sextant/measurement/frame.h"
-#include "sextant/measurement/frame_pair.h"
 #include "sextant/measurement/image.h"
+#include "sextant/measurement/problem.h"
 
 namespace sextant {
 

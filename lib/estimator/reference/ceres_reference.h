@@ -3,7 +3,7 @@
 // The literal costs of motion_only and joint_flow in Ceres, every refined flow an explicit 2-D parameter
 // block (Schur elimination), automatic derivatives: what the production estimators are tested against. Slow.
 
-#include "sextant/base/with_options.h"
+#include "sextant/base/options.h"
 #include "sextant/estimator/estimators/joint_flow.h"
 #include "sextant/estimator/flow_depth/joint_flow_depth.h"
 

@@ -1,0 +1,103 @@
+#include "sextant/datasets/dataset.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace sextant {
+namespace {
+
+[[noreturn]] void bad(const std::string& text, const std::string& why) {
+  fail("source '{}': {}; expected adapter:path[#sequence][@first-last], for example vdo:/data/kitti_03@0-19",
+       text, why);
+}
+
+int frame_number(const std::string& text, std::string_view digits) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size() || value < 0) {
+    bad(text, fmt::format("'{}' is not a frame number", digits));
+  }
+  return value;
+}
+
+}  // namespace
+
+SourceSpec SourceSpec::parse(const std::string& text) {
+  SourceSpec spec;
+  spec.text = text;
+  std::string rest = text;
+
+  // A folder may have '@' or '#' in its name: only what follows the last slash is looked at for '@', and a
+  // source that ends in a slash is all path.
+  const bool all_path = rest.ends_with('/');
+  const size_t at = rest.rfind('@');
+  if (at != std::string::npos && rest.find('/', at) == std::string::npos) {
+    const std::string range = rest.substr(at + 1);
+    const size_t dash = range.find('-');
+    if (dash == std::string::npos) bad(text, fmt::format("frame range '{}' lacks its '-'", range));
+    spec.first = frame_number(text, std::string_view(range).substr(0, dash));
+    spec.last = frame_number(text, std::string_view(range).substr(dash + 1));
+    if (*spec.first > *spec.last) bad(text, fmt::format("frame range '{}' is empty", range));
+    rest.resize(at);
+  }
+  const size_t hash = all_path ? std::string::npos : rest.rfind('#');
+  if (hash != std::string::npos) {
+    spec.sequence = rest.substr(hash + 1);
+    if (spec.sequence.empty()) bad(text, "no sequence after '#'");
+    rest.resize(hash);
+  }
+  const size_t colon = rest.find(':');
+  if (colon == std::string::npos) bad(text, "no adapter (no ':')");
+  spec.adapter = rest.substr(0, colon);
+  spec.path = rest.substr(colon + 1);
+  if (spec.adapter.empty()) bad(text, "no adapter before ':'");
+  if (spec.path.empty()) bad(text, "no path after ':'");
+  return spec;
+}
+
+void SourceSpec::add_options(const Json& tree) {
+  const auto is_adapter = [](const std::string& key) {
+    return std::ranges::any_of(adapters(), [&](const Adapter& a) { return a.name == key; });
+  };
+  if (!tree.is_object()) fail("option source: expected an object, got {}", json_excerpt(tree));
+  for (const auto& item : tree.items()) {
+    if (!is_adapter(item.key())) options[item.key()] = item.value();
+  }
+  if (const auto own = tree.find(adapter); own != tree.end()) {
+    if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, json_excerpt(*own));
+    options.update(*own);
+  }
+}
+
+SourceSpec find_source(const std::string& text, const std::string& data_root) {
+  SourceSpec spec = SourceSpec::parse(text);
+    std::error_code ignored;
+  const fs::path path = spec.path;
+  if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
+  if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
+    spec.path = under.string();
+  return spec;
+}
+
+void choose_frames(const SourceSpec& source, const std::set<int>& available, const std::string& where,
+                   SequenceInfo& info) {
+  if (available.empty()) fail("{}: it has no frames", where);
+  info.first_frame = source.first.value_or(*available.begin());
+  info.last_frame = source.last.value_or(*available.rbegin());
+  if (info.first_frame < *available.begin() || info.last_frame > *available.rbegin()) {
+    fail("{}: frames {}-{} asked for, it has frames {}-{}", where, info.first_frame, info.last_frame,
+         *available.begin(), *available.rbegin());
+  }
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
+    if (available.contains(frame)) continue;
+    fail("{}: frame {} is missing between {} and {}; add it, or choose other frames with @first-last", where,
+         frame, info.first_frame, info.last_frame);
+  }
+}
+
+void check_frame(const SequenceInfo& info, int frame, const std::string& where) {
+  if (frame >= info.first_frame && frame <= info.last_frame) return;
+  fail("{}: no frame {}: it has frames {}-{}", where, frame, info.first_frame, info.last_frame);
+}
+
+}  // namespace sextant

@@ -1,0 +1,90 @@
+#pragma once
+
+// Pose change error of one step (paper sec. V):  E = Xhat^-1 X,  E_t = |trans(E)| (m),
+// E_R = angle(E) (deg), the angle as 2 atan2(|q_v|, |q_w|) in double.
+//
+// Which X (geometry/object_motion.h): `camera`: T_curr_prev of the object; the ego motion: T_prev_curr.
+// `world` (published code): H_world, estimate in the estimate's own world, so it contains the camera's drift
+// and depends on the distance to the world's origin. `body` (VDO-SLAM, DynOSAM RME): H_body.
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sextant/geometry/camera.h"
+#include "sextant/geometry/se3.h"
+#include "sextant/measurement/problem.h"
+
+namespace sextant {
+
+struct PoseChangeError {
+  double Et_m = 0;
+  double ER_deg = 0;
+};
+
+inline PoseChangeError pose_change_error(const SE3& estimate, const SE3& truth) {
+  const SE3 error = estimate.inverse() * truth;
+  return {error.translation().norm(), rotation_angle_rad(error.rotation()) * 180.0 / std::numbers::pi};
+}
+
+/// E_v = |v_hat - v| of one object step, km/h. The speed v of a motion: geometry/object_motion.h. Two
+/// readings of the truth:
+///   same_formula          the true H at the same centroid as the estimate;
+///   origin_displacement   the true displacement of the label box's origin (published code)
+inline double velocity_error_kmh(double estimate_kmh, double truth_kmh) {
+  return std::abs(estimate_kmh - truth_kmh);
+}
+
+// Optical flow end-point error over points (px): mean of |flow - truth|, and per axis the mean absolute
+// error (paper Table II). Points whose flow or truth is not finite are left out and not counted.
+
+struct FlowError {
+  double epe_px = 0;  ///< NaN when n == 0
+  double x_px = 0;
+  double y_px = 0;
+  int n = 0;
+};
+
+FlowError flow_error(std::span<const double> u, std::span<const double> v, std::span<const double> true_u,
+                     std::span<const double> true_v);
+
+/// The flow that a rigid motion gives to points of known depth: project(X * backproject(p, d)) - p.
+/// Where a data set has true motion but no true flow, this is its `induced` truth: it contains the errors
+/// of the measured depth. NaN behind the camera.
+struct PointFlow {
+  std::vector<double> u;
+  std::vector<double> v;
+};
+PointFlow induced_flow(const PinholeCamera& camera, const SE3& T_curr_prev, const Correspondences& points);
+
+// Dynamic/static classification against truth (paper Table I): positive = dynamic.
+
+struct ClassificationCounts {
+  int true_positive = 0;   ///< dynamic, found dynamic
+  int false_positive = 0;  ///< static, found dynamic
+  int false_negative = 0;  ///< dynamic, found static
+  int true_negative = 0;   ///< static, found static
+
+  void add(bool found_dynamic, bool is_dynamic) {
+    ++(found_dynamic ? is_dynamic ? true_positive : false_positive
+       : is_dynamic  ? false_negative
+                     : true_negative);
+  }
+  int total() const { return true_positive + false_positive + false_negative + true_negative; }
+  /// Empty when the denominator is zero: never a silent 0.
+  std::optional<double> precision() const { return share(true_positive, true_positive + false_positive); }
+  std::optional<double> recall() const { return share(true_positive, true_positive + false_negative); }
+
+ private:
+  static std::optional<double> share(int part, int all) {
+    return all == 0 ? std::nullopt : std::optional(static_cast<double>(part) / all);
+  }
+};
+
+/// Where a data set has no flag: dynamic if the true speed exceeds this (m/s). A label box standing still
+/// moves by up to about 0.05 m a frame through annotation and pose jitter, 0.5 m/s at 10 Hz.
+constexpr double min_true_speed_mps = 1.0;
+
+}  // namespace sextant
