@@ -235,8 +235,10 @@ PYBIND11_MODULE(_core, core) {
   core.doc() = "Noise, errors, bound and records of Sextant, for the package around it.";
   py::register_exception<sextant::InternalError>(core, "InternalError", PyExc_RuntimeError);
   py::register_exception<sextant::Error>(core, "Error", PyExc_ValueError);
-  core.def("version", [] { return std::string(sextant::version()); });
-  core.def("git_commit", [] { return std::string(sextant::git_commit()); });
+  core.def("version", [] { return std::string(sextant::version()); },
+           "Of the package and the program.\n\n>>> sextant.version().count('.')\n2\n");
+  core.def("git_commit", [] { return std::string(sextant::git_commit()); },
+           "That it was built from.\n\n>>> sextant.git_commit() != ''\nTrue\n");
   sextant::bind_noise(core);
   sextant::bind_trajectories(core);
   sextant::bind_motions(core);

@@ -1,9 +1,11 @@
-"""Arguments that are no arrays: numbers, texts, options. Messages are as those of arrays."""
+"""Arguments: arrays, numbers, texts, options. Each is an Error where it does not fit, with its name."""
 
 import json
 import math
 import numbers
 import os
+
+import numpy
 
 from ._core import Error
 
@@ -73,3 +75,26 @@ def json_text(name, value):
         raise Error(f"{name}: expected what JSON can hold, got {value!r}: {error}") from None
     except RecursionError:
         raise Error(f"{name}: expected at most 100 levels of dicts and lists, got more") from None
+
+
+def floats(name, value, dtype=numpy.float64):
+    """A contiguous array of that type: lists, whole numbers and other floats are converted; None stays."""
+    if value is None:
+        return None
+    if isinstance(value, numpy.ma.MaskedArray):
+        raise Error(f"{name}: expected an array without a mask, got a masked one: {name}.filled(numpy.nan)")
+    try:
+        array = numpy.asarray(value)
+    except ValueError:
+        raise Error(f"{name}: expected an array, got a list whose rows differ in length") from None
+    if array.dtype.kind not in "fiu":
+        raise Error(f"{name}: expected numbers, got {array.dtype} of type {type(value).__name__}")
+    if array.ndim == 0:
+        raise Error(f"{name}: expected an array, got the number {array}")
+    with numpy.errstate(over="ignore"):  # what becomes infinite is refused where it is used
+        return numpy.ascontiguousarray(array, dtype=dtype)
+
+
+def poses(name, value):
+    """(n, 4, 4) of a path: a Trajectory, an array or lists."""
+    return floats(name, getattr(value, "poses", value))

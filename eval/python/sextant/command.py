@@ -1,26 +1,30 @@
 """The commands of the program as functions, with typed results. Each takes what the flags of the command take; `progress=True`
-shows how far it is, `progress=f` calls f. What the program refuses is an Error with its message."""
+shows how far it is (by tqdm where it is installed), `progress=f` calls f. What the program refuses is an Error with its message.
+Without `out` results lie in a temporary folder that lives as long as the result."""
 
 import contextlib
 import dataclasses
 import os
 import pathlib
+import shutil
 import tempfile
 import typing
+import weakref
 
 from . import estimators as functions
 from ._core import Error
 from .arguments import choice, json_text, number, path, text, whole
 from .program_call import Progress, ProgramError, call, program
 from .records import read
+from .showing import Shown, axes_of
 from .trajectories import ErrorStatistics
 
 __all__ = ["Comparison", "EgoEvaluation", "Export", "Finding", "ObjectEvaluation", "Progress", "ProgramError", "Row", "Run",
            "Sweep", "compare", "evaluate_ego", "evaluate_objects", "export", "program", "run", "sweep"]
 
 
-@dataclasses.dataclass(frozen=True)
-class Row:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Row(Shown):
     """One body in a summary. `metrics` by the keys of docs/metrics.md: Et_m, ER_deg, Ev_kmh, ..."""
     labels: dict  #: dataset, sequence, estimator; or preset, estimator
     body: str
@@ -41,7 +45,7 @@ class Row:
         return Row(labels, body, counts["n_truth"], counts["n_estimated"], coverage, metrics, other)
 
 
-class _Folder:
+class _Folder(Shown):
     """Of results that lie in a folder."""
 
     def records(self):
@@ -49,7 +53,7 @@ class _Folder:
         return read(self.out)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Run(_Folder):
     out: pathlib.Path
     preset: str
@@ -57,9 +61,24 @@ class Run(_Folder):
     rows: typing.List[Row]
     classification: dict
     warnings: typing.List[str]
+    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, where `out` was not given
+
+    def _table(self):
+        metrics = list(dict.fromkeys(key for row in self.rows for key in row.metrics))[:6]
+        return ["estimator", "body", "n", *metrics], [
+            [row.labels.get("estimator", ""), row.body, row.n_estimated, *(_digits(row.metrics.get(key)) for key in metrics)]
+            for row in self.rows]
+
+    def plot(self, metric="Et_m", ax=None):
+        """The error of every body over the frames, the mean over seeds; returns the axes.
+
+        >>> sextant.run("synthetic:s18@0-3", estimator="motion_only").plot("ER_deg").get_ylabel()
+        'ER_deg'
+        """
+        return _plot_groups(self.records(), metric, "frame", ["estimator", "body"], axes_of(ax))
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Sweep(_Folder):
     out: pathlib.Path
     cases: int
@@ -69,6 +88,64 @@ class Sweep(_Folder):
     wall_time_s: float
     problems: typing.List[str]
     warnings: typing.List[str]
+    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, where `out` was not given
+
+    def plot(self, metric="Et_m", ax=None, *, body="ego"):
+        """The mean error of a body against the level of noise, a line an estimator, and the bound; returns the axes.
+
+        >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
+        ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
+        >>> sextant.sweep(plan).plot().get_xlabel()
+        'level'
+        """
+        records = self.records()
+        records = records[records.body == body]
+        if records.empty:
+            raise Error(f"body: expected one of the records, got {body!r}")
+        ax = _plot_groups(records, metric, "level", ["estimator"], axes_of(ax))
+        if f"bound_{metric}" in records:
+            bound = records.groupby("level")[f"bound_{metric}"].mean()
+            ax.plot(bound.index, bound.values, color="0.4", linestyle="--", label="bound")
+            ax.legend()
+        ax.set_title(body)
+        return ax
+
+
+def _digits(value):
+    return "" if value is None else f"{value:.4g}"
+
+
+def _plot_groups(records, metric, over, groups, ax):
+    column = f"errors_{metric}"
+    if column not in records:
+        known = ", ".join(sorted(name.removeprefix("errors_") for name in records if name.startswith("errors_")))
+        raise Error(f"metric: expected one of {known}, got {metric!r}")
+    found = records.dropna(subset=[column]).groupby([*groups, over], observed=True)[column].mean()
+    for name, line in found.groupby(level=list(range(len(groups))), observed=True):
+        ax.plot(line.index.get_level_values(over), line.values, marker=".",
+                label=" ".join(map(str, name)) if isinstance(name, tuple) else str(name))
+    ax.set_xlabel(over)
+    ax.set_ylabel(metric)
+    ax.set_ylim(bottom=0)
+    if len(found):
+        ax.legend(fontsize="small")
+    return ax
+
+
+class _Temporary:
+    """A folder that is removed when nothing refers to this any more."""
+
+    def __init__(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_"))
+        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+
+
+def _results_folder(out):
+    """(path, the object that keeps a temporary one)."""
+    if out is not None:
+        return path("out", out), None
+    kept = _Temporary()
+    return str(kept.folder / "out"), kept
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,8 +155,8 @@ class Finding:
     row: dict
 
 
-@dataclasses.dataclass(frozen=True)
-class Comparison:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Comparison(Shown):
     verdict: str  #: ok, improved, regressed, inconclusive or invalid
     exit_code: int
     headline: str
@@ -91,8 +168,8 @@ class Comparison:
         return self.verdict in ("ok", "improved")
 
 
-@dataclasses.dataclass(frozen=True)
-class EgoEvaluation:
+@dataclasses.dataclass(frozen=True, repr=False)
+class EgoEvaluation(Shown):
     n: int
     n_matched: int
     statistics: ErrorStatistics
@@ -101,15 +178,15 @@ class EgoEvaluation:
     details: dict  #: everything that --json prints
 
 
-@dataclasses.dataclass(frozen=True)
-class ObjectEvaluation:
+@dataclasses.dataclass(frozen=True, repr=False)
+class ObjectEvaluation(Shown):
     rows: typing.List[Row]  #: per preset and object; object "all": together
     warnings: typing.List[str]
     details: dict
 
 
-@dataclasses.dataclass(frozen=True)
-class Export:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Export(Shown):
     out: pathlib.Path
     records: int
     columns: int
@@ -165,10 +242,15 @@ def _plan_file(plan):
         yield str(file)
 
 
-def run(sources, *, out, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
-        jobs=None, data=None, force=False, progress=None):
-    """`sextant run`. `estimator` may be a function of a sextant.Problem, which is then run in this process."""
-    sources, out = _texts("sources", sources), path("out", out)
+def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
+        jobs=None, data=None, force=False, progress=None) -> Run:
+    """`sextant run`. `estimator` may be a function of a sextant.Problem, which is then run in this process.
+
+    >>> sextant.run("synthetic:s18@0-2", estimator="motion_only")
+    Run(out: ..., preset: 'paper', ...)
+    """
+    sources = _texts("sources", sources)
+    out, kept = _results_folder(out)
     seeds, level = whole("seeds", seeds, 1, 1000000), number("level", level)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data = path("data", data or os.environ.get("SEXTANT_DATA", ""))
@@ -186,13 +268,19 @@ def run(sources, *, out, estimator="joint_flow", noise="none", options=None, see
                        preset=text("preset", preset), jobs=jobs, data=data or None, force=bool(force))
         _, summary, warnings = call(["run", *sources, *flags, "--json"], progress=progress)
     return Run(pathlib.Path(out), summary["preset"], summary["aggregate"], [Row.of(row) for row in summary["rows"]],
-               summary["classification"], warnings)
+               summary["classification"], warnings, kept)
 
 
-def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None):
+def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None) -> Sweep:
     """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME.
-    Finished cases of a function that has changed since are run again, or kept with `reuse_stale`; `force` starts over."""
-    out = path("out", out)
+    Finished cases of a function that has changed since are run again, or kept with `reuse_stale`; `force` starts over.
+
+    >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
+    ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}, "seeds": 2}
+    >>> sextant.sweep(plan).cases
+    2
+    """
+    out, kept = _results_folder(out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data, cache = path("data", data or os.environ.get("SEXTANT_DATA", "")), path("cache", cache or "")
     if estimators:
@@ -207,11 +295,16 @@ def sweep(plan, *, out, estimators=None, cache=None, jobs=None, data=None, force
                            reuse_stale=bool(reuse_stale))
             _, done, warnings = call(["sweep", file, *flags, "--json"], progress=progress)
     return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["cases_stale"], done["records"],
-                 done["wall_time_s"], done["problems"], warnings)
+                 done["wall_time_s"], done["problems"], warnings, kept)
 
 
-def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None):
-    """`sextant compare`: has `new` regressed? True where not; what cannot be compared has the verdict invalid."""
+def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None) -> Comparison:
+    """`sextant compare`: has `new` regressed? True where not; what cannot be compared has the verdict invalid.
+
+    >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
+    >>> sextant.compare(run.out, run.out, only="accuracy").verdict
+    'ok'
+    """
     if only is not None:
         choice("only", only, ("accuracy", "speed"))
     allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
@@ -224,8 +317,15 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
 
 
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
-                 out=None, save_zip=None, data=None, **flags):
-    """`sextant evaluate ego` of files. Other flags by their names: n_to_align=100, offset=0.2, body_from_camera="..."."""
+                 out=None, save_zip=None, data=None, **flags) -> EgoEvaluation:
+    """`sextant evaluate ego` of files. Other flags by their names: n_to_align=100, offset=0.2, body_from_camera="...".
+
+    >>> path = numpy.tile(numpy.eye(4), (9, 1, 1))
+    >>> path[:, 2, 3] = numpy.arange(9)
+    >>> sextant.write_trajectory("truth.txt", path)
+    >>> sextant.evaluate_ego("truth.txt", "truth.txt", format="kitti").statistics.rmse
+    0.0
+    """
     arguments = ["evaluate", "ego", *_texts("reference", reference), *_texts("estimates", estimates),
                  *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
                          format=format, out=None if out is None else path("out", out),
@@ -236,8 +336,14 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
                          said)
 
 
-def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None):
-    """`sextant evaluate objects` of folders of logs."""
+def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None) -> ObjectEvaluation:
+    """`sextant evaluate objects` of folders of logs.
+
+    >>> sextant.evaluate_objects("no_such_folder", format="dynosam")
+    Traceback (most recent call last):
+    ...
+    sextant.program_call.ProgramError: no_such_folder...
+    """
     arguments = ["evaluate", "objects", *_texts("folders", folders),
                  *_flags(format=text("format", format), preset=preset, truth=truth, rate=rate, stage=stage,
                          out=None if out is None else path("out", out), data=data), "--json"]
@@ -246,8 +352,13 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
     return ObjectEvaluation(rows, said["warnings"], said)
 
 
-def export(folder, *, format, out):
-    """`sextant export`: the records of a folder as csv, npz or sqlite."""
+def export(folder, *, format, out) -> Export:
+    """`sextant export`: the records of a folder as csv, npz or sqlite.
+
+    >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
+    >>> sextant.export(run.out, format="csv", out="records.csv")
+    Export(out: records.csv, records: ..., columns: ...)
+    """
     _, said, _ = call(["export", *_texts("folder", folder),
                        *_flags(format=choice("format", format, ("csv", "npz", "sqlite")), out=path("out", out)), "--json"])
     return Export(pathlib.Path(said["out"]), said["records"], said["columns"])

@@ -7,13 +7,19 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import number
+from .arguments import floats, number, poses
 from .noise import camera_numbers
 
 
 def pose_change_errors(estimate, truth):
-    """E = inverse(estimate) truth of each: arrays E_t [m] and E_R [deg]. Both (n, 4, 4)."""
-    return _core.pose_change_errors(estimate, truth)
+    """E = inverse(estimate) truth of each: arrays E_t [m] and E_R [deg]. Both (n, 4, 4).
+
+    >>> estimate, truth = numpy.tile(numpy.eye(4), (2, 1, 1)), numpy.tile(numpy.eye(4), (2, 1, 1))
+    >>> estimate[1, 2, 3] = 0.5
+    >>> sextant.pose_change_errors(estimate, truth)[0]
+    array([0. , 0.5])
+    """
+    return _core.pose_change_errors(poses("estimate", estimate), poses("truth", truth))
 
 
 def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, true_camera=None):
@@ -24,8 +30,15 @@ def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, tru
     camera            (previous, current) T_world_camera of the estimate, (n, 4, 4) each; true_camera: of the truth, the same
                       where not given: gives Et_m, ER_deg, as the camera sees the motion
     Returns a dict of arrays by the keys of records; Et_world_m and ER_world_deg are always there.
+
+    >>> still = [numpy.eye(4)]
+    >>> {key: float(value[0]) for key, value in sextant.object_errors(still, still).items()}
+    {'Et_world_m': 0.0, 'ER_world_deg': 0.0}
     """
-    return _core.object_errors(estimate, truth, object_pose, number("dt", dt), camera, true_camera)
+    cameras = [tuple(poses(name, value) for value in pair) if isinstance(pair, (tuple, list)) else pair
+               for name, pair in (("camera", camera), ("true_camera", true_camera))]
+    return _core.object_errors(poses("estimate", estimate), poses("truth", truth), floats("object_pose", object_pose),
+                               number("dt", dt), *cameras)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,7 +49,7 @@ class Bound:
 
     def rms(self, T=None, *, both=False):
         """Root mean square (E_t [m], E_R [deg]); T (4, 4) takes the twist into another frame."""
-        return _core.rms_error(self.both_depths if both else self.previous_depth, T)
+        return _core.rms_error(self.both_depths if both else self.previous_depth, floats("T", T))
 
 
 def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, delta_d_px=0.0, baseline_m=0.0, depth_curr=None,
@@ -47,6 +60,13 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     flow_sigma_px     (x, y)
     delta_d_px        accuracy of disparity; sigma(z) = z^2 / (fx baseline_m) delta_d_px, baseline_m 0: camera.bf instead
     correlation       [(length_px, share), ...] of errors over the image
+
+    >>> camera = sextant.Camera(fx=700, fy=700, cx=320, cy=240, bf=350)
+    >>> pixels = [[100, 100], [500, 120], [300, 400], [150, 350], [520, 380], [320, 60]]
+    >>> bound = sextant.motion_bound(camera, pixels, [8, 9, 10, 11, 12, 13], numpy.zeros((6, 2)), numpy.eye(4),
+    ...                              flow_sigma_px=(0.3, 0.3), delta_d_px=0.2)
+    >>> 0.01 < bound.rms()[0] < 1
+    True
     """
     numbers = camera_numbers(camera)
     focal_baseline = numbers[0] * number("baseline_m", baseline_m) if baseline_m else numbers[4]
@@ -60,11 +80,18 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
         raise Error(f"flow_sigma_px: expected two numbers (x, y), got {len(sigma)}")
     parts = [(number("correlation length", length, above=0), number("correlation share", share, above=0))
              for length, share in correlation]
-    found = _core.motion_bound(numbers, pixels, depth, flow, depth_curr, T_curr_prev,
+    found = _core.motion_bound(numbers, floats("pixels", pixels), floats("depth", depth), floats("flow", flow),
+                               floats("depth_curr", depth_curr), floats("T_curr_prev", T_curr_prev),
                                [*sigma, delta / focal_baseline if delta else 0.0], parts)
     return None if found is None else Bound(*found)
 
 
 def nees(estimate, covariance, truth):
-    """Normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None where that is singular."""
-    return _core.nees(estimate, covariance, truth)
+    """Normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None where that is singular.
+
+    >>> estimate = numpy.eye(4)
+    >>> estimate[0, 3] = 0.2
+    >>> round(sextant.nees(estimate, 0.01 * numpy.eye(6), numpy.eye(4)), 6)
+    4.0
+    """
+    return _core.nees(floats("estimate", estimate), floats("covariance", covariance), floats("truth", truth))

@@ -8,7 +8,8 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import choice, json_text, number, text, whole
+from .arguments import choice, floats, json_text, number, text, whole
+from .showing import Shown
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,6 +22,7 @@ class Camera:
     bf: float = 0.0
 
     def numbers(self):
+        """fx, fy, cx, cy, bf, checked."""
         return [number(f"camera.{field.name}", getattr(self, field.name)) for field in dataclasses.fields(self)]
 
 
@@ -30,8 +32,8 @@ def camera_numbers(camera, name="camera"):
     return camera.numbers()
 
 
-@dataclasses.dataclass(frozen=True)
-class NoisyFrame:
+@dataclasses.dataclass(frozen=True, repr=False)
+class NoisyFrame(Shown):
     """What was given, corrupted; None where nothing was given. Depths that became invalid are NaN."""
     depth: typing.Optional[numpy.ndarray]
     flow: typing.Optional[numpy.ndarray]
@@ -80,13 +82,20 @@ class Noise:
               missing="error"):
         """The arrays of one frame with noise on them; they stay as they are.
 
-        depth          float32 (height, width), m
-        flow           float32 (height, width, 2), px to the next frame; backward_flow: to the previous one
+        depth          (height, width), m, taken as float32, which is what comes back
+        flow           (height, width, 2), px to the next frame; backward_flow: to the previous one
         mask           uint8, uint16, uint32 or uint64 (height, width), instance ids, 0 = background
         missing        "error": every depth is finite and above 0, every flow finite; "keep": NaN, infinity and a depth of 0 say
                        that there is no measurement, and stay
         A draw is a function of seed, dataset, sequence, frame, channel and pixel: `dataset` and `sequence` as in records.
+
+        >>> camera = sextant.Camera(fx=725, fy=725, cx=2, cy=1, bf=387)
+        >>> noise = sextant.Noise({"depth": {"delta_d_px": 0.2}})
+        >>> noise.apply(seed=0, dataset="mine", sequence="1", frame=0, camera=camera, depth=[[20, 20.5], [21, 21.5]])
+        NoisyFrame(depth: float32 (2, 2), achieved: 3)
         """
+        depth, flow, backward_flow = (floats(name, value, numpy.float32) for name, value in (
+            ("depth", depth), ("flow", flow), ("backward_flow", backward_flow)))
         given = {"depth": depth, "flow": flow, "backward_flow": backward_flow, "mask": mask}
         if all(array is None for array in given.values()):
             raise Error("depth, flow, backward_flow, mask: expected at least one array, got none")

@@ -33,8 +33,12 @@ class Progress:
     left_s: float
 
 
-def program():
-    """The program: $SEXTANT_PROGRAM, else bin/sextant beside the package (of its build or prefix), else that of the PATH."""
+def program() -> str:
+    """The program: $SEXTANT_PROGRAM, else bin/sextant beside the package (of its build or prefix), else that of the PATH.
+
+    >>> sextant.program()
+    '...sextant'
+    """
     named = os.environ.get("SEXTANT_PROGRAM")
     if named:
         if not os.access(named, os.X_OK) or os.path.isdir(named):
@@ -54,10 +58,30 @@ def program():
 _PROGRESS = re.compile(r"\x1b\[K(.+?) (\d+)/(\d+)  [\d.]+/s  ([\d.]+) s left")
 
 
-def _show(progress):
-    end = "\n" if progress.done == progress.total else ""
-    sys.stderr.write(f"\r{progress.what} {progress.done}/{progress.total}, {progress.left_s:.0f} s left \x1b[K{end}")
-    sys.stderr.flush()
+class _Shown:
+    """Shows progress: by tqdm where it is installed, else as a line on standard error."""
+
+    def __init__(self):
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            tqdm = None
+        self._tqdm, self._bar, self._what = tqdm, None, None
+
+    def __call__(self, progress):
+        if self._tqdm is None:
+            end = "\n" if progress.done == progress.total else ""
+            sys.stderr.write(f"\r{progress.what} {progress.done}/{progress.total}, {progress.left_s:.0f} s left \x1b[K{end}")
+            sys.stderr.flush()
+            return
+        if self._what != progress.what:
+            self.close()
+            self._what, self._bar = progress.what, self._tqdm(total=progress.total, desc=progress.what)
+        self._bar.update(progress.done - self._bar.n)
+
+    def close(self):
+        if self._bar is not None:
+            self._bar.close()
 
 
 class _Messages:
@@ -119,7 +143,7 @@ def _drain(process, error_end, messages):
 def call(arguments, *, progress=None, good=(0,)):
     """Runs it; returns (exit code, standard output as JSON, warnings). `progress`: True shows a line on standard error, a function
     is called with a Progress."""
-    report = _show if progress is True else progress or None
+    report = _Shown() if progress is True else progress or None
     if report is not None and not callable(report):
         raise Error(f"progress: expected True, False or a function, got {progress!r}")
     for argument in arguments:
@@ -148,6 +172,8 @@ def call(arguments, *, progress=None, good=(0,)):
                 raise
     finally:
         os.close(error_end)
+        if isinstance(report, _Shown):
+            report.close()
     for note in messages.of("note"):
         print(f"sextant: note: {note}", file=sys.stderr)
     if process.returncode not in good:

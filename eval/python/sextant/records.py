@@ -15,6 +15,10 @@ def read(folder):
     errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total (docs/metrics.md).
 
     Texts are categories, numbers that a record lacks NaN. `attrs["run"]` is run.json.
+
+    >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
+    >>> sorted(sextant.read(run.out).status.unique())
+    ['gated', 'ok']
     """
     try:
         import pandas  # here, as all else does without: a data loader starts in a tenth of the time

@@ -1,13 +1,122 @@
-"""Errors of camera paths, as `sextant evaluate ego` and evo have them (docs/metrics.md). Paths are float64 arrays (n, 4, 4)
-of T_world_camera, estimate and reference pose by pose: associate() finds which belong together."""
+"""Paths of cameras and their errors, as `sextant evaluate ego` and evo have them (docs/metrics.md). A path is a Trajectory, or
+an array (n, 4, 4) of T_world_camera; estimate and reference pose by pose: associate() finds which belong together."""
 
 import dataclasses
+import os
+import pathlib
+import tempfile
 import typing
 
 import numpy
 
 from . import _core
-from .arguments import number, text, whole
+from ._core import Error
+from .arguments import choice, floats, number, path, poses, text, whole
+from .showing import Shown, axes_of
+
+
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
+class Trajectory(Shown):
+    """A path, read from a file or made of arrays."""
+    poses: numpy.ndarray  #: (n, 4, 4), T_world_camera; the rotations are the matrices as read
+    stamps: typing.Optional[numpy.ndarray] = None  #: (n,), s
+    frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers
+    has_rotations: bool = True  #: False: positions alone, the rotations are identities
+    truth: typing.Optional["Trajectory"] = dataclasses.field(default=None, repr=False)  #: of logs that hold both
+    format: str = ""
+    warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: what was repaired while reading
+
+    def __len__(self):
+        return len(self.poses)
+
+    @property
+    def positions(self):
+        """(n, 3), m."""
+        return self.poses[:, :3, 3]
+
+    def _shown(self):
+        steps = numpy.linalg.norm(numpy.diff(self.positions, axis=0), axis=1)
+        told = [("poses", str(len(self))), ("length", f"{steps.sum():.6g} m"), ("format", self.format)]
+        if self.stamps is not None:
+            told.append(("time", f"{self.stamps[-1] - self.stamps[0]:.6g} s"))
+        if not self.has_rotations:
+            told.append(("rotations", "none"))
+        return [(name, value) for name, value in told if value]
+
+    def plot(self, ax=None, *, plane="xz", **line):
+        """Draws the path as seen from above (xz of a camera that looks ahead), with matplotlib; returns the axes.
+
+        >>> sextant.Trajectory(numpy.tile(numpy.eye(4), (3, 1, 1))).plot().get_xlabel()
+        'x [m]'
+        """
+        first, second = ("xyz".index(choice("plane", axis, "xyz")) for axis in text("plane", plane)[:2])
+        ax = axes_of(ax)
+        ax.plot(self.positions[:, first], self.positions[:, second], **line)
+        ax.set_xlabel(f"{plane[0]} [m]")
+        ax.set_ylabel(f"{plane[1]} [m]")
+        ax.set_aspect("equal", adjustable="datalim")
+        return ax
+
+
+def _trajectory(series, truth=None, warnings=(), format=""):
+    found, stamps, frames, has_rotations = series
+    return Trajectory(found, stamps, frames, has_rotations, truth and _trajectory(truth, format=format), format, list(warnings))
+
+
+def read_trajectory(file, format="auto") -> Trajectory:
+    """A file of any format that `sextant evaluate ego` reads: tum, kitti, euroc, bag, mcap, ... (docs/evaluate.md). What fits
+    several formats is not guessed: `format` says which.
+
+    >>> sextant.write_trajectory("path.txt", numpy.tile(numpy.eye(4), (3, 1, 1)), stamps=[0, 0.1, 0.2])
+    >>> sextant.read_trajectory("path.txt")
+    Trajectory(poses: 3, length: 0 m, format: tum, time: 0.2 s)
+    """
+    from . import _files
+    series, truth, warnings, found = _files.trajectory(path("file", file), text("format", format))
+    return _trajectory(series, truth, warnings, found)
+
+
+def _quaternions(R):
+    """(n, 4), x y z w, of rotations (n, 3, 3): of the four formulas the one whose divisor is largest."""
+    K = numpy.empty((len(R), 4, 4))
+    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    K[:, 0, 0], K[:, 1, 1], K[:, 2, 2], K[:, 3, 3] = xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz
+    for i, j, value in ((0, 1, R[:, 1, 0] + R[:, 0, 1]), (0, 2, R[:, 2, 0] + R[:, 0, 2]), (1, 2, R[:, 2, 1] + R[:, 1, 2]),
+                        (0, 3, R[:, 2, 1] - R[:, 1, 2]), (1, 3, R[:, 0, 2] - R[:, 2, 0]), (2, 3, R[:, 1, 0] - R[:, 0, 1])):
+        K[:, i, j] = K[:, j, i] = value
+    q = numpy.linalg.eigh(K)[1][:, :, 3]  # Bar-Itzhack, JGCD 2000
+    return q * numpy.where(q[:, 3:] < 0, -1.0, 1.0)
+
+
+def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
+    """Writes tum (t x y z qx qy qz qw) where there are stamps, else kitti (twelve numbers a pose); every digit is kept. The file
+    appears whole.
+
+    >>> import pathlib
+    >>> sextant.write_trajectory("kitti.txt", numpy.tile(numpy.eye(4), (2, 1, 1)))
+    >>> print(pathlib.Path("kitti.txt").read_text().splitlines()[0])
+    1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 0.0
+    """
+    T = poses("trajectory", trajectory)
+    _core.align(T, T, "none", 0, None)  # refuses what is no path
+    stamps = floats("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None))
+    format = choice("format", format or ("kitti" if stamps is None else "tum"), ("tum", "kitti"))
+    if format == "tum":
+        if stamps is None or stamps.shape != (len(T),):
+            raise Error(f"stamps: expected {len(T)} numbers with format tum, got "
+                        f"{'none' if stamps is None else f'shape {stamps.shape}'}")
+        rows = numpy.column_stack([stamps, T[:, :3, 3], _quaternions(T[:, :3, :3])])
+    else:
+        rows = T[:, :3].reshape(-1, 12)
+    file = pathlib.Path(path("file", file))
+    try:
+        handle, partial = tempfile.mkstemp(prefix=file.name, dir=file.parent)
+        with os.fdopen(handle, "w", encoding="ascii") as out:
+            out.writelines(" ".join(map(repr, row)) + "\n" for row in rows.tolist())
+        os.chmod(partial, 0o644)
+        os.replace(partial, file)
+    except OSError as error:
+        raise Error(f"{file}: cannot be written: {error.strerror}") from None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -22,16 +131,16 @@ class ErrorStatistics:
     sse: float
 
 
-@dataclasses.dataclass(frozen=True)
-class Alignment:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Alignment(Shown):
     poses: numpy.ndarray  #: the estimate, moved
     transform: numpy.ndarray  #: [s R | t; 0 0 0 1], reference from estimate
     scale: float
     flatness: float  #: near 0: the positions lie on a line, and the rotation about it is arbitrary
 
 
-@dataclasses.dataclass(frozen=True)
-class RelativeErrors:
+@dataclasses.dataclass(frozen=True, repr=False)
+class RelativeErrors(Shown):
     errors: numpy.ndarray
     pairs: numpy.ndarray  #: (n, 2): error k is that between poses pairs[k]
 
@@ -45,43 +154,155 @@ class KittiError:
     rotation_deg_per_m: typing.Optional[float]
 
 
-def statistics(errors):
-    """Of a float64 array (n,)."""
-    return ErrorStatistics(*_core.statistics(errors))
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
+class TrajectoryErrors(Shown):
+    """Errors of a path pose by pose, or pair by pair, and what they are of."""
+    errors: numpy.ndarray  #: (n,)
+    statistics: ErrorStatistics
+    relation: str
+    unit: str
+    pairs: typing.Optional[numpy.ndarray]  #: (n, 2) poses that error k lies between; None: error k is that of pose k
+    estimate: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4), associated and aligned
+    reference: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4)
+
+    def _shown(self):
+        return [("rmse", f"{self.statistics.rmse:.6g} {self.unit}".strip()), ("errors", str(len(self.errors))),
+                ("relation", self.relation)]
+
+    def _table(self):
+        return [f"{self.relation} {f'[{self.unit}]' if self.unit else ''}", ""], [
+            [name, f"{value:.6g}"] for name, value in dataclasses.asdict(self.statistics).items()]
+
+    def plot(self, axes=None):
+        """Both paths from above, the estimate coloured by its error, and the errors along it; returns the two axes.
+
+        >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
+        >>> truth[:, 2, 3] = range(4)
+        >>> len(sextant.evaluate_trajectory(truth, truth).plot())
+        2
+        """
+        map_axes, along = axes_of(axes, 2, (11, 4))
+        at = self.pairs[:, 1] if self.pairs is not None else numpy.arange(len(self.errors))
+        Trajectory(self.reference).plot(map_axes, color="0.6", label="reference")
+        points = self.estimate[at][:, :3, 3]
+        dots = map_axes.scatter(points[:, 0], points[:, 2], c=self.errors, s=6, cmap="viridis", label="estimate", zorder=2)
+        label = f"{self.relation}{f' [{self.unit}]' if self.unit else ''}"
+        map_axes.figure.colorbar(dots, ax=map_axes, label=label)
+        map_axes.legend()
+        along.plot(at, self.errors)
+        along.axhline(self.statistics.rmse, color="0.4", linestyle="--", label=f"rmse {self.statistics.rmse:.4g}")
+        along.set_xlabel("pose")
+        along.set_ylabel(label)
+        along.legend()
+        return numpy.array([map_axes, along])
 
 
-def align(estimate, reference, method="se3", *, n_to_align=0, up=None):
+def statistics(errors) -> ErrorStatistics:
+    """Of errors (n,).
+
+    >>> sextant.statistics([3.0, 4.0]).mean
+    3.5
+    """
+    return ErrorStatistics(*_core.statistics(floats("errors", errors)))
+
+
+def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignment:
     """Moves the estimate onto the reference: none, origin, se3, sim3, scale or yaw (about `up`), from the first n_to_align
-    poses (0: all)."""
+    poses (0: all).
+
+    >>> path = numpy.tile(numpy.eye(4), (3, 1, 1))
+    >>> path[:, :3, 3] = [[0, 0, 0], [1, 0, 0], [1, 0, 2]]
+    >>> moved = path.copy()
+    >>> moved[:, 0, 3] += 5
+    >>> sextant.align(path, moved).transform[0, 3].round(9)
+    5.0
+    """
     up = None if up is None else [number("up", value) for value in up]
-    return Alignment(*_core.align(estimate, reference, text("method", method), whole("n_to_align", n_to_align, 0, 2**31 - 1),
-                                  up))
+    return Alignment(*_core.align(poses("estimate", estimate), poses("reference", reference), text("method", method),
+                                  whole("n_to_align", n_to_align, 0, 2**31 - 1), up))
 
 
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
-    """One error a pose (ATE, evo's APE): trans_part [m], rot_part, angle_deg, angle_rad, full, point_distance [m]."""
+    """One error a pose (ATE, evo's APE): trans_part [m], rot_part, angle_deg, angle_rad, full, point_distance [m].
+
+    >>> path = numpy.tile(numpy.eye(4), (2, 1, 1))
+    >>> off = path.copy()
+    >>> off[1, 0, 3] = 0.25
+    >>> sextant.absolute_errors(off, path)
+    array([0.  , 0.25])
+    """
+    estimate, reference = poses("estimate", estimate), poses("reference", reference)
     if align != "none":
         estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
     return _core.absolute_errors(estimate, reference, text("relation", relation))
 
 
 def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=0.1,
-                    pairs_from_reference=False, stamps=None, align="none", n_to_align=0, up=None):
-    """One error a pair of poses (RPE) that are `delta` apart: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`)."""
+                    pairs_from_reference=False, stamps=None, align="none", n_to_align=0, up=None) -> RelativeErrors:
+    """One error a pair of poses (RPE) that are `delta` apart: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`).
+
+    >>> path = numpy.tile(numpy.eye(4), (3, 1, 1))
+    >>> off = path.copy()
+    >>> off[1:, 0, 3] = 0.25
+    >>> sextant.relative_errors(off, path).errors
+    array([0.25, 0.  ])
+    """
+    estimate, reference = poses("estimate", estimate), poses("reference", reference)
     if align != "none":
         estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
     return RelativeErrors(*_core.relative_errors(estimate, reference, text("delta", delta), bool(all_pairs),
                                                  number("tolerance", tolerance), bool(pairs_from_reference),
-                                                 text("relation", relation), stamps))
+                                                 text("relation", relation), floats("stamps", stamps)))
 
 
-def kitti_odometry(estimate, reference):
-    """Errors of the KITTI odometry benchmark: all lengths together first, then 100 to 800 m."""
-    return [KittiError(*row) for row in _core.kitti_odometry(estimate, reference)]
+def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_part", delta=None, all_pairs=False,
+                        max_difference=0.01) -> TrajectoryErrors:
+    """Errors of one path, with the numbers of `sextant evaluate ego`. Poses belong together by their stamps where both paths have
+    some, else by their frame numbers, else one by one. `delta` (1f, 10m, ...) gives errors of pairs (RPE) instead of poses.
+
+    >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
+    >>> truth[:, 2, 3] = range(4)
+    >>> sextant.evaluate_trajectory(truth, truth)
+    TrajectoryErrors(rmse: 0 m, errors: 4, relation: trans_part)
+    """
+    a, b, stamps = poses("estimate", estimate), poses("reference", reference), None
+    times = [getattr(path, "stamps", None) for path in (estimate, reference)]
+    frames = [getattr(path, "frames", None) for path in (estimate, reference)]
+    if all(each is not None for each in times):
+        of_reference, of_estimate = associate(times[1], times[0], max_difference=max_difference)
+        a, b, stamps = a[of_estimate], b[of_reference], times[0][of_estimate]
+    elif all(each is not None for each in frames):
+        _, of_estimate, of_reference = numpy.intersect1d(*frames, assume_unique=True, return_indices=True)
+        if len(of_estimate) == 0:
+            raise Error("estimate, reference: expected frames that both have, got none")
+        a, b = a[of_estimate], b[of_reference]
+    if align != "none":
+        a = globals()["align"](a, b, align).poses
+    if delta is None:
+        errors, pairs = absolute_errors(a, b, relation=relation), None
+    else:
+        relative = relative_errors(a, b, relation=relation, delta=delta, all_pairs=all_pairs, stamps=stamps)
+        errors, pairs = relative.errors, relative.pairs
+    return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b)
+
+
+def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
+    """Errors of the KITTI odometry benchmark: all lengths together first, then 100 to 800 m.
+
+    >>> path = numpy.tile(numpy.eye(4), (300, 1, 1))
+    >>> path[:, 2, 3] = range(300)
+    >>> sextant.kitti_odometry(path, path)[0].translation_percent
+    0.0
+    """
+    return [KittiError(*row) for row in _core.kitti_odometry(poses("estimate", estimate), poses("reference", reference))]
 
 
 def associate(reference_stamps, estimate_stamps, *, max_difference=0.01, offset=0.0):
     """Indices (of the reference, of the estimate) of poses that belong together by time, as evo finds them; stamps in s,
-    rising, `offset` added to those of the estimate."""
-    return _core.associate(reference_stamps, estimate_stamps, number("max_difference", max_difference),
-                           number("offset", offset))
+    rising, `offset` added to those of the estimate.
+
+    >>> sextant.associate([0.0, 0.1, 0.2], [0.101, 0.199])
+    (array([1, 2]...), array([0, 1]...))
+    """
+    return _core.associate(floats("reference_stamps", reference_stamps), floats("estimate_stamps", estimate_stamps),
+                           number("max_difference", max_difference), number("offset", offset))

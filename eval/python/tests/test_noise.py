@@ -109,20 +109,25 @@ class Refused(unittest.TestCase):
         for part in parts:
             self.assertIn(part, str(caught.exception))
 
+    def test_other_kinds_of_numbers_are_taken(self):
+        depth = numpy.random.default_rng(1).uniform(2, 80, (6, 16)).astype(numpy.float32)[:, ::2]
+        noise = sextant.Noise({"depth": {"delta_d_px": 0.2}})
+        results = [noise.apply(seed=0, dataset="a", sequence="b", frame=0, camera=CAMERA, depth=other).depth
+                   for other in (depth.copy(), depth, depth.astype(float), depth.astype(">f4"), depth.tolist(), numpy.asfortranarray(depth))]
+        for other in results[1:]:
+            numpy.testing.assert_array_equal(other, results[0])
+        self.assertEqual(results[0].dtype, numpy.float32)
+
     def test_type_shape_and_layout(self):
         good, flow = numpy.full((6, 8), 10, numpy.float32), numpy.zeros((6, 8, 2), numpy.float32)
-        self.refuse("depth", "float32", "got float64", depth=good.astype(float))
-        self.refuse("depth", "float32", "got int64", depth=good.astype(int))
-        self.refuse("depth", "float32", "got >f4", depth=good.astype(">f4"))
-        self.refuse("depth", "numpy array", "got list", depth=good.tolist())
+        self.refuse("depth", "expected numbers", "got complex64", depth=good.astype(complex).astype("c8"))
+        self.refuse("depth", "rows differ", depth=[[1.0], [1.0, 2.0]])
+        self.refuse("depth", "without a mask", depth=numpy.ma.masked_less(good, 5))
+        self.refuse("depth", "got inf", depth=1e300 * good.astype(float))
         self.refuse("depth", "(height, width)", "got shape (1, 6, 8)", depth=good[None])
         self.refuse("depth", "got shape (0, 8)", depth=good[:0])
-        self.refuse("depth", "C-contiguous", "numpy.ascontiguousarray(depth)", depth=numpy.asfortranarray(good))
-        self.refuse("depth", "C-contiguous", depth=numpy.full((6, 16), 10, numpy.float32)[:, ::2])
         self.refuse("flow", "(6, 8, 2), as depth has it", "got shape (6, 7, 2)", flow=numpy.ascontiguousarray(flow[:, :7]))
         self.refuse("flow", "got shape (6, 8)", flow=flow[..., 0])
-        self.refuse("backward_flow", "got float64", backward_flow=flow.astype(float))
-        self.refuse("flow", "C-contiguous", flow=flow.transpose(1, 0, 2).copy().transpose(1, 0, 2))
         self.refuse("mask", "uint16", "got int32", mask=numpy.zeros((6, 8), numpy.int32))
         self.refuse("mask", "got bool", mask=numpy.zeros((6, 8), bool))
         self.refuse("mask", "65535", "got 70000", mask=numpy.full((6, 8), 70000, numpy.uint32))

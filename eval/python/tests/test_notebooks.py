@@ -30,8 +30,13 @@ class Notebooks(unittest.TestCase):
             nbformat.write(notebook, pathlib.Path(keep) / f"{name}.ipynb")
         return "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", [])), notebook
 
-    def test_own_trajectory(self):
-        text, _ = self.execute("own_trajectory")
+    @staticmethod
+    def pictures(notebook):
+        return sum("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", []))
+
+    def test_my_trajectory(self):
+        text, notebook = self.execute("my_trajectory")
+        self.assertEqual(self.pictures(notebook), 1)
         if os.environ.get("EVO_DATA"):
             self.assertIn("m is the largest difference", text)
         else:
@@ -40,12 +45,17 @@ class Notebooks(unittest.TestCase):
     def test_noise_in_a_data_loader(self):
         text, notebook = self.execute("noise_in_a_data_loader")
         self.assertIn("20 samples, equal in one process and in two", text)
-        self.assertTrue(any("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])))
+        self.assertGreater(self.pictures(notebook), 0)
 
     def test_figure_of_the_paper(self):
         text, notebook = self.execute("figure_of_the_paper")
         self.assertIn("24 cases", text)
-        self.assertTrue(any("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])))
+        self.assertGreater(self.pictures(notebook), 0)
+
+    def test_my_estimator_under_noise(self):
+        text, notebook = self.execute("my_estimator_under_noise")
+        self.assertIn("24 cases", text)
+        self.assertEqual(self.pictures(notebook), 2)
 
     def test_all_are_tested(self):
         tested = {name.removeprefix("test_") for name in dir(self) if name.startswith("test_")}

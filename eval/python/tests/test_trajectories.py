@@ -2,14 +2,16 @@
 
 import dataclasses
 import itertools
+import os
 import pathlib
 import tempfile
 import unittest
 
 import numpy
 
-import sextant
-from paths import path, quaternion, write_kitti
+os.environ["MPLBACKEND"] = "Agg"
+import sextant  # noqa: E402
+from paths import motion, path, quaternion, write_kitti  # noqa: E402
 
 RELATIONS = ["trans_part", "rot_part", "angle_deg", "angle_rad", "full", "point_distance"]
 ALIGNMENTS = ["none", "origin", "se3", "sim3", "scale"]
@@ -98,6 +100,73 @@ class AsTheProgram(unittest.TestCase):
         self.same(found.errors, said)
 
 
+class Kinds(unittest.TestCase):
+    """Lists, other floats and strides give the numbers of float64."""
+
+    def test_all_are_taken(self):
+        estimate, reference = path(30, noise=1.0), path(30)
+        wanted = sextant.absolute_errors(estimate, reference, align="se3")
+        wide = numpy.zeros((60, 4, 4))
+        wide[::2] = estimate
+        for other in (estimate.tolist(), estimate.astype(">f8"), wide[::2], numpy.asfortranarray(estimate), sextant.Trajectory(estimate)):
+            numpy.testing.assert_array_equal(sextant.absolute_errors(other, reference, align="se3"), wanted)
+        single = sextant.absolute_errors(estimate.astype(numpy.float32), reference, align="se3")
+        self.assertLess(numpy.abs(single - wanted).max(), 1e-4)
+
+
+class Files(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_three_lines_are_the_command_to_the_last_digit(self):
+        truth, found, stamps = path(400), path(400, noise=1.0), numpy.arange(400) * 0.1
+        for format in ("kitti", "tum"):
+            names = [self.folder / f"{kind}.{format}" for kind in ("truth", "found")]
+            sextant.write_trajectory(names[0], truth, stamps=stamps, format=format)
+            sextant.write_trajectory(names[1], found[3:] if format == "tum" else found,
+                                     stamps=stamps[3:] + 0.003 if format == "tum" else stamps, format=format)
+            for flags, mine in (({}, {}), ({"align": "se3"}, {"align": "se3"}), ({"align": "sim3", "relation": "angle_deg"},) * 2,
+                                ({"rpe": "10m", "all_pairs": True}, {"delta": "10m", "all_pairs": True})):
+                with self.subTest(format=format, **flags):
+                    reference, estimate = sextant.read_trajectory(names[0], format), sextant.read_trajectory(names[1], format)
+                    result = sextant.evaluate_trajectory(estimate, reference, **mine)
+                    axes = result.plot()
+                    said = sextant.evaluate_ego(*names, format=format, **flags)
+                    self.assertEqual(result.statistics, said.statistics)
+                    self.assertEqual((len(result.errors), result.unit), (said.n, said.unit))
+                    self.assertEqual(len(axes[1].lines[0].get_xdata()), said.n)
+                    axes[0].figure.clear()
+
+    def test_written_and_read(self):
+        truth = path(50)
+        sextant.write_trajectory(self.folder / "a.txt", truth)
+        numpy.testing.assert_array_equal(sextant.read_trajectory(self.folder / "a.txt").poses, truth)
+        turns = numpy.array([motion(numpy.pi * axis / numpy.linalg.norm(axis), [1, 2, 3]) for axis in numpy.array(
+            [[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [-1, 2, 3]])])  # half turns: the scalar part is 0
+        for poses in (truth, turns):
+            sextant.write_trajectory(self.folder / "b.txt", poses, stamps=numpy.arange(len(poses)) / 7)
+            back = sextant.read_trajectory(self.folder / "b.txt")
+            numpy.testing.assert_allclose(back.poses, poses, rtol=0, atol=1e-12)
+            numpy.testing.assert_array_equal(back.stamps, numpy.arange(len(poses)) / 7)
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["a.txt", "b.txt"])
+
+    def test_refused(self):
+        (self.folder / "bad.txt").write_text("0 0 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n")
+        for call, words in ((lambda: sextant.read_trajectory(self.folder / "bad.txt", "tum"), "bad.txt:2"),
+                            (lambda: sextant.read_trajectory(self.folder / "none.txt"), "none.txt"),
+                            (lambda: sextant.read_trajectory(self.folder / "bad.txt", "tumm"), "tum"),
+                            (lambda: sextant.write_trajectory(self.folder / "no/x", path(3)), "cannot be written"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", path(3), stamps=[1]), "stamps: expected 3"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", 2 * path(3)), "last row"),
+                            (lambda: sextant.read_flow(self.folder / "x.png"), "kitti or vkitti"),
+                            (lambda: sextant.read_depth(self.folder / "x.png", "disparity256"), "bf")):
+            with self.assertRaises(sextant.Error) as caught:
+                call()
+            self.assertIn(words, str(caught.exception))
+
+
 class Refused(unittest.TestCase):
     def refuse(self, *parts, call=sextant.absolute_errors, estimate=None, **other):
         good = path(20)
@@ -110,12 +179,13 @@ class Refused(unittest.TestCase):
         good = path(20)
         bad = good.copy()
         bad[7, 0, 3] = numpy.nan
-        self.refuse("estimate", "float64", "got float32", estimate=good.astype(numpy.float32))
         self.refuse("estimate", "(n, 4, 4)", "got shape (20, 3, 4)", estimate=numpy.ascontiguousarray(good[:, :3]))
-        self.refuse("estimate", "C-contiguous", estimate=good.transpose(0, 2, 1))
+        self.refuse("estimate", "without a mask", estimate=numpy.ma.masked_invalid(bad))
+        self.refuse("estimate", "expected numbers", estimate=good.astype(complex))
+        self.refuse("estimate", "expected numbers", estimate=[["a"]])
+        self.refuse("estimate", "rows differ", estimate=[[1.0], [1.0, 2.0]])
         self.refuse("estimate", "finite", "got nan at [7, 0, 3]", estimate=bad)
         self.refuse("estimate", "got 7", "20", estimate=good[:7].copy())
-        self.refuse("estimate", "got list", estimate=good.tolist())
         self.refuse("estimate", "last row", estimate=good * 2)
         mirrored = good.copy()
         mirrored[3, :3, 0] *= -1

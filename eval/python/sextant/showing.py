@@ -1,0 +1,78 @@
+"""How results show themselves: a short line, a table with a picture in a notebook, and figures by matplotlib."""
+
+import base64
+import dataclasses
+import html
+import io
+import pathlib
+
+import numpy
+
+from ._core import Error
+
+__all__ = ["Shown", "axes_of", "figure_html"]
+
+
+def _short(value):
+    """A value in a few words; empty: not worth any."""
+    if isinstance(value, numpy.ndarray):
+        return f"{value.dtype} {value.shape}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, pathlib.Path):
+        return str(value)
+    if isinstance(value, (list, tuple, dict)):
+        return f"{len(value)}" if value else ""
+    if value is None or value == "":
+        return ""
+    return str(value) if isinstance(value, Shown) or not isinstance(value, str) else repr(value)
+
+
+class Shown:
+    """Of a dataclass: a repr of one short line, and its fields as a table in a notebook."""
+
+    def _shown(self):
+        """(name, text) of what is shown."""
+        fields = ((field.name, _short(getattr(self, field.name))) for field in dataclasses.fields(self) if field.repr)
+        return [(name, text) for name, text in fields if text]
+
+    def __repr__(self):
+        return f"{type(self).__name__}({', '.join(f'{name}: {text}' for name, text in self._shown())})"
+
+    def _table(self):
+        """The titles of columns, and rows of texts."""
+        return [], [list(row) for row in self._shown()]
+
+    def _repr_html_(self):
+        titles, rows = self._table()
+        head = "<tr>" + "".join(f"<th>{html.escape(title)}</th>" for title in titles) + "</tr>" if titles else ""
+        body = "".join("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+        return f"<b>{type(self).__name__}</b><table>{head}{body}</table>{figure_html(self)}"
+
+
+def axes_of(ax=None, n=1, figsize=(6, 4)):
+    """The axes to draw on: those given, or new ones of matplotlib, which is imported here alone."""
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot
+    except ImportError:
+        raise Error("plot needs matplotlib (Debian: python3-matplotlib)") from None
+    return matplotlib.pyplot.subplots(1, n, figsize=figsize, layout="constrained")[1]
+
+
+def figure_html(result):
+    """What .plot() draws, as an image; empty where there is no plot, or no matplotlib."""
+    if not hasattr(result, "plot"):
+        return ""
+    try:
+        from matplotlib import pyplot
+        with pyplot.ioff():
+            axes = result.plot()
+            figure = (axes[0] if isinstance(axes, numpy.ndarray) else axes).figure
+            data = io.BytesIO()
+            figure.savefig(data, format="png", dpi=80)
+            pyplot.close(figure)
+    except (ImportError, Error):
+        return ""
+    return f'<img src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'

@@ -1,0 +1,105 @@
+"""Every function of the package has a docstring with an example, every class and method one; the examples are run, in an empty
+folder. The stubs of the compiled parts name what these hold."""
+
+import ast
+import doctest
+import importlib
+import inspect
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+os.environ["MPLBACKEND"] = "Agg"
+import sextant  # noqa: E402
+
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
+
+
+def documented():
+    """(name, object) of what a user calls."""
+    for name in sextant.__all__:
+        found = getattr(sextant, name)
+        yield name, found
+        if inspect.isclass(found):
+            yield from ((f"{name}.{key}", value) for key, value in vars(found).items()
+                        if inspect.isfunction(value) and not key.startswith("_"))
+
+
+class Docstrings(unittest.TestCase):
+    def test_all_have_one(self):
+        for name, found in documented():
+            self.assertTrue((found.__doc__ or "").strip(), f"{name} has no docstring")
+            if inspect.isroutine(found) and "." not in name:
+                self.assertIn(">>>", found.__doc__, f"{name} has no example")
+
+    def test_examples(self):
+        try:
+            import matplotlib  # noqa: F401
+            import pandas  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"{missing}: scripts/setup --python")
+        before, finder, runner = os.getcwd(), doctest.DocTestFinder(recurse=False), doctest.DocTestRunner(optionflags=FLAGS)
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            try:
+                for name, found in documented():
+                    for test in finder.find(found, name, module=False, globs={"sextant": sextant, "numpy": numpy}):
+                        runner.run(test)
+            finally:
+                os.chdir(before)
+        self.assertEqual(runner.summarize(verbose=False).failed, 0)
+        self.assertGreater(runner.tries, 40)
+
+
+class Stubs(unittest.TestCase):
+    def test_name_what_there_is(self):
+        for name in ("_core", "_files", "_inprocess"):
+            module = importlib.import_module(f"sextant.{name}")
+            stub = pathlib.Path(sextant.__file__).parent / f"{name}.pyi"
+            named = {node.name for node in ast.parse(stub.read_text(encoding="utf-8")).body
+                     if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+            self.assertEqual(named, {key for key in vars(module) if not key.startswith("__")}, name)
+        self.assertTrue((pathlib.Path(sextant.__file__).parent / "py.typed").is_file())
+
+
+class Shown(unittest.TestCase):
+    def test_reprs_are_short_and_html_has_a_picture(self):
+        run = sextant.run("synthetic:s18@0-3", estimator="motion_only")
+        noise = sextant.Noise({"flow": {"epe_px": 1.0}})
+        frame = noise.apply(seed=0, dataset="a", sequence="b", frame=0, flow=numpy.zeros((100, 100, 2)))
+        path = numpy.tile(numpy.eye(4), (1000, 1, 1))
+        path[:, 2, 3] = numpy.arange(1000)
+        path[:, 0, 3] = numpy.sin(numpy.arange(1000) / 50)
+        errors = sextant.evaluate_trajectory(path, path)
+        compared = sextant.compare(run.out, run.out, only="accuracy")
+        for result in (run, frame, sextant.Trajectory(path), errors, compared, sextant.align(path, path),
+                       sextant.relative_errors(path, path), run.rows[0]):
+            self.assertLess(len(repr(result)), 200, type(result))
+            self.assertNotIn("\n", repr(result))
+            self.assertIn("<table>", result._repr_html_())
+        for result in (run, sextant.Trajectory(path), errors):
+            self.assertIn("data:image/png;base64,", result._repr_html_())
+        kept = run.out
+        self.assertTrue((kept / "records.jsonl").is_file())
+        del run
+        self.assertFalse(kept.exists(), "a temporary folder lives as long as the result")
+
+    def test_without_matplotlib(self):
+        hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == "matplotlib"}
+        sys.modules["matplotlib"] = None
+        try:
+            path = sextant.Trajectory(numpy.tile(numpy.eye(4), (3, 1, 1)))
+            self.assertNotIn("<img", path._repr_html_())
+            with self.assertRaisesRegex(sextant.Error, "python3-matplotlib"):
+                path.plot()
+        finally:
+            del sys.modules["matplotlib"]
+            sys.modules.update(hidden)
+
+
+if __name__ == "__main__":
+    unittest.main()
