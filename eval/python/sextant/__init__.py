@@ -27,6 +27,8 @@ from .trajectories import (Alignment, ErrorStatistics, KittiError, RelativeError
                            relative_errors, statistics, write_trajectory)
 
 __version__ = version()
+Error.__doc__ = "What was found, what was expected and what to do. A ValueError."
+InternalError.__doc__ = "A defect of the package: please report it."
 
 __all__ = [
     "Alignment", "Bound", "Camera", "Comparison", "EgoEvaluation", "Error", "ErrorStatistics", "Estimate", "Export",

@@ -19,7 +19,7 @@ def keep_start(problem):
 
 
 def least_squares(problem):
-    """Gauss-Newton on the inliers, as the example in C++ (eval/external/example_in_process)."""
+    """Gauss-Newton on the inliers, as the example in C++ (eval/examples/own_estimator.cc)."""
     c, use = problem.camera, problem.inliers
     points, landed = problem.points()[use], (problem.pixels + problem.flow)[use]
     T = problem.start.copy()
