@@ -1,6 +1,6 @@
 # A sweep in shards under Snakemake, on this machine or on any cluster that Snakemake knows:
 #
-#   snakemake -s scripts/sweep.smk -j 4 --config plan=eval/plans/depth_s18.json out=out shards=12
+#   snakemake -s eval/examples/sweep.smk -j 4 --config plan=eval/plans/depth_s18.json out=out shards=12
 #
 # Options of --config: plan, out, shards; sextant (the program; build/release/bin/sextant), cpus (of a shard; 1).
 # A shard that failed or was killed goes on where it was when the command is given again.
