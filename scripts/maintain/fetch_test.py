@@ -4,6 +4,7 @@
 usage: scripts/maintain/fetch_test.py [TEST...]
 """
 
+import collections
 import fcntl
 import functools
 import hashlib
@@ -94,9 +95,7 @@ def zip_with_link(name, target, host, external, asi):
     return data.getvalue()
 
 
-class Request:
-    def __init__(self, method, name, range_header):
-        self.method, self.name, self.range = method, name, range_header
+Request = collections.namedtuple("Request", "method name range")
 
 
 class Server(http.server.ThreadingHTTPServer):
