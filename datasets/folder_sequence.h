@@ -1,5 +1,7 @@
 #pragma once
 
+// Sequences of files in folders: what adapters declare, and what they have in common.
+//
 // Object truth by frame number, as label files of every data set give it.
 
 #include <map>

@@ -1,5 +1,7 @@
 #pragma once
 
+// Layout `kitti`: writes a sequence as KITTI tracking has it, with its GPS/IMU samples.
+//
 // GPS/IMU samples along a camera trajectory, as the receiver in a car would give them: the inverse of what
 // kitti_truth.h does.
 //

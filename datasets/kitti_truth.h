@@ -1,5 +1,7 @@
 #pragma once
 
+// Ground truth of KITTI tracking: poses from oxts, objects from labels, and how accurate both are.
+//
 // The heading of a car against its course, and how good the truth's steps and rotations are: from the samples
 // of oxts alone.
 //
@@ -73,7 +75,7 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 //   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as the paper's authors have it in their
 //                              pose_gt.txt; object positions as labelled (rectified camera 0)
 //
-// That truth errs itself (kitti_truth.h). velocity says what becomes of the steps between positions, where
+// That truth errs itself (see the heading, above). velocity says what becomes of the steps between positions, where
 // v > 1 m/s, v the mean speed at their ends and d their length:
 //
 //   raw                 as they are; their lengths jitter, since a sample is not taken exactly at its image

@@ -1,6 +1,8 @@
 #pragma once
 
-// Layout `vdo`: writes a sequence as a VDO-SLAM folder (vdo_folder.h), OUT itself or OUT/<sequence> when a
+// Folders of VDO-SLAM: the layout `vdo` that writes them, and the adapter `vdo` that reads them.
+//
+// Layout: writes a sequence as such a folder, OUT itself or OUT/<sequence> when a
 // name is given:
 //
 //   image_0/%06d.png    RGB              depth/%06d.png      disparity * 256, z = bf / (n / 256)

@@ -1,5 +1,7 @@
 #pragma once
 
+// Virtual KITTI 1.3.1: its ground truth, and the adapter `vkitti1`.
+//
 // The ground truth of Virtual KITTI 1.3.1, from its text files alone. Found below a root in any of these
 // places (<v> the variation, such as "clone"):
 //
@@ -67,7 +69,7 @@ void require_vkitti1_sequence(const std::filesystem::path& root, const std::stri
 //   vkitti_1.3.1_depthgt/...                         16-bit, cm; 65535 = sky or beyond 655.34 m
 //   vkitti_1.3.1_flowgt/...                          16-bit RGB (codec/kitti_png.h); none of the last frame
 //   vkitti_1.3.1_scenegt/...                         8-bit RGB; colours in *_scenegt_rgb_encoding.txt
-//   vkitti_1.3.1_extrinsicsgt, vkitti_1.3.1_motgt    text: see vkitti1.h, also for other places of it
+//   vkitti_1.3.1_extrinsicsgt, vkitti_1.3.1_motgt    text: see above, also for other places of it
 //
 // An archive may also lie in a folder of its own name. Ids in masks and truth are track ids + 1; all
 // categories without a track are 0, the background. With the text alone there are poses and objects, and no

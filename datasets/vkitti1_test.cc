@@ -341,7 +341,7 @@ TEST_F(Vkitti1Files, BadText) {
                                                 file(extrinsics_path) + " has no pose");
   remove(objects_path);
   expect_error([&] { open_with(source_); },
-               "the extrinsics_path have no row of frame 6, of which there are files: take both");
+               "the extrinsics have no row of frame 6, of which there are files: take both");
   EXPECT_EQ(open_with(source_ + "@3-5")->info().last_frame, 5);
 }
 

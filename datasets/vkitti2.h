@@ -1,5 +1,7 @@
 #pragma once
 
+// Virtual KITTI 2.0.3: its ground truth, and the adapter `vkitti2`.
+//
 // The ground truth and cameras of Virtual KITTI 2.0.3, from the text files of one scene and variation:
 //
 //   <folder>/{extrinsic,intrinsic,pose,bbox,info}.txt
@@ -37,7 +39,7 @@ Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera,
 // vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Any subset of these below
 // ROOT/<scene>/<variation>:
 //
-//   {extrinsic,intrinsic,pose,bbox,info}.txt                         see vkitti2.h
+//   {extrinsic,intrinsic,pose,bbox,info}.txt                         see above
 //   frames/rgb/Camera_{0,1}/rgb_%05d.jpg
 //   frames/depth/Camera_{0,1}/depth_%05d.png                         16-bit, cm; 65535 = sky or too far
 //   frames/forwardFlow/Camera_{0,1}/flow_%05d.png                    16-bit RGB (codec/kitti_png.h), to the

@@ -1,5 +1,7 @@
 #pragma once
 
+// Both releases of Virtual KITTI: files that their adapters share, and the layouts that write them.
+//
 // What the adapters of both releases of Virtual KITTI share.
 
 #include <map>
@@ -36,7 +38,7 @@ VkittiName parse_vkitti1_name(const std::string& sequence);
 /// "Scene18/clone", "0018/clone", "Scene18" or "0018".
 VkittiName parse_vkitti2_name(const std::string& sequence);
 
-// What the writers of Virtual KITTI layouts share (vkitti_layout.h): the frames' pixels, and the numbers that
+// What the writers of Virtual KITTI layouts share: the frames' pixels, and the numbers that
 // both releases have of an object.
 
 using MaskOutlines = std::map<int, MaskOutline>;

@@ -46,7 +46,7 @@ class FolderSource final : public ChannelSource<T> {
  public:
   using Decode = std::function<Image<T>(const std::string& bytes, const std::string& path)>;
 
-  /// `channel` "flow", `kind` "flo"; `path` as in frame_files.h. Throws Error when there is no such folder,
+  /// `channel` "flow", `kind` "flo"; `path` as above. Throws Error when there is no such folder,
   /// or no file with the extension in it.
   FolderSource(std::string channel, std::string kind, const char* extension, const std::string& path,
                const ChannelInputs& inputs, Decode decode)

@@ -1,5 +1,7 @@
 #pragma once
 
+// Files of flow, depth and masks: PNG as KITTI and TartanAir have it, .flo, mask text.
+//
 // What the numbers of 16-bit depth, disparity and flow images mean. Invalid pixels are NaN on our side.
 //
 //   disparity (KITTI, VDO-SLAM folders):  z = bf / (n / 256)  (m), n = 0 invalid

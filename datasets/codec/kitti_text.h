@@ -1,5 +1,7 @@
 #pragma once
 
+// Text files of KITTI tracking: calibration, labels and GPS/IMU samples (oxts).
+//
 // Calibration of a KITTI tracking sequence (calib/%04d.txt): one key and its numbers per line, row by row.
 //
 //   P0 P1 P2 P3      3x4, rectified camera 0 -> pixels of camera i (px, px m); 0, 1 grey, 2, 3 colour,

@@ -1,5 +1,7 @@
 #pragma once
 
+// Text files of Virtual KITTI 1.3.1 and 2.0.3, and the orientation of their boxes.
+//
 // Orientation of the 3-D boxes of Virtual KITTI, 1.3.1 and 2.0.3 alike:
 //
 //   R_camera_object = Ry(ry + pi/2) Rx(rx) Rz(rz),   object axes x right, y down, z ahead (along the length).
@@ -108,7 +110,7 @@ struct Vkitti2Intrinsic {
   PinholeCamera k;
 };
 
-/// One row of pose.txt; m, rad. Angles as in vkitti_text.h, of the camera's and of the world's axes.
+/// One row of pose.txt; m, rad. Angles as above, of the camera's and of the world's axes.
 struct Vkitti2Pose {
   int frame = 0;
   int camera = 0;

@@ -104,16 +104,17 @@ void traffic(Cast& cast) {
   cast.moving(small(yellow), straight({-city_lane_m, 112, south}, {{0, 1.10}, {70, 1.02}}), 0, 110);
   // Across the street while the camera stands.
   cast.moving(delivery_van(white), straight({-80, city_crossing_m - city_lane_m, east}, {{0, 1.06}}), 0, 130);
-  cast.moving(saloon(blue), straight({82, city_crossing_m + city_lane_m, west}, {{0, 1.15}, {76, 1.05}, {110, 0.75}}));
+  cast.moving(saloon(blue),
+              straight({82, city_crossing_m + city_lane_m, west}, {{0, 1.15}, {76, 1.05}, {110, 0.75}}));
   // Towards the crossing on the arm: the first stops at its line, the second behind it.
-  cast.moving(saloon(green),
-              straight({-92, city_crossing_m - city_lane_m, east}, {{0, 0.30}, {60, 0.86}, {88, 0.85}, {110, 0.0}}));
-  cast.moving(wagon(black),
-              straight({-109, city_crossing_m - city_lane_m, east}, {{0, 0.30}, {60, 0.86}, {96, 0.88}, {116, 0.0}}));
+  cast.moving(saloon(green), straight({-92, city_crossing_m - city_lane_m, east},
+                                      {{0, 0.30}, {60, 0.86}, {88, 0.85}, {110, 0.0}}));
+  cast.moving(wagon(black), straight({-109, city_crossing_m - city_lane_m, east},
+                                     {{0, 0.30}, {60, 0.86}, {96, 0.88}, {116, 0.0}}));
   // Pulls out of a parking place on the arm when the camera has turned.
   cast.moving(small(red),
-              drive(Route{{-27, city_crossing_m + 4.7, west}, {{9, -22 * degree}, {9, 22 * degree}, {0, 0}}}, 0,
-                    city_n_frames, {{112, 0.0}, {126, 0.64}}));
+              drive(Route{{-27, city_crossing_m + 4.7, west}, {{9, -22 * degree}, {9, 22 * degree}, {0, 0}}},
+                    0, city_n_frames, {{112, 0.0}, {126, 0.64}}));
 }
 
 void parked(Cast& cast) {
@@ -202,7 +203,8 @@ class Motorway : Furnisher {
     const double edge = 1.5 * highway_lane_m;
     for (const double line : {-0.5 * highway_lane_m, 0.5 * highway_lane_m}) {
       const Look dashed{Material::road, asphalt_grey, 101, 100};
-      strip(dashed, middle_x + line - 0.5 * highway_lane_m, middle_x + line + 0.5 * highway_lane_m, 0, middle_x + line);
+      strip(dashed, middle_x + line - 0.5 * highway_lane_m, middle_x + line + 0.5 * highway_lane_m, 0,
+            middle_x + line);
     }
     for (const double side : {-1.0, 1.0}) {
       const Look solid{Material::road, asphalt_grey, 101, 50};
@@ -301,10 +303,12 @@ Scenario stereo_drive() {
   Cast cast(s);
   cast.moving(saloon(red), drive(route(), 11.5, drive_n_frames, {{0, 0.80}, {12, 0.88}, {22, 0.93}}));
   std::vector<Stance> oncoming;
-  for (int k = 0; k < drive_n_frames; ++k) oncoming.push_back(beside(47 - 0.85 * k, -2 * drive_lane_m, 180 * degree));
+  for (int k = 0; k < drive_n_frames; ++k)
+    oncoming.push_back(beside(47 - 0.85 * k, -2 * drive_lane_m, 180 * degree));
   cast.moving(small(yellow), oncoming);
   std::vector<Stance> second;
-  for (int k = 0; k < drive_n_frames; ++k) second.push_back(beside(71 - 0.8 * k, -2 * drive_lane_m, 180 * degree));
+  for (int k = 0; k < drive_n_frames; ++k)
+    second.push_back(beside(71 - 0.8 * k, -2 * drive_lane_m, 180 * degree));
   cast.moving(delivery_van(white), second);
   cast.parked(wagon(blue), beside(13, 3.0));
   cast.parked(saloon(silver), beside(21, 3.0, 0.02));

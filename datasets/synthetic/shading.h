@@ -1,5 +1,7 @@
 #pragma once
 
+// From surfaces to colours: the bodies that a camera sees, the sun with its shadows, and shading.
+//
 // The bodies of a scenario as one of its cameras sees them in one frame.
 
 #include <Eigen/Core>

@@ -1,5 +1,7 @@
 #pragma once
 
+// Streets: their furniture, a straight one, and one along a path.
+//
 // What lines a street: houses, trees and lamp posts, each drawn from the next random numbers of one seed.
 
 #include <optional>

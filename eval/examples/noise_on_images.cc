@@ -8,8 +8,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/noise/noise.h"
 
 namespace {

@@ -6,8 +6,7 @@
 #include <cstring>
 
 #include "sextant/base/files.h"
-#include "sextant/datasets/codec/flo.h"
-#include "sextant/datasets/codec/kitti_png.h"
+#include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/python/array_arguments.h"
 
