@@ -14,7 +14,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/check/conventions.h"
 #include "sextant/eval/check/dense_truth.h"
-#include "sextant/eval/report/table_layout.h"
+#include "sextant/eval/report/table.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

@@ -21,7 +21,6 @@
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/table.h"
-#include "sextant/eval/report/table_layout.h"
 #include "sextant/eval/report/words.h"
 #include "sextant/noise/noise.h"
 

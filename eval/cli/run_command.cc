@@ -62,7 +62,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
     }
   }
   if (!flags.quiet) {
-    fmt::print("{}\n", summary_text(summary_table(result.records, preset), flags.columns == "all"));
+    fmt::print("{}\n", summary_text(result.records, preset, flags.columns == "all"));
     fmt::print("{}", consistency_text(result.records));
   }
   const std::filesystem::path path = out;

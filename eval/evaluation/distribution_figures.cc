@@ -71,16 +71,20 @@ Figure box_figure(const std::string& name, const std::string& axis,
   Figure figure;
   figure.name = name;
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
-  figure.data.columns = {{"position", "position"}, Column::text("title")};
-  figure.data.add_columns(box_columns());
+  struct Box {
+    double position;
+    const Distribution* sample;
+  };
+  std::vector<Box> boxes;
   std::string tics;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    const auto position = static_cast<double>(i + 1);
-    std::vector<Cell> row = {position, samples[i].title};
-    std::ranges::move(box_cells(samples[i].values), std::back_inserter(row));
-    figure.data.add_row(std::move(row));
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(samples[i].title), position);
+  for (const Distribution& sample : samples) {
+    boxes.push_back({static_cast<double>(boxes.size() + 1), &sample});
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(sample.title), boxes.back().position);
   }
+  Fields<Box> fields = {{Column::text("position"), &Box::position},
+                        {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
+  fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
+  figure.data = table_of("", "", fields, boxes);
   figure.script = fmt::format(
       "unset key\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
       "noenhanced\nplot {}\n",

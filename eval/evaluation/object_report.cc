@@ -42,9 +42,9 @@ std::vector<Cell> pooled_cells(const std::vector<SystemSummary>& summaries, cons
                                Aggregate how) {
   const auto s = std::ranges::find(summaries, system, &SystemSummary::name);
   if (s == summaries.end()) return {Cell(), Cell(), Cell()};
-  std::vector<Cell> cells = {how == Aggregate::rmse ? s->pooled.rmse : s->pooled.mean};
-  add_interval(how == Aggregate::rmse ? s->rmse_interval : s->mean_interval, cells);
-  return cells;
+  const std::optional<Interval>& interval = how == Aggregate::rmse ? s->rmse_interval : s->mean_interval;
+  return {how == Aggregate::rmse ? s->pooled.rmse : s->pooled.mean, interval ? Cell(interval->low) : Cell(),
+          interval ? Cell(interval->high) : Cell()};
 }
 
 /// Runs of each system, and its true and estimated steps.

@@ -1,12 +1,76 @@
 #include "sextant/eval/report/errors_by_level.h"
 
+#include <algorithm>
 #include <array>
 
 #include "sextant/base/machine.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/metrics/crlb.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/trend.h"
 
 namespace sextant {
+namespace {
+
+/// Of the records that have both; none where there are none, or all errors are 0.
+std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds,
+                                     const BootstrapOptions& options) {
+  const Moments all = total(errors);
+  if (all.xx == 0) return std::nullopt;
+  const std::vector<Moments> seeds = joined_sums(errors);
+  const auto rms = [&](std::span<const size_t> chosen) { return total(seeds, chosen).rmse(); };
+  Efficiency out{bounds.rmse(), bounds.rmse() / all.rmse(), std::nullopt};
+  const std::optional<Interval> interval = cluster_bootstrap(seeds.size(), rms, options);
+  if (interval && interval->low > 0) out.interval = {out.bound / interval->high, out.bound / interval->low};
+  return out;
+}
+
+std::optional<Consistency> consistency(const Moments& nees) {
+  if (nees.n == 0) return std::nullopt;
+  const int n = static_cast<int>(nees.n);
+  return Consistency{nees.mean(), nees_interval(n, nees_dof), n};
+}
+
+}  // namespace
+
+std::vector<const MetricDefinition*> bounded_errors() {
+  std::vector<const MetricDefinition*> bounded = metrics_for(compared);
+  std::erase_if(bounded, [](const MetricDefinition* m) { return !find_metric(NumberMap::bound, m->name); });
+  return bounded;
+}
+
+LimitSummary summarize_limit(const NoiseLevel& level, const BootstrapOptions& options) {
+  LimitSummary limit;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    const auto [errors, bounds] = level.bounded(e);
+    if (const auto value = efficiency(errors, bounds, options))
+      limit.efficiency[compared_errors()[e]->name] = *value;
+  }
+  limit.consistency = consistency(level.nees());
+  return limit;
+}
+
+Fields<LimitSummary> limit_fields() {
+  Fields<LimitSummary> fields;
+  for (const MetricDefinition* error : bounded_errors()) {
+    const std::string key = error->stem() + "_efficiency";
+    Fields<Efficiency> of_error = {
+        {Column::number(error->key("bound"), metric(NumberMap::bound, error->name).heading(),
+                        error->digits + 1),
+         &Efficiency::bound},
+        {Column::number(key, "efficiency", 3), &Efficiency::efficiency}};
+    of_error.add_range(range_columns(key + "_low", key + "_high", 3), &Efficiency::interval);
+    fields.add(of_error,
+               [name = error->name](const LimitSummary& limit) { return find_in(limit.efficiency, name); });
+  }
+  Fields<Consistency> anees = {{Column::number("anees", "ANEES", 2), &Consistency::anees}};
+  anees.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "expected"),
+                  [](const Consistency& c) { return &c.expected; });
+  fields.add(anees, &LimitSummary::consistency);
+  for (Field<LimitSummary>& field : fields) field.column.fold = true;
+  return fields;
+}
+
 namespace {
 
 NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& options) {
@@ -23,36 +87,36 @@ NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& o
   return row;
 }
 
-/// One statistic of SampleSummary as a column; `detail` columns are in CSV and JSON only.
-struct StatisticColumn {
+/// One statistic of SampleSummary; `detail`: in CSV and JSON only.
+struct Statistic {
   IntervalEstimate SampleSummary::*member;
   const char* name;
   const char* title;
-  bool detail;
-  bool interval_in_text;
+  bool detail = false;
 };
-constexpr std::array<StatisticColumn, 7> statistic_columns = {{
-    {&SampleSummary::mean, "mean", "mean", false, true},
-    {&SampleSummary::rmse, "rmse", "RMSE", false, false},
-    {&SampleSummary::q05, "q05", "q05", true, false},
-    {&SampleSummary::q25, "q25", "q25", true, false},
-    {&SampleSummary::median, "median", "median", false, false},
-    {&SampleSummary::q75, "q75", "q75", true, false},
-    {&SampleSummary::q95, "q95", "q95", false, false},
-}};
+constexpr std::array<Statistic, 7> statistics = {{{&SampleSummary::mean, "mean", "mean"},
+                                                  {&SampleSummary::rmse, "rmse", "RMSE"},
+                                                  {&SampleSummary::q05, "q05", "q05", true},
+                                                  {&SampleSummary::q25, "q25", "q25", true},
+                                                  {&SampleSummary::median, "median", "median"},
+                                                  {&SampleSummary::q75, "q75", "q75", true},
+                                                  {&SampleSummary::q95, "q95", "q95"}}};
 
-void add_columns(const MetricDefinition& error, Table& table) {
-  const int decimals = error.digits + 1;
-  for (const StatisticColumn& c : statistic_columns) {
-    const std::string name = c.name;
-    const std::string title = c.interval_in_text
-                                  ? fmt::format("{} {} [{}]", error.symbol, c.title, error.unit)
-                                  : std::string(c.title);
-    table.columns.push_back({error.key(name), title, Align::right, decimals, false, c.detail});
-    std::vector<Column> range = range_columns(error.key(name + "_low"), error.key(name + "_high"), decimals);
-    for (Column& column : range) column.detail = !c.interval_in_text;
-    table.add_columns(std::move(range));
+/// People see the interval of the mean alone.
+Fields<SampleSummary> statistic_fields(const MetricDefinition& error) {
+  Fields<SampleSummary> fields;
+  for (const Statistic& s : statistics) {
+    const std::string name = s.name;
+    const bool is_mean = s.member == &SampleSummary::mean;
+    const Column column = Column::number(
+        error.key(name), is_mean ? fmt::format("{} {} [{}]", error.symbol, s.title, error.unit) : s.title,
+        error.digits + 1);
+    Fields<IntervalEstimate> estimate = estimate_fields(s.detail ? column.only_in_files() : column,
+                                                        error.key(name + "_low"), error.key(name + "_high"));
+    for (size_t end : {1, 2}) estimate[end].column.detail = !is_mean;
+    fields.add(estimate, [member = s.member](const SampleSummary& summary) { return &(summary.*member); });
   }
+  return fields;
 }
 
 }  // namespace
@@ -69,38 +133,31 @@ std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const
 }
 
 Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
-  Table table{
+  using Row = NoiseLevelRow;
+  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
+                        {Column::text("dataset").folded(), &Row::dataset},
+                        {Column::text("sequence").folded(), &Row::sequence},
+                        {Column::text("body"), &Row::body},
+                        {Column::text("estimator").folded(), &Row::estimator},
+                        {Column::number("level", 3), &Row::level},
+                        {Column::count("n_seeds", "seeds"), &Row::n_seeds},
+                        {Column::number("coverage_percent", "coverage [%]", 1),
+                         [](const Row& row) { return 100.0 * row.n_estimated / row.n_truth; }}};
+  for (const MetricDefinition* error : compared_errors()) {
+    fields.add(statistic_fields(*error),
+               [name = error->name](const Row& row) { return find_in(row.errors, name); });
+  }
+  fields.add(Column::number("epe_initial_px", "EPE [px]", 3), &Row::epe_initial_px);
+  fields.add(limit_fields(), [](const Row& row) { return &row.limit; });
+  fields.add(Column::text("noise").only_in_files(), &Row::noise);
+  return table_of(
       "Errors by noise level",
       "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's pairs as one "
       "cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: Cramer-Rao bound "
       "(RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, within "
       "its interval for an estimator that knows its own error. CSV and JSON have more quantiles and every "
       "interval.",
-      folded_columns({"parameter", "dataset", "sequence"})};
-  table.columns.push_back(Column::text("body"));
-  table.add_columns(folded_columns({"estimator"}));
-  table.add_columns({Column::number("level", 3), Column::count("n_seeds", "seeds"),
-                     Column::number("coverage_percent", "coverage [%]", 1)});
-  const std::vector<const MetricDefinition*> errors = metrics_for(compared);
-  for (const MetricDefinition* error : errors) add_columns(*error, table);
-  table.columns.push_back(Column::number("epe_initial_px", "EPE [px]", 3));
-  table.add_columns(limit_columns());
-  table.columns.push_back(Column::text("noise").only_in_files());
-  for (const NoiseLevelRow& row : rows) {
-    std::vector<Cell> cells = {
-        row.parameter, row.dataset, row.sequence, row.body,
-        row.estimator, row.level,   row.n_seeds,  100.0 * row.n_estimated / row.n_truth};
-    for (const MetricDefinition* error : errors) {
-      const SampleSummary* summary = find_in(row.errors, error->name);
-      for (const StatisticColumn& c : statistic_columns)
-        add_estimate(summary ? std::optional(summary->*c.member) : std::nullopt, cells);
-    }
-    cells.push_back(row.epe_initial_px);
-    add_limit_cells(row.limit, cells);
-    cells.emplace_back(row.noise);
-    table.add_row(std::move(cells));
-  }
-  return table;
+      fields, rows);
 }
 
 }  // namespace sextant

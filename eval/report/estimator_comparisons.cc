@@ -45,8 +45,9 @@ std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& 
   return out;
 }
 
-/// The same of levels of summaries: of a seed the mean difference stands for each of its pairs, which leaves every number of a
-/// comparison as it is. Identical: to rounding in mean and mean square of every seed.
+/// The same of levels of summaries: of a seed the mean difference stands for each of its pairs, which
+/// leaves every number of a comparison as it is. Identical: to rounding in mean and mean square of every
+/// seed.
 std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& seeds, const BootstrapOptions& options) {
   std::vector<double> differences;
   std::vector<uint64_t> labels;
@@ -145,31 +146,25 @@ std::optional<double> percent(const ErrorComparison& comparison) {
   return 100 * comparison.difference / comparison.mean_first;
 }
 
-std::vector<Column> columns_of(const MetricDefinition& error) {
+void add_fields(const MetricDefinition& error, Fields<ComparisonRow>& fields) {
   const std::string stem = error.stem();
   const int decimals = error.digits + 1;
-  std::vector<Column> columns = {
-      {error.key("difference"), fmt::format("\u0394 {}", error.heading()), Align::right, decimals}};
-  std::ranges::move(range_columns(error.key("low"), error.key("high"), decimals),
-                    std::back_inserter(columns));
-  const std::vector<Column> more = {
-      Column::number(stem + "_difference_percent", "[%]", 1), Column::p_value(stem + "_p").only_in_files(),
-      Column::p_value(stem + "_p_corrected"), Column::number(error.key("detectable"), "detectable", decimals),
-      Column::text(stem + "_verdict", "verdict")};
-  columns.insert(columns.end(), more.begin(), more.end());
-  return columns;
-}
-
-void add_cells(const MetricDefinition& error, const ComparisonRow& row, std::vector<Cell>& cells) {
-  const ErrorComparison* c = find_in(row.errors, error.name);
-  if (c == nullptr) {
-    cells.resize(cells.size() + columns_of(error).size());
-    return;
-  }
-  add_estimate(IntervalEstimate{c->difference, c->interval}, cells);
-  for (const std::optional<double>& number : {percent(*c), c->p, c->p_corrected, c->detectable})
-    cells.push_back(number);
-  cells.emplace_back(verdict(*c, row));
+  Fields<ErrorComparison> of_error = {
+      {Column::number(error.key("difference"), fmt::format("\u0394 {}", error.heading()), decimals),
+       &ErrorComparison::difference}};
+  of_error.add_range(range_columns(error.key("low"), error.key("high"), decimals),
+                     &ErrorComparison::interval);
+  of_error.add(
+      {{Column::number(stem + "_difference_percent", "[%]", 1), percent},
+       {Column::p_value(stem + "_p").only_in_files(), &ErrorComparison::p},
+       {Column::p_value(stem + "_p_corrected"), &ErrorComparison::p_corrected},
+       {Column::number(error.key("detectable"), "detectable", decimals), &ErrorComparison::detectable}});
+  const auto find = [name = error.name](const ComparisonRow& row) { return find_in(row.errors, name); };
+  fields.add(of_error, find);
+  fields.add(Column::text(stem + "_verdict", "verdict"), [find](const ComparisonRow& row) {
+    const ErrorComparison* comparison = find(row);
+    return comparison != nullptr ? Cell(verdict(*comparison, row)) : Cell();
+  });
 }
 
 }  // namespace
@@ -224,26 +219,25 @@ std::string verdict(const ErrorComparison& comparison, const ComparisonRow& row)
 }
 
 Table comparison_table(const std::vector<ComparisonRow>& rows) {
-  Table table{
+  using Row = ComparisonRow;
+  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
+                        {Column::text("dataset").folded(), &Row::dataset},
+                        {Column::text("sequence").folded(), &Row::sequence},
+                        {Column::text("first").folded(), &Row::first},
+                        {Column::text("second").folded(), &Row::second},
+                        {Column::text("body"), &Row::body},
+                        {Column::number("level", 3), &Row::level},
+                        {Column::count("n_pairs", "pairs"), &Row::n_pairs},
+                        {Column::count("n_only_first", "only first").folded(), &Row::n_only_first},
+                        {Column::count("n_only_second", "only second").folded(), &Row::n_only_second}};
+  for (const MetricDefinition* error : compared_errors()) add_fields(*error, fields);
+  fields.add(Column::text("noise").only_in_files(), &Row::noise);
+  return table_of(
       "Estimators compared pair by pair",
       "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
       "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
       "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %.",
-      folded_columns({"parameter", "dataset", "sequence", "first", "second"})};
-  table.add_columns({Column::text("body"), Column::number("level", 3), Column::count("n_pairs", "pairs"),
-                     Column::count("n_only_first", "only first").folded(),
-                     Column::count("n_only_second", "only second").folded()});
-  const std::vector<const MetricDefinition*> errors = metrics_for(compared);
-  for (const MetricDefinition* error : errors) table.add_columns(columns_of(*error));
-  table.columns.push_back(Column::text("noise").only_in_files());
-  for (const ComparisonRow& row : rows) {
-    std::vector<Cell> cells = {row.parameter, row.dataset, row.sequence, row.first,        row.second,
-                               row.body,      row.level,   row.n_pairs,  row.n_only_first, row.n_only_second};
-    for (const MetricDefinition* error : errors) add_cells(*error, row, cells);
-    cells.emplace_back(row.noise);
-    table.add_row(std::move(cells));
-  }
-  return table;
+      fields, rows);
 }
 
 }  // namespace sextant

@@ -33,10 +33,16 @@ struct ComparisonRow {
   int n_only_first = 0;                           ///< estimated by the first alone
   int n_only_second = 0;                          ///< by the second alone
   std::map<std::string, ErrorComparison> errors;  ///< by name; the `compared` ones that both have
+
+  /// Whether the records of that level are behind this row.
+  bool covers(const std::string& swept, const NoiseLevelKey& key) const {
+    return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
+           (key.estimator == first || key.estimator == second) && key.level == level && key.noise == noise;
+  }
 };
 
-/// Of summaries, whose pairs are known by seed alone: rows only where both have estimated the same pairs. `n_left_out` counts
-/// the others.
+/// Of summaries, whose pairs are known by seed alone: rows only where both have estimated the same pairs.
+/// `n_left_out` counts the others.
 /// Estimators in the order of the records, every two of them; rows in order of dataset, sequence, body,
 /// level.
 std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& sweeps, int jobs = 1,

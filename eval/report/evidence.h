@@ -3,11 +3,11 @@
 // What the tables and claims of the reproduction are made of: the records of its parts and the paper's
 // published numbers, and nothing else. Equal evidence, equal report.
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/paper.h"
 
 namespace sextant {
 
@@ -36,26 +36,15 @@ struct EvidencePart {
 
 struct Evidence {
   std::vector<EvidencePart> parts;
-  Json published = Json::object();  ///< results/published/zhang2020.json
+  Json published = Json::object();  ///< Paper::published; empty: nothing is compared with the paper
 
-  std::vector<const EvidencePart*> with(PartRole role) const;
-};
-
-/// The number at this path of the published values; none where the paper prints none. Throws Error where the
-/// path does not exist: a misspelt key must not look like a missing value.
-std::optional<double> published_number(const Json& table, const std::string& key);
-
-/// "scenario s18", "replay of Virtual KITTI 0018/clone": where a record was measured, for people.
-std::string data_title(const std::string& dataset, const std::string& sequence);
-
-/// Records of one body, dataset and sequence, within frames first..last (current frames of pairs).
-struct RecordFilter {
-  std::string dataset;
-  std::string sequence;
-  int first_frame = 0;
-  int last_frame = 1 << 30;
-
-  bool matches(const Record& record) const;
+  std::vector<const EvidencePart*> with(PartRole role) const {
+    std::vector<const EvidencePart*> found;
+    for (const EvidencePart& part : parts) {
+      if (part.role == role) found.push_back(&part);
+    }
+    return found;
+  }
 };
 
 }  // namespace sextant

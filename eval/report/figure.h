@@ -7,6 +7,7 @@
 //   colours  Okabe and Ito's set, which colour-blind readers can tell apart; each line also has its own point
 //   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,9 +46,8 @@ std::string gp_tic(const std::string& label);
 std::string gp_cell(const std::string& text);
 
 /// The box of a sample: quartiles and median, whiskers at 5 and 95 %. Columns q05, q25, median, q75, q95 of a
-/// figure's data, their cells, and what draws them behind `plot`, without titles; `x` as gnuplot has it.
-std::vector<Column> box_columns();
-std::vector<Cell> box_cells(std::span<const double> values);
+/// figure's data, and what draws them behind `plot`, without titles; `x` as gnuplot has it.
+Fields<std::vector<double>> box_fields();
 std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour);
 
 /// <name>.csv, .gp, .svg, .pdf, .png. Throws Error with gnuplot's own words when it refuses, one that names
@@ -57,5 +57,13 @@ OutputFiles draw(const Figure& figure);
 OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet = true);
 /// The same without PDF and PNG, a third of the work: for pages that stand for themselves.
 OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs);
+
+// ---- The only place that runs gnuplot: no shell, no settings of the user, and the same time zone and
+// language everywhere, so that a script draws the same bytes on every machine.
+
+/// Runs `script`, a file in `folder`, there. Throws Error with gnuplot's own words when it refuses, and one
+/// that says what to install when there is no gnuplot. That gnuplot is content says nothing about a full
+/// disk.
+void run_gnuplot(const std::string& script, const std::filesystem::path& folder);
 
 }  // namespace sextant

@@ -6,7 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/report/table_layout.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 namespace {

@@ -30,6 +30,15 @@ const std::vector<const MetricDefinition*>& compared_errors() {
   return errors;
 }
 
+const std::vector<Interned>& compared_names() {
+  static const std::vector<Interned> names = [] {
+    std::vector<Interned> all;
+    for (const MetricDefinition* error : compared_errors()) all.emplace_back(error->name);
+    return all;
+  }();
+  return names;
+}
+
 size_t compared_error(std::string_view name) {
   const auto at = std::ranges::find(compared_errors(), name, &MetricDefinition::name);
   SEXTANT_CHECK(at != compared_errors().end());
@@ -58,24 +67,14 @@ void NoiseLevel::add(const Record& record) {
   n_estimated_ += is_estimated;
   seeds_.push_back(record.seed);
   frames_.push_back(record.frame);
-  static const std::vector<Interned> names = [] {
-    std::vector<Interned> all;
-    for (const MetricDefinition* error : compared_errors()) all.emplace_back(error->name);
-    return all;
-  }();
-  uint8_t has_bound = 0;
-  for (size_t e = 0; e < errors_.size(); ++e) {
-    const Interned name = names[e];
-    const auto error = is_estimated ? find_number(record.errors, name) : std::nullopt;
+  for (size_t e = 0; e < names_.size(); ++e) {
+    const auto error = is_estimated ? find_number(record.errors, names_[e]) : std::nullopt;
+    const auto bound = error ? find_number(record.bound, names_[e]) : std::nullopt;
     errors_[e].push_back(error ? internal::summarised(*error) : missing);
-    if (!error) continue;
-    ++n_of_[e];
-    if (const auto bound = find_number(record.bound, name)) {
-      has_bound |= static_cast<uint8_t>(1U << e);
-      bounds_[e].add(internal::summarised(*bound));
-    }
+    has_bound_[e].push_back(bound.has_value());
+    n_of_[e] += error.has_value();
+    if (bound) bounds_[e].add(internal::summarised(*bound));
   }
-  has_bound_.push_back(has_bound);
   if (!is_estimated) return;
   static const Interned nees = "nees", epe_initial_px = "epe_initial_px", distance_gt_m = "distance_gt_m",
                         Et_m = "Et_m";
@@ -89,7 +88,7 @@ void NoiseLevel::add(const Record& record) {
 
 void NoiseLevel::add(uint64_t seed, const BodySums& body) {
   if (!is_summed() && !seeds_.empty()) fail_mixed();
-  const size_t n_errors = compared_errors().size();
+  const size_t n_errors = names_.size();
   sums_.resize(n_errors);
   values_.resize(n_errors);
   const auto row = static_cast<uint32_t>(seeds_.size());
@@ -102,12 +101,12 @@ void NoiseLevel::add(uint64_t seed, const BodySums& body) {
   missed_.push_back(std::hash<std::string>()(missed));
   for (size_t e = 0; e < n_errors; ++e) {
     RowSums& sums = sums_[e].emplace_back();
-    if (const SampleSums* error = find_in(body.errors, compared_errors()[e]->name)) {
+    if (const SampleSums* error = find_in(body.errors, names_[e])) {
       sums.error = {static_cast<double>(error->n), error->sum, error->sum_squares};
       n_of_[e] += error->n;
       for (const LogHistogram::Bin& bin : error->histogram.bins()) values_[e].insert(values_[e].end(), bin.n, {row, bin.bin});
     }
-    if (const LimitSums* limit = find_in(body.limits, compared_errors()[e]->name)) {
+    if (const LimitSums* limit = find_in(body.limits, names_[e])) {
       const auto n = static_cast<double>(limit->n);
       sums.bounded = {n, limit->error_sum, limit->error_squares};
       bounds_[e].add(Moments{n, missing, limit->bound_squares});
@@ -144,8 +143,8 @@ void NoiseLevel::sort() {
     reorder(order, missed_);
     return;
   }
-  reorder(order, has_bound_);
   for (std::vector<double>& column : errors_) reorder(order, column);
+  for (std::vector<bool>& column : has_bound_) reorder(order, column);
 }
 
 std::vector<SeedFrame> NoiseLevel::repeated() const {
@@ -177,7 +176,7 @@ NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_boun
   Sample sample;
   for (size_t row = 0; row < seeds_.size(); ++row) {
     const double value = errors_[error][row];
-    if (std::isnan(value) || (only_bounded && (has_bound_[row] >> error & 1U) == 0)) continue;
+    if (std::isnan(value) || (only_bounded && !has_bound_[error][row])) continue;
     sample.values.push_back(value);
     sample.clusters.push_back(by == ClusterBy::seeds ? seeds_[row] : static_cast<uint64_t>(frames_[row]));
   }
@@ -256,6 +255,13 @@ std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const N
     b += second <= first;
   }
   return pairs;
+}
+
+NoiseLevel level_of(const RecordRefs& records) {
+  NoiseLevel level(NoiseLevelKey::of(*records.at(0)));
+  for (const Record* record : records) level.add(*record);
+  level.sort();
+  return level;
 }
 
 size_t NoiseLevelKey::Hash::operator()(const NoiseLevelKey& key) const {

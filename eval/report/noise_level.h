@@ -1,9 +1,9 @@
 #pragma once
 
-// What one estimator made of one body at one level of the noise, as columns: the case, the compared errors and nothing else of
-// its records, about 30 bytes each. Tables, figures and claims on noise are functions of these.
-// A sweep may have kept summaries instead of records (records/case_summary.h): then a row is a case, its sums are exact, and
-// its values are the centres of their bins. Frames are not known.
+// What one estimator made of one body at one level of the noise, as columns: the case, the compared errors
+// and nothing else of its records, about 30 bytes each. Tables, figures and claims on noise are functions
+// of these. A sweep may have kept summaries instead of records (records/case_summary.h): then a row is a
+// case, its sums are exact, and its values are the centres of their bins. Frames are not known.
 //
 //   truth       records whose body has truth, and is not static by truth
 //   estimated   those of them with status ok
@@ -42,14 +42,17 @@ struct NoiseLevelKey {
   };
 };
 
-/// `metrics_for(compared)`: the columns. Errors are told by their index here.
+/// `metrics_for(compared)`: the columns of a level. An error is called by its index here.
 const std::vector<const MetricDefinition*>& compared_errors();
+/// Names of compared_errors().
+const std::vector<Interned>& compared_names();
 /// The index of that name; throws InternalError where there is none.
 size_t compared_error(std::string_view name);
 
 class NoiseLevel {
  public:
-  explicit NoiseLevel(NoiseLevelKey key) : key_(key) {}
+  explicit NoiseLevel(NoiseLevelKey key, std::vector<Interned> errors = compared_names())
+      : key_(key), names_(std::move(errors)) {}
 
   void add(const Record& record);
   /// A case's summary of the body. Throws Error where there are records, and the other way round.
@@ -83,8 +86,8 @@ class NoiseLevel {
   /// Rows of two levels that are of one case and have a compared error each; both sorted.
   std::vector<std::pair<size_t, size_t>> pairs(const NoiseLevel& other) const;
   size_t n_with_error() const;
-  /// Of two levels of summaries, by seed of both: the sums of an error that both have. Nothing where in some seed they are of
-  /// different pairs.
+  /// Of two levels of summaries, by seed of both: the sums of an error that both have. Nothing where in
+  /// some seed they are of different pairs.
   struct SeedSums {
     uint64_t seed;
     Moments first, second;
@@ -104,15 +107,16 @@ class NoiseLevel {
   [[noreturn]] void fail_mixed() const;
 
   NoiseLevelKey key_;
+  std::vector<Interned> names_;  ///< of the errors
   size_t n_truth_ = 0, n_estimated_ = 0;
-  std::vector<size_t> n_of_ = std::vector<size_t>(compared_errors().size());  ///< by error
-  std::vector<Moments> bounds_ = std::vector<Moments>(compared_errors().size());
+  std::vector<size_t> n_of_ = std::vector<size_t>(names_.size());  ///< by error
+  std::vector<Moments> bounds_ = std::vector<Moments>(names_.size());
   Moments nees_, epe_initial_px_, distance_gt_m_;
   // By row, which is a record.
   std::vector<uint64_t> seeds_;
   std::vector<int> frames_;
-  std::vector<uint8_t> has_bound_;  ///< a bit an error
-  std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(compared_errors().size());
+  std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(names_.size());
+  std::vector<std::vector<bool>> has_bound_ = std::vector<std::vector<bool>>(names_.size());  ///< by error
   // By row, which is a case, instead of errors_; frames_ are 0.
   struct RowSums {
     Moments error, bounded;
@@ -127,6 +131,9 @@ class NoiseLevel {
   std::vector<std::vector<BinnedValue>> values_;  ///< by error
   std::vector<size_t> missed_;                    ///< hash of the frames that were not estimated
 };
+
+/// Records of one body under one estimator as one level, whatever their noise; not empty.
+NoiseLevel level_of(const RecordRefs& records);
 
 /// Levels do not change once they are read.
 using NoiseLevelRef = std::shared_ptr<const NoiseLevel>;

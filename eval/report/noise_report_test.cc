@@ -7,8 +7,8 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/achieved_noise.h"
 #include "sextant/eval/report/estimator_comparisons.h"
+#include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {
@@ -42,6 +42,28 @@ NoiseSweep sweep_of(const std::vector<Record>& records) {
 }
 NoiseSweep sweep_of(const std::vector<std::pair<std::string, double>>& gains, uint64_t n_seeds) {
   return sweep_of(records_of(gains, n_seeds));
+}
+
+TEST(NoiseLevel, KeepsTheBoundsOfAnyNumberOfErrors) {
+  std::vector<Interned> names;
+  for (int e = 0; e < 10; ++e) names.emplace_back(fmt::format("error_{}", e));
+  NoiseLevel level(NoiseLevelKey::of(record_of("a", 0.1, 0, 1, 1)), names);
+  for (int frame = 1; frame <= 20; ++frame) {
+    Record r = record_of("a", 0.1, 0, 21 - frame, 1);
+    r.errors.clear();
+    for (size_t e = 0; e < names.size(); ++e) {
+      r.errors[names[e]] = 3;
+      if (frame > static_cast<int>(e)) r.bound[names[e]] = 1 + static_cast<double>(e);
+    }
+    level.add(r);
+  }
+  level.sort();
+  for (size_t e = 0; e < names.size(); ++e) {
+    const auto [errors, bounds] = level.bounded(e);
+    EXPECT_EQ(total(errors).n, 20 - static_cast<double>(e)) << names[e];
+    EXPECT_EQ(total(level.sums(e, ClusterBy::frames)).n, 20) << names[e];
+    EXPECT_EQ(bounds.mean(), 1 + static_cast<double>(e)) << names[e];
+  }
 }
 
 TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {

@@ -1,15 +1,17 @@
 #pragma once
 
-// Folders of runs and sweeps as reports read them: the records by level of the noise, streamed, and of run.json what was asked of the noise
-// and what came out. Folders that vary the same parameter of the noise belong together, whichever estimator
-// they hold.
+// Folders of runs and sweeps as reports read them: the records by level of the noise, streamed, and of
+// run.json what was asked of the noise and what came out. Folders that vary the same parameter of the noise
+// belong together, whichever estimator they hold.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/base/json.h"
 #include "sextant/eval/report/noise_level.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 
@@ -45,5 +47,28 @@ std::string swept_parameter(const Json& configuration);
 
 /// An axis of that parameter: "disparity noise delta_d [px]".
 std::string parameter_title(const std::string& parameter);
+
+// ---- What was asked of the noise and what came out, from the run.json of runs and sweeps: one row per
+// source, level and channel. The draws that every estimator saw are those counted here.
+//
+//   depth      delta_d [px]: standard deviation of the depth error times f b / z^2
+//   flow x, y  standard deviation [px], per body;   flow EPE: mean length of the error vector [px], per body
+//   neighbours correlation between horizontally neighbouring pixels
+
+struct AchievedNoiseRow {
+  std::string parameter, source, body, channel;
+  std::filesystem::path file{};  ///< the run.json that says so
+  double level = 0;
+  double requested_px = 0;
+  double achieved_px = 0;
+  double n = 0;  ///< draws
+  std::optional<double> neighbours;
+  std::optional<double> share_invalidated;  ///< depth only
+  std::optional<double> outlier_share;      ///< flow only
+};
+
+std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep);
+
+Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows);
 
 }  // namespace sextant

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+<<<<<<< HEAD
 #include <unordered_map>
+=======
+#include <map>
+>>>>>>> Reports: tables from rows and fields, what stands for the paper's rows is data, files by concept
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -12,6 +16,7 @@ namespace sextant {
 
 namespace {
 
+<<<<<<< HEAD
 /// What the rows of one noise level say in the columns that a table has, found once for all rows.
 class LevelInTable {
  public:
@@ -63,19 +68,18 @@ class LevelInTable {
   std::optional<size_t> first_, second_;
   std::vector<std::pair<size_t, Cell>> said_;
 };
+=======
+using RecordsByLevel = std::map<NoiseLevelKey, RowRecords>;
+>>>>>>> Reports: tables from rows and fields, what stands for the paper's rows is data, files by concept
 
-struct PlaceOfRows {
-  LevelInTable level;
-  const RowRecords* place;
-};
-
-void add_place(const Record& record, size_t line, const fs::path& file, RecordPlaces& places) {
+void add_place(const Record& record, size_t line, const fs::path& file, RecordsByLevel& places) {
   if (!has_truth(record)) return;
   RowRecords& row = places[NoiseLevelKey::of(record)];
   row.file = file;
   row.add(record, line);
 }
 
+<<<<<<< HEAD
 void add_links(const std::vector<PlaceOfRows>& all, const fs::path& page_folder, Table& table) {
   if (all.empty() || table.rows.empty() || !table.find_column("dataset")) return;
   if (!table.find_column("records")) {
@@ -106,6 +110,8 @@ void add_links(const std::vector<PlaceOfRows>& all, const fs::path& page_folder,
   add_addresses("records", addresses, table);
 }
 
+=======
+>>>>>>> Reports: tables from rows and fields, what stands for the paper's rows is data, files by concept
 }  // namespace
 
 void RowRecords::add(const RowRecords& more) {
@@ -130,40 +136,47 @@ void RowRecords::add(const Record& record, size_t line) {
   worst_Et_m = *Et_m;
 }
 
-RecordPlaces record_places(const std::vector<fs::path>& folders) {
-  RecordPlaces places;
+RecordPlaces record_places(const std::vector<fs::path>& folders, const std::vector<NoiseSweep>& sweeps) {
+  RecordsByLevel by_level;
   for (const fs::path& folder : folders) {
     const fs::path file = folder / "records.jsonl";
     if (!fs::exists(file)) continue;
     size_t line = 0;
-    for_each_record(file, [&](Record& record) { add_place(record, ++line, file, places); });
+    for_each_record(file, [&](Record& record) { add_place(record, ++line, file, by_level); });
+  }
+  RecordPlaces places;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const NoiseLevelRef& level : sweep.levels) {
+      if (const RowRecords* records = find_in(by_level, level->key()))
+        places.push_back({sweep.parameter, level->key(), *records});
+    }
   }
   return places;
 }
 
 RecordPlaces record_places(const std::vector<Record>& records, const fs::path& file) {
-  RecordPlaces places;
+  RecordsByLevel by_level;
   size_t line = 0;
-  for (const Record& record : records) add_place(record, ++line, file, places);
+  for (const Record& record : records) add_place(record, ++line, file, by_level);
+  RecordPlaces places;
+  for (const auto& [key, of_level] : by_level) places.push_back({"", key, of_level});
   return places;
 }
 
-void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
-                      const fs::path& page_folder, Table& table) {
-  std::vector<PlaceOfRows> all;
-  for (const NoiseSweep& sweep : sweeps) {
-    for (const NoiseLevelRef& level : sweep.levels) {
-      if (const RowRecords* place = find_in(places, level->key()))
-        all.push_back({LevelInTable(table, level->key(), sweep.parameter), place});
-    }
+void add_records_column(const std::vector<RowRecords>& behind, const fs::path& page_folder, Table& table) {
+  SEXTANT_CHECK(behind.size() == table.rows.size());
+  if (!table.find_column("records")) {
+    table.columns.push_back(Column::text("records"));
+    for (std::vector<Cell>& row : table.rows) row.emplace_back();
   }
-  add_links(all, page_folder, table);
-}
-
-void add_record_links(const RecordPlaces& places, const fs::path& page_folder, Table& table) {
-  std::vector<PlaceOfRows> all;
-  for (const auto& [key, place] : places) all.push_back({LevelInTable(table, key, ""), &place});
-  add_links(all, page_folder, table);
+  const size_t at = table.place("records");
+  table.columns[at].fold = false;
+  std::vector<std::string> addresses;
+  for (size_t i = 0; i < behind.size(); ++i) {
+    if (behind[i].n > 0) table.rows[i][at] = behind[i].text();
+    addresses.push_back(behind[i].n == 0 ? "" : address_from(page_folder, behind[i].file));
+  }
+  add_addresses("records", addresses, table);
 }
 
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table) {

@@ -3,7 +3,6 @@
 // Where in the files of records the rows of a table come from: for links from a page to what is behind a row.
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -12,7 +11,7 @@
 
 namespace sextant {
 
-/// The records of one row: how many, and the one with the largest E_t.
+/// Number of the records behind a row, and the one of them with the largest E_t.
 struct RowRecords {
   std::filesystem::path file;
   size_t n = 0;
@@ -21,30 +20,50 @@ struct RowRecords {
   int worst_frame = 0;
   double worst_Et_m = 0;
 
-  /// One more, which stands in that line.
+  /// Adds the record that stands in that line.
   void add(const Record& record, size_t line);
-  /// Those of another row too; the file is that of the worst.
+  /// Adds the records of another row; the file is that of the worst record.
   void add(const RowRecords& more);
   /// "80; largest E_t: seed 3, frame 130, line 512".
   std::string text() const;
 };
 
-using RecordPlaces = std::map<NoiseLevelKey, RowRecords>;
-/// Of the records with truth in FOLDER/records.jsonl, folder by folder; those that kept summaries have none.
-RecordPlaces record_places(const std::vector<std::filesystem::path>& folders);
+/// The records of one noise level.
+struct LevelRecords {
+  std::string parameter;  ///< of the sweep; "" where nothing is swept
+  NoiseLevelKey key;
+  RowRecords records;
+};
+using RecordPlaces = std::vector<LevelRecords>;
 
-/// The same of records that will be the lines of `file`.
+/// Records with truth in FOLDER/records.jsonl, for the levels of the sweeps that were read from these
+/// folders; a folder that kept summaries has none.
+RecordPlaces record_places(const std::vector<std::filesystem::path>& folders,
+                           const std::vector<NoiseSweep>& sweeps);
+/// Records with truth that will be the lines of `file`.
 RecordPlaces record_places(const std::vector<Record>& records, const std::filesystem::path& file);
 
-/// A column "records" that leads from a page in `page_folder` to the records behind each row: those of the sweeps that agree
-/// with it in what it has of parameter, dataset, sequence, body, estimator (or first and second), level and noise. A table
-/// without datasets, or without places, stays as it is.
-void add_record_links(const RecordPlaces& places, const std::vector<NoiseSweep>& sweeps,
-                      const std::filesystem::path& page_folder, Table& table);
-/// The same for all of the places: of records that no sweep varies.
-void add_record_links(const RecordPlaces& places, const std::filesystem::path& page_folder, Table& table);
+/// Adds or fills the column "records", which leads from a page in `page_folder` to the records behind each
+/// row.
+void add_records_column(const std::vector<RowRecords>& behind, const std::filesystem::path& page_folder,
+                        Table& table);
 
-/// Each row's cell in the column of that key leads to its address, in the order of the rows.
+/// The same column for a table with one row for each of `rows`. `row.covers(parameter, key)` decides which
+/// levels are behind a row. Without places the table stays as it is.
+template <typename Row>
+void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
+                      const std::filesystem::path& page_folder, Table& table) {
+  if (places.empty() || rows.empty()) return;
+  std::vector<RowRecords> behind(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) {
+    for (const LevelRecords& level : places) {
+      if (rows[i].covers(level.parameter, level.key)) behind[i].add(level.records);
+    }
+  }
+  add_records_column(behind, page_folder, table);
+}
+
+/// Makes the cells in the column of that key lead to these addresses, one for each row; "" leads nowhere.
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table);
 
 /// The address of a file on a page in `page_folder`: relative, so that both can be moved together.

@@ -1,5 +1,7 @@
 #include "sextant/eval/report/record_reading.h"
 
+#include <algorithm>
+#include <map>
 #include <set>
 
 namespace sextant {
@@ -18,11 +20,6 @@ std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std:
     if (const auto error = find_number(record->errors, key)) errors[{record->seed, record->frame}] = *error;
   }
   return errors;
-}
-
-bool has_compared_error(const Record& record) {
-  return std::ranges::any_of(metrics_for(compared),
-                             [&](const MetricDefinition* m) { return record.errors.contains(m->name); });
 }
 
 std::string body_title(const std::string& body) {
@@ -55,14 +52,40 @@ Column metric_column(const MetricDefinition& metric) {
   return {.key = metric.name, .title = metric.heading(), .decimals = metric.digits};
 }
 
-void add_interval(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
-  cells.push_back(interval ? std::optional(interval->low) : std::nullopt);
-  cells.push_back(interval ? std::optional(interval->high) : std::nullopt);
+std::vector<RecordSet> record_sets(const std::vector<Record>& records) {
+  std::map<std::pair<std::string, std::string>, std::map<int, BodyRecords>> sets;
+  for (const Record& record : records) {
+    if (!has_truth(record) || record.status != Status::ok) continue;
+    BodyRecords& body = sets[{record.dataset, record.sequence}][body_order(record.body)];
+    body.title = body_title(record.body);
+    body.records.push_back(&record);
+  }
+  std::vector<RecordSet> out;
+  for (auto& [key, bodies] : sets) {
+    RecordSet set{key.first + "_" + key.second, key.first + " " + key.second, {}};
+    for (auto& [order, body] : bodies) set.bodies.push_back(std::move(body));
+    out.push_back(std::move(set));
+  }
+  return out;
 }
 
-void add_estimate(const std::optional<IntervalEstimate>& estimate, std::vector<Cell>& cells) {
-  cells.push_back(estimate ? std::optional(estimate->value) : std::nullopt);
-  add_interval(estimate ? estimate->interval : std::nullopt, cells);
+std::vector<std::string> estimators_of(const RecordSet& set) {
+  std::vector<std::string> names;
+  for (const BodyRecords& body : set.bodies) {
+    for (const Record* record : body.records) {
+      const std::string& name = record->estimator;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+std::vector<const Record*> of_estimator(const std::vector<const Record*>& records,
+                                        const std::string& estimator) {
+  std::vector<const Record*> out;
+  std::ranges::copy_if(records, std::back_inserter(out),
+                       [&](const Record* record) { return record->estimator == estimator; });
+  return out;
 }
 
 }  // namespace sextant

@@ -61,9 +61,6 @@ std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const s
 /// One error of the records that have it.
 std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std::string& key);
 
-/// Has one of the errors that are compared (metrics/definitions.h).
-bool has_compared_error(const Record& record);
-
 /// "camera", "object 3".
 std::string body_title(const std::string& body);
 
@@ -88,9 +85,29 @@ ErrorSample error_sample(const RecordRefs& records, const std::string& key, cons
 
 /// "E_t [m]", with the digits of the list.
 Column metric_column(const MetricDefinition& metric);
-/// Its two ends as cells; empty ones where there is none.
-void add_interval(const std::optional<Interval>& interval, std::vector<Cell>& cells);
-/// The value and the two ends.
-void add_estimate(const std::optional<IntervalEstimate>& estimate, std::vector<Cell>& cells);
+
+// ---- Records as figures want them: sets of frames, each with its bodies in order.
+
+struct BodyRecords {
+  std::string title;  ///< "camera", "Obj1"
+  std::vector<const Record*> records;
+};
+
+struct RecordSet {
+  std::string name;   ///< part of file names: "s18"
+  std::string title;  ///< "scenario s18"
+  std::vector<BodyRecords> bodies;
+};
+
+/// One set per dataset and sequence: estimated records with truth, camera first, objects by id. They point
+/// into `records`.
+std::vector<RecordSet> record_sets(const std::vector<Record>& records);
+
+/// In order of first appearance.
+std::vector<std::string> estimators_of(const RecordSet& set);
+
+/// Those of one estimator.
+std::vector<const Record*> of_estimator(const std::vector<const Record*>& records,
+                                        const std::string& estimator);
 
 }  // namespace sextant

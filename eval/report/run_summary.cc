@@ -10,7 +10,7 @@
 #include <array>
 
 #include "sextant/eval/report/step_errors.h"
-#include "sextant/eval/report/table_layout.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 namespace {
@@ -126,54 +126,69 @@ ClassificationCounts count_classification(const std::vector<Record>& records) {
   return counts;
 }
 
-Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
-  Table table{fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate)),
-              fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
-                          preset.description, preset.object_Et_key, preset.object_ER_key, preset.velocity_key,
-                          preset.velocity_truth_key),
-              folded_columns({"dataset", "sequence", "estimator"})};
-  table.add_columns({Column::text("body"), Column::count("n_pairs", "pairs"),
-                     Column::count("n_truth", "truth"), Column::count("n_estimated", "estimated"),
-                     Column::number("coverage_percent", "coverage [%]", 1)});
-  const std::vector<const MetricDefinition*> metrics = metrics_for(in_summary);
-  for (const MetricDefinition* metric : metrics) table.columns.push_back(metric_column(*metric));
-  table.columns.push_back(Column::text("other", "other pairs"));
-  for (const BodySummary& row : summarize(records, preset)) {
-    std::vector<Cell> cells = {
-        row.dataset, row.sequence, row.estimator,   row.body,
-        row.n_pairs, row.n_truth,  row.n_estimated, row.coverage ? Cell(*row.coverage * 100) : Cell()};
-    for (const MetricDefinition* metric : metrics) cells.push_back(find_number(row.metrics, metric->name));
-    cells.push_back(row.other.empty() ? Cell() : Cell(row.other));
-    table.add_row(std::move(cells));
+namespace {
+
+Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& preset) {
+  using Row = BodySummary;
+  Fields<Row> fields = {{Column::text("dataset").folded(), &Row::dataset},
+                        {Column::text("sequence").folded(), &Row::sequence},
+                        {Column::text("estimator").folded(), &Row::estimator},
+                        {Column::text("body"), &Row::body},
+                        {Column::count("n_pairs", "pairs"), &Row::n_pairs},
+                        {Column::count("n_truth", "truth"), &Row::n_truth},
+                        {Column::count("n_estimated", "estimated"), &Row::n_estimated},
+                        {Column::number("coverage_percent", "coverage [%]", 1),
+                         [](const Row& row) { return row.coverage ? Cell(*row.coverage * 100) : Cell(); }}};
+  for (const MetricDefinition* metric : metrics_for(in_summary)) {
+    fields.add(metric_column(*metric),
+               [name = metric->name](const Row& row) { return find_number(row.metrics, name); });
   }
+  fields.add(Column::text("other", "other pairs"),
+             [](const Row& row) { return row.other.empty() ? Cell() : Cell(row.other); });
+  return table_of(fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate)),
+                  fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
+                              preset.description, preset.object_Et_key, preset.object_ER_key,
+                              preset.velocity_key, preset.velocity_truth_key),
+                  fields, rows);
+}
+
+std::vector<std::string> summary_notes(const std::vector<Record>& records) {
   const ClassificationCounts c = count_classification(records);
-  table.notes = {
+  std::vector<std::string> notes = {
       "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
       "coverage = estimated / truth; errors are over estimated.",
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
   for (const auto& [key, of_body] : by_body(records)) {
-    if (auto note = systematic_note(of_body)) table.notes.push_back(std::move(*note));
+    if (auto note = systematic_note(of_body)) notes.push_back(std::move(*note));
   }
-  std::ranges::move(floor_notes(records), std::back_inserter(table.notes));
+  std::ranges::move(floor_notes(records), std::back_inserter(notes));
+  return notes;
+}
+
+}  // namespace
+
+Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
+  Table table = body_table(summarize(records, preset), preset);
+  table.notes = summary_notes(records);
   return table;
 }
 
-std::string summary_text(const Table& summary, bool all) {
+std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all) {
   constexpr size_t width = 100;
-  if (all) return to_text(summary);
-  Table shown = summary;
-  shown.caption.clear();
-  const size_t coverage = shown.place("coverage_percent");
-  const auto lacks_coverage = [&](const std::vector<Cell>& row) {
-    return std::holds_alternative<std::monostate>(row[coverage]);
-  };
-  const auto n_left_out = static_cast<size_t>(std::ranges::count_if(shown.rows, lacks_coverage));
-  if (n_left_out > 0 && n_left_out < shown.rows.size()) {
-    std::erase_if(shown.rows, lacks_coverage);
-    shown.notes.push_back(fmt::format("{} more bodies stand still or have no truth.", n_left_out));
+  if (all) return to_text(summary_table(records, preset));
+  std::vector<BodySummary> rows = summarize(records, preset);
+  std::vector<std::string> notes = summary_notes(records);
+  const auto lacks_coverage = [](const BodySummary& row) { return !row.coverage; };
+  const auto n_left_out = static_cast<size_t>(std::ranges::count_if(rows, lacks_coverage));
+  if (n_left_out > 0 && n_left_out < rows.size()) {
+    std::erase_if(rows, lacks_coverage);
+    notes.push_back(fmt::format("{} more bodies stand still or have no truth.", n_left_out));
   }
+  Table shown = body_table(rows, preset);
+  shown.notes = std::move(notes);
+  shown.caption.clear();
   std::string text;
   std::vector<Table> parts = split_rows(shown, {"dataset", "sequence", "estimator"});
   if (parts.empty()) parts.push_back(shown);
@@ -187,8 +202,9 @@ std::string summary_text(const Table& summary, bool all) {
           "More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
     for (std::string& note : part.notes) note = wrapped(note, width);
     const std::string whole = to_text(part);
-    const size_t rows = whole.find("\n\n");  // what stands above them may be longer than the line
-    text += wrapped(whole.substr(0, rows), width) + whole.substr(rows) + (i + 1 < parts.size() ? "\n" : "");
+    const size_t rows_begin = whole.find("\n\n");  // what stands above them may be longer than the line
+    text += wrapped(whole.substr(0, rows_begin), width) + whole.substr(rows_begin) +
+            (i + 1 < parts.size() ? "\n" : "");
   }
   return text;
 }
@@ -243,8 +259,8 @@ std::string consistency_text(const std::vector<Record>& records) {
   }
   if (too_sure) {
     text +=
-        "Far above 6: covariances are too small. Where errors correlate over the image, joint_flow_depth\n"
-        "counts that; with other estimators --set estimator.covariance=correlated.\n";
+        "Far above 6: covariances are too small. For errors that correlate over the image give\n"
+        "--set estimator.covariance=correlated, unless the estimator models that itself.\n";
   }
   return text;
 }

@@ -6,8 +6,8 @@
 //   truth      pairs that have truth in both frames: for ego all of them, for objects those whose truth is
 //              not static (dynamic_gt = 0 is left out; unknown is kept)
 //   estimated  those of them with status ok;   coverage = estimated / truth
-// The metrics, those `in_summary` of the list (metrics/definitions.h), are taken over `estimated`. Every record
-// that is not ok is counted in `other`.
+// The metrics, those `in_summary` of the list (metrics/definitions.h), are taken over `estimated`. Every
+// record that is not ok is counted in `other`.
 
 #include <map>
 #include <optional>
@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/noise_level.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/metrics/definitions.h"
 #include "sextant/metrics/pair_errors.h"
@@ -35,13 +35,19 @@ struct BodySummary {
   /// object may be its Et_body_m.
   std::map<std::string, double> metrics;
   std::string other;  ///< "gated(distance) 3, lost 1"
+
+  /// Whether the records of that level are behind this row.
+  bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
+    return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator &&
+           key.body == body;
+  }
 };
 
 /// In order of dataset, sequence, estimator; ego first, then objects by id.
 std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset);
 
-/// One metric over estimated records of one kind of body: errors that the preset chooses by its aggregate, all
-/// others by their mean; none where no record has it.
+/// One metric over estimated records of one kind of body: errors that the preset chooses by its aggregate,
+/// all others by their mean; none where no record has it.
 std::optional<double> summary_number(const RecordRefs& estimated, const MetricDefinition& metric,
                                      const MetricPreset& preset);
 
@@ -54,17 +60,18 @@ ClassificationCounts count_classification(const std::vector<Record>& records);
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
 
-/// summary_table() for a terminal of 100 columns: per dataset, sequence and estimator what matters first, body,
-/// estimated, coverage, E_t, E_R and E_v, of the bodies with coverage where there are any; everything with `all`, however wide.
-std::string summary_text(const Table& summary, bool all);
+/// summary_table() for a terminal of 100 columns: per dataset, sequence and estimator what matters first,
+/// body, estimated, coverage, E_t, E_R and E_v, of the bodies with coverage where there are any; everything
+/// with `all`, however wide.
+std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all);
 
 /// {"schema","preset","aggregate","rows":[...],"classification":{...}}
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
 // ---- how halves of the bodies agree (`sextant run --consistency`).
 
-/// By body: means of values.split_nees, of its two kinds and of values.nees, a line each; empty where no record has
-/// split_nees.
+/// By body: means of values.split_nees, of its two kinds and of values.nees, a line each; empty where no
+/// record has split_nees.
 std::string consistency_text(const std::vector<Record>& records);
 
 }  // namespace sextant

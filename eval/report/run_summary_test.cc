@@ -164,13 +164,13 @@ TEST(RunSummary, TerminalHasAHundredColumns) {
       records.push_back(r);
     }
   }
-  const Table summary = summary_table(records, find_preset("multimot_code"));
-  const std::string text = summary_text(summary, false);
+  const MetricPreset& preset = find_preset("multimot_code");
+  const std::string text = summary_text(records, preset, false);
   for (const std::string& line : split(text, '\n')) EXPECT_LE(line.size(), 100U) << line;
   EXPECT_THAT(text, testing::HasSubstr("object:12345"));
   EXPECT_THAT(text, testing::HasSubstr("E_v [km/h]"));
   EXPECT_EQ(text.find("EPE before"), std::string::npos);
-  EXPECT_EQ(summary_text(summary, true), to_text(summary));
+  EXPECT_EQ(summary_text(records, preset, true), to_text(summary_table(records, preset)));
 }
 
 TEST(ConsistencyText, IsMeansOfBodiesAndSaysWhatToDoAboutCovariancesThatAreTooSmall) {

@@ -5,6 +5,7 @@
 // without a value is "-" in text and Markdown, empty in CSV and left out in JSON: never 0.
 
 #include <concepts>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "sextant/base/options.h"
+#include "sextant/stats/bootstrap.h"
 
 namespace sextant {
 
@@ -30,7 +32,8 @@ struct Column {
   /// Not empty: for people, this and the next column are one, "[low, high]", under this title.
   std::string range{};
   bool says_itself = false;  ///< `fold` says its text without the title
-  /// More than 0: for people, so many significant digits instead of `decimals`; less than 1e-5 is rounding, and 0.
+  /// More than 0: for people, so many significant digits instead of `decimals`; less than 1e-5 is rounding,
+  /// and 0.
   int significant = 0;
   /// Not empty: on pages the cell leads to the address that the row has in the column of this key.
   std::string leads_to{};
@@ -46,6 +49,12 @@ struct Column {
   static Column p_value(const std::string& key) { return {key, "p", Align::right, 4, false, false, true}; }
   Column folded() const { return with(&Column::fold); }
   Column only_in_files() const { return with(&Column::detail); }
+  /// On pages the cell leads to the address in the column of that key.
+  Column leading_to(const std::string& address_key) const {
+    Column column = *this;
+    column.leads_to = address_key;
+    return column;
+  }
 
  private:
   Column with(bool Column::*flag) const {
@@ -72,8 +81,6 @@ struct Cell : std::variant<std::monostate, std::string, double> {
   template <typename T>
   Cell(const std::optional<T>& value) : Cell(value ? Cell(*value) : Cell()) {}
 };
-/// A Cell takes them by itself; where a call says so all the same.
-inline Cell cell(const std::optional<double>& value) { return value; }
 
 struct Table {
   std::string title;
@@ -91,6 +98,64 @@ struct Table {
   void add_row(std::vector<Cell> row);
 };
 
+/// A column, and the cell that it has of a row of a plain struct.
+template <typename Row>
+struct Field {
+  Column column;
+  std::function<Cell(const Row&)> of;  ///< a member, or a function of the row
+};
+
+/// The columns of a table of `Row`, in order, each declared once with what it shows.
+template <typename Row>
+class Fields : public std::vector<Field<Row>> {
+ public:
+  using std::vector<Field<Row>>::vector;
+
+  Fields& add(Column column, std::function<Cell(const Row&)> of) {
+    this->push_back({std::move(column), std::move(of)});
+    return *this;
+  }
+  Fields& add(const Fields& more) {
+    this->insert(this->end(), more.begin(), more.end());
+    return *this;
+  }
+  /// Columns of a part of the row: `find` returns a pointer to it or an optional; without it the cells are
+  /// empty.
+  template <typename Part, typename Find>
+  Fields& add(const Fields<Part>& more, const Find& find) {
+    for (const Field<Part>& field : more) {
+      add(field.column, [find, of = field.of](const Row& row) {
+        const auto part = std::invoke(find, row);
+        return part ? of(*part) : Cell();
+      });
+    }
+    return *this;
+  }
+  /// The two ends of the interval that `find` returns as an optional; `ends`: range_columns(), or any two.
+  template <typename Find>
+  Fields& add_range(const std::vector<Column>& ends, const Find& find) {
+    return add(Fields<Interval>{{ends.at(0), &Interval::low}, {ends.at(1), &Interval::high}}, find);
+  }
+};
+
+/// The value and its 95 % interval in one column and a range.
+Fields<IntervalEstimate> estimate_fields(const Column& value, const std::string& low_key,
+                                         const std::string& high_key);
+
+/// One row of cells for each of `rows`.
+template <typename Row>
+Table table_of(std::string title, std::string caption, const Fields<Row>& fields,
+               const std::vector<Row>& rows) {
+  Table table{std::move(title), std::move(caption)};
+  for (const Field<Row>& field : fields) table.columns.push_back(field.column);
+  for (const Row& row : rows) {
+    std::vector<Cell> cells;
+    for (const Field<Row>& field : fields) cells.push_back(field.of(row));
+    table.add_row(std::move(cells));
+  }
+  return table;
+}
+
 /// The runs of rows that agree in these columns, each with title, caption and notes of the whole; so that
 /// `fold` says once what they agree in.
 std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
@@ -103,5 +168,27 @@ std::string markdown_text(const std::string& text);
 std::string to_csv(const Table& table);
 /// An array with one object a row.
 Json rows_to_json(const Table& table);
+
+// ---- What the renderings of a table for people (text, Markdown, LaTeX, HTML) have in common.
+
+/// Rounded to the column's decimals or significant digits; "-" for an empty cell.
+std::string shown(const Cell& cell, const Column& column);
+
+/// Without details, two columns of a range as one.
+Table for_people(const Table& table);
+
+struct FoldedTable {
+  Table table;
+  std::string said_once;  ///< "dataset vdo, sequence 0003"
+};
+/// Takes out the columns marked `fold` that say the same in every row.
+FoldedTable fold_columns(const Table& table);
+
+/// At most `width` characters a line where words allow it, broken at blanks; lines after the first begin
+/// with `indent`.
+std::string wrapped(const std::string& text, size_t width, const std::string& indent = "");
+
+/// Those of the columns with these keys, in the table's order.
+Table with_columns(const Table& table, const std::vector<std::string>& keys);
 
 }  // namespace sextant

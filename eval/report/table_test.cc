@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/eval/report/table_layout.h"
-
 namespace sextant {
 namespace {
 

@@ -114,39 +114,29 @@ TrendRow row_of(std::span<const NoiseLevelRef> curve, const BootstrapOptions& op
   return row;
 }
 
-std::vector<Column> columns_of(const MetricDefinition& error) {
+Fields<ErrorTrend> trend_fields(const MetricDefinition& error) {
   const std::string stem = error.stem();
   const int decimals = error.digits + 1;
-  std::vector<Column> columns = {
-      {error.key("lowest"), error.symbol + " at lowest", Align::right, decimals, false, true},
-      {error.key("highest"), error.symbol + " at highest", Align::right, decimals, false, true},
-      {error.key("slope"), fmt::format("{} slope [{}]", error.symbol, error.unit), Align::right, decimals}};
-  std::ranges::move(range_columns(error.key("slope_low"), error.key("slope_high"), decimals),
-                    std::back_inserter(columns));
-  const std::vector<Column> more = {{stem + "_relative_slope", "relative", Align::right, 2},
-                                    {stem + "_relative_slope_low", "low", Align::right, 2, false, true},
-                                    {stem + "_relative_slope_high", "high", Align::right, 2, false, true},
-                                    {stem + "_rises", "rises", Align::right},
-                                    {stem + "_p", "p", Align::right, 4, false, true, true},
-                                    {stem + "_p_corrected", "p", Align::right, 4, false, false, true}};
-  columns.insert(columns.end(), more.begin(), more.end());
-  return columns;
-}
-
-void add_cells(const MetricDefinition& error, const TrendRow& row, std::vector<Cell>& cells) {
-  const ErrorTrend* trend = find_in(row.errors, error.name);
-  if (trend == nullptr) {
-    cells.resize(cells.size() + columns_of(error).size());
-    return;
-  }
-  cells.emplace_back(trend->mean_lowest);
-  cells.emplace_back(trend->mean_highest);
-  add_estimate(IntervalEstimate{trend->slope.slope, trend->slope.interval}, cells);
-  cells.push_back(cell(trend->slope.relative_slope));
-  add_interval(trend->slope.relative_interval, cells);
-  cells.emplace_back(fmt::format("{}/{}", trend->n_rises, trend->n_steps));
-  cells.push_back(cell(trend->p));
-  cells.push_back(cell(trend->p_corrected));
+  Fields<ErrorTrend> fields = {
+      {Column::number(error.key("lowest"), error.symbol + " at lowest", decimals).only_in_files(),
+       &ErrorTrend::mean_lowest},
+      {Column::number(error.key("highest"), error.symbol + " at highest", decimals).only_in_files(),
+       &ErrorTrend::mean_highest}};
+  const auto slope = [](const ErrorTrend& trend) { return &trend.slope; };
+  Fields<NoiseSlope> of_slope = {
+      {Column::number(error.key("slope"), fmt::format("{} slope [{}]", error.symbol, error.unit), decimals),
+       &NoiseSlope::slope}};
+  of_slope.add_range(range_columns(error.key("slope_low"), error.key("slope_high"), decimals),
+                     &NoiseSlope::interval);
+  of_slope.add(Column::number(stem + "_relative_slope", "relative", 2), &NoiseSlope::relative_slope);
+  of_slope.add_range({Column::number(stem + "_relative_slope_low", "low", 2).only_in_files(),
+                      Column::number(stem + "_relative_slope_high", "high", 2).only_in_files()},
+                     &NoiseSlope::relative_interval);
+  fields.add(of_slope, slope);
+  return fields.add({{Column::number(stem + "_rises", "rises", 0),
+                      [](const ErrorTrend& t) { return fmt::format("{}/{}", t.n_rises, t.n_steps); }},
+                     {Column::p_value(stem + "_p").only_in_files(), &ErrorTrend::p},
+                     {Column::p_value(stem + "_p_corrected"), &ErrorTrend::p_corrected}});
 }
 
 }  // namespace
@@ -173,27 +163,26 @@ std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jo
 }
 
 Table trend_table(const std::vector<TrendRow>& rows) {
-  Table table{
+  using Row = TrendRow;
+  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
+                        {Column::text("dataset").folded(), &Row::dataset},
+                        {Column::text("sequence").folded(), &Row::sequence},
+                        {Column::text("body"), &Row::body},
+                        {Column::text("estimator").folded(), &Row::estimator},
+                        {Column::number("lowest", "from", 2).folded(), &Row::lowest},
+                        {Column::number("highest", "to", 2).folded(), &Row::highest},
+                        {Column::count("n_clusters", "clusters").folded(), &Row::n_clusters}};
+  for (const MetricDefinition* error : compared_errors()) {
+    fields.add(trend_fields(*error),
+               [name = error->name](const Row& row) { return find_in(row.errors, name); });
+  }
+  return table_of(
       "Growth of the errors with the noise",
       "Line through all estimated pairs; slope per unit of the level with its 95 % interval (bootstrap, "
       "clusters: seeds; with one seed frames). relative: slope / error at the lowest level. rises: steps at "
       "which the mean rises. p: Page's test of growth over the clusters' means, corrected by Holm over the "
       "table.",
-      folded_columns({"parameter", "dataset", "sequence"})};
-  table.columns.push_back({"body", "body", Align::left});
-  table.add_columns(folded_columns({"estimator"}));
-  table.add_columns({{"lowest", "from", Align::right, 2, true},
-                     {"highest", "to", Align::right, 2, true},
-                     {"n_clusters", "clusters", Align::right, 0, true}});
-  const std::vector<const MetricDefinition*> errors = metrics_for(compared);
-  for (const MetricDefinition* error : errors) table.add_columns(columns_of(*error));
-  for (const TrendRow& row : rows) {
-    std::vector<Cell> cells = {row.parameter, row.dataset, row.sequence, row.body,
-                               row.estimator, row.lowest,  row.highest,  static_cast<double>(row.n_clusters)};
-    for (const MetricDefinition* error : errors) add_cells(*error, row, cells);
-    table.add_row(std::move(cells));
-  }
-  return table;
+      fields, rows);
 }
 
 }  // namespace sextant

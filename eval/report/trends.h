@@ -36,6 +36,12 @@ struct TrendRow {
   int n_levels = 0;
   int n_clusters = 0;
   std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` ones at two levels or more
+
+  /// Whether the records of that level are behind this row.
+  bool covers(const std::string& swept, const NoiseLevelKey& key) const {
+    return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
+           key.estimator == estimator;
+  }
 };
 
 /// In order of sweep, dataset, sequence, body (ego first), estimator.

@@ -10,135 +10,112 @@
 namespace sextant {
 namespace {
 
-constexpr const char* code_procedure = ", release";
 constexpr size_t most_lines = 26;
 constexpr double lowest = 0.02, highest = 50;  // of the axis: what is beyond is drawn at its end
 
-using Row = std::vector<Cell>;
-
-/// A row of the table by its keys.
-class Reader {
- public:
-  explicit Reader(const Table& table) : table_(table) {}
-
-  bool has(const std::string& key) const { return table_.find_column(key).has_value(); }
-  std::string text(const Row& row, const std::string& key) const {
-    const auto* text = said<std::string>(row, key);
-    return text == nullptr ? "" : *text;
-  }
-  std::optional<double> number(const Row& row, const std::string& key) const {
-    const auto* number = said<double>(row, key);
-    return number == nullptr ? std::nullopt : std::optional(*number);
-  }
-  /// Who estimated: the column is called so, or "system".
-  std::string estimator(const Row& row) const { return text(row, has("estimator") ? "estimator" : "system"); }
-
- private:
-  template <typename T>
-  const T* said(const Row& row, const std::string& key) const {
-    const auto place = table_.find_column(key);
-    return place ? std::get_if<T>(&row[*place]) : nullptr;
-  }
-
-  const Table& table_;
-};
-
-struct Mark {
-  const Row* row = nullptr;
-  std::string noise;
-};
 struct Line {
   std::string label;
-  Mark ours, code;
+  const PaperRow* ours = nullptr;
+  const PaperRow* code = nullptr;  ///< by the procedure of the published code
 };
 
+/// One mark of the figure: values are shares of the published one.
+struct Mark {
+  std::string line, series, colour;
+  double y = 0, x = 0;
+  std::optional<Interval> interval{}, one_run{};
+  std::string verdict;
+};
+
+/// The estimator's name without its procedure, and the procedure.
+std::pair<std::string, std::string> split_name(const std::string& estimator) {
+  const size_t comma = estimator.find(", ");
+  if (comma == std::string::npos) return {estimator, ""};
+  return {estimator.substr(0, comma), estimator.substr(comma + 2)};
+}
+
 /// "S18-F124-134 Obj1 joint E_t [m]".
-std::string label_of(const Reader& reader, const Table& table, const Row& row) {
+std::string label_of(const PaperRow& row) {
   std::string label;
-  const auto quantity = table.find_column("quantity");
-  const size_t n = quantity ? *quantity + 1 : table.columns.size();
-  for (size_t j = 0; j < n; ++j) {
-    const std::string& key = table.columns[j].key;
-    if (key == "noise") continue;
-    std::string word = reader.text(row, key);
-    if (key == "estimator" || key == "system") word = estimator_title(word.substr(0, word.find(',')));
+  for (const std::string& word :
+       {row.group, row.body, estimator_title(split_name(row.estimator).first), row.quantity})
     if (!word.empty()) label += (label.empty() ? "" : " ") + word;
-  }
   return label;
 }
 
-std::vector<Line> lines_of(const Table& table) {
-  const Reader reader(table);
+std::vector<Line> lines_of(const std::vector<PaperRow>& rows) {
   std::vector<Line> lines;
-  for (const Row& row : table.rows) {
-    const auto published = reader.number(row, "published"), reproduced = reader.number(row, "reproduced");
-    if (!published || !reproduced || *published <= 0 || *reproduced <= 0) continue;
-    const std::string estimator = reader.estimator(row), noise = reader.text(row, "noise");
-    const bool is_code = estimator.ends_with(code_procedure);
-    if (!is_code && estimator.find(',') != std::string::npos) continue;  // another procedure
-    const std::string label = label_of(reader, table, row);
+  for (const PaperRow& row : rows) {
+    if (!row.published || !row.measured || *row.published <= 0 || row.measured->value <= 0) continue;
+    const std::string procedure = split_name(row.estimator).second;
+    const bool is_code = procedure == paper().code_procedure;
+    if (!is_code && !procedure.empty()) continue;
+    const std::string label = label_of(row);
     auto line = std::ranges::find(lines, label, &Line::label);
-    if (line == lines.end()) line = lines.insert(lines.end(), {label, {}, {}});
-    Mark& mark = is_code ? line->code : line->ours;
-    if (mark.row == nullptr || mark.noise == noise) mark = {&row, noise};
+    if (line == lines.end()) line = lines.insert(lines.end(), Line{label});
+    const PaperRow*& drawn = is_code ? line->code : line->ours;
+    if (drawn == nullptr || drawn->noise == row.noise) drawn = &row;
   }
   return lines;
 }
 
+Mark mark_of(const std::string& series, const PaperRow& row, double y) {
+  const auto ratio = [&](double value) { return std::clamp(value / *row.published, lowest, highest); };
+  const auto ratios = [&](const std::optional<Interval>& i) {
+    return i ? std::optional(Interval{ratio(i->low), ratio(i->high)}) : std::nullopt;
+  };
+  const Tone tone = tone_of(row.verdict());
+  const char* colour = tone == Tone::agrees ? "#009E73" : tone == Tone::differs ? "#D55E00" : "#7F7F7F";
+  return {label_of(row),
+          series,
+          colour,
+          y,
+          ratio(row.measured->value),
+          ratios(row.measured->interval),
+          ratios(row.measured->one_run),
+          row.verdict()};
+}
+
 }  // namespace
 
-std::optional<Figure> answer_figure(const std::string& name, const Table& table) {
-  const Reader reader(table);
-  if (!reader.has("published") || !reader.has("reproduced") || !reader.has("quantity")) return std::nullopt;
-  std::vector<Line> lines = lines_of(table);
+std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table) {
+  std::vector<Line> lines = lines_of(table.rows);
   if (lines.empty()) return std::nullopt;
   const size_t n_all = lines.size();
   lines.resize(std::min(n_all, most_lines));
 
-  Figure figure;
-  figure.name = "answer_" + name;
-  figure.data.columns = {Column::text("line"),
-                         Column::text("series"),
-                         Column::text("tone"),
-                         {"y", ""},
-                         {"x", ""},
-                         {"low", ""},
-                         {"high", ""},
-                         {"run_low", ""},
-                         {"run_high", ""},
-                         Column::text("verdict")};
   std::string tics, words;
   size_t longest = 0;
-  double from = 0.5, to = 2;
-  std::set<std::pair<std::string, std::string>> drawn;  // series and colour
-  const bool has_code = std::ranges::any_of(lines, [](const Line& line) { return line.code.row != nullptr; });
+  std::vector<Mark> marks;
+  const bool has_code = std::ranges::any_of(lines, [](const Line& line) { return line.code != nullptr; });
   for (size_t i = 0; i < lines.size(); ++i) {
     const Line& line = lines[i];
     tics += fmt::format("{}{} {}", i > 0 ? ", " : "", gp_tic(line.label), i);
     longest = std::max(longest, line.label.size());
-    for (const auto& [series, mark, offset] : {std::tuple("ours", line.ours, has_code ? -0.2 : 0.0),
-                                               std::tuple("published code", line.code, 0.2)}) {
-      if (mark.row == nullptr) continue;
-      const double published = *reader.number(*mark.row, "published");
-      const auto ratio = [&](const char* key) -> Cell {
-        const auto value = reader.number(*mark.row, key);
-        if (!value) return {};
-        const double r = std::clamp(*value / published, lowest, highest);
-        from = std::min(from, r), to = std::max(to, r);
-        return r;
-      };
-      const double y = static_cast<double>(i) + offset;
-      const std::string verdict = reader.text(*mark.row, "verdict");
-      const Tone tone = tone_of(verdict);
-      const std::string colour = tone == Tone::agrees    ? "#009E73"
-                                 : tone == Tone::differs ? "#D55E00"
-                                                         : "#7F7F7F";
-      figure.data.add_row({line.label, series, colour, y, ratio("reproduced"), ratio("low"), ratio("high"),
-                           ratio("run_low"), ratio("run_high"), verdict});
-      words += fmt::format("{}{} {}", words.empty() ? "" : ", ", gp_tic(verdict), gp_number(y));
-      drawn.insert({series, colour});
-    }
+    const auto y = static_cast<double>(i);
+    if (line.ours != nullptr) marks.push_back(mark_of("ours", *line.ours, y + (has_code ? -0.2 : 0.0)));
+    if (line.code != nullptr) marks.push_back(mark_of("published code", *line.code, y + 0.2));
   }
+  double from = 0.5, to = 2;
+  std::set<std::pair<std::string, std::string>> drawn;  // series and colour
+  for (const Mark& mark : marks) {
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", gp_tic(mark.verdict), gp_number(mark.y));
+    drawn.insert({mark.series, mark.colour});
+    from = std::min(from, mark.x), to = std::max(to, mark.x);
+    for (const std::optional<Interval>& interval : {mark.interval, mark.one_run})
+      if (interval) from = std::min(from, interval->low), to = std::max(to, interval->high);
+  }
+  Figure figure;
+  figure.name = "answer_" + name;
+  Fields<Mark> fields = {{Column::text("line"), &Mark::line},
+                         {Column::text("series"), &Mark::series},
+                         {Column::text("tone"), &Mark::colour},
+                         {Column::text("y"), &Mark::y},
+                         {Column::text("x"), &Mark::x}};
+  fields.add_range({Column::text("low"), Column::text("high")}, &Mark::interval);
+  fields.add_range({Column::text("run_low"), Column::text("run_high")}, &Mark::one_run);
+  fields.add(Column::text("verdict"), &Mark::verdict);
+  figure.data = table_of("", "", fields, marks);
   Panel panel;
   panel.settings = fmt::format(
       "set logscale x\nset xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({}) noenhanced\nset y2range [{}:-0.7]\n"
@@ -174,19 +151,18 @@ std::optional<Figure> answer_figure(const std::string& name, const Table& table)
   figure.script += "unset y2tics\nset y2range [*:*]\n";
   figure.caption = fmt::format(
       "{}: published value (1), our mean with its 95 % interval (thin) and where 95 % of single runs lie (broad).{}",
-      table.title,
+      paper().table(table.number).title,
       n_all > lines.size() ? fmt::format(" {} of {} values; the table has all.", lines.size(), n_all) : "");
   return figure;
 }
 
-std::string answer_text(const Table& table) {
-  const Reader reader(table);
+std::string answer_text(const std::vector<PaperRow>& rows) {
   size_t n_judged = 0, n_within = 0, n_missing = 0;
-  for (const Row& row : table.rows) {
-    const std::string verdict = reader.text(row, "verdict");
+  for (const PaperRow& row : rows) {
+    const std::string verdict = row.verdict();
     n_judged += verdict == "within" || verdict == "outside";
     n_within += verdict == "within";
-    n_missing += verdict == "not measured here" && reader.number(row, "published").has_value();
+    n_missing += row.is_missing();
   }
   std::string text =
       n_judged == 0 ? "no published value measured"

@@ -24,18 +24,26 @@ std::vector<std::string> decisions_of(const Paths& paths) {
 std::string panel_name(const AttributionPath& path) { return path.set + " " + path.body; }
 
 Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
-  Table data;
-  data.columns = {{"panel", ""}, {"path", ""}, {"decision", ""}, {"x", ""},
-                  {"Et", ""},    {"low", ""},  {"high", ""}};
+  struct Mark {
+    std::string panel, path, decision;
+    std::ptrdiff_t x;
+    IntervalEstimate Et_m;
+  };
+  std::vector<Mark> marks;
   for (const AttributionPath* path : paths) {
     for (const AttributionStep& step : path->steps) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
       const double Et_m = step.Et_m.value;
       const Interval around = step.Et_m.interval.value_or(Interval{Et_m, Et_m});
-      data.add_row({panel_name(*path), path->path, step.decision, x, Et_m, around.low, around.high});
+      marks.push_back({panel_name(*path), path->path, step.decision, x, {Et_m, around}});
     }
   }
-  return data;
+  Fields<Mark> fields = {{Column::text("panel"), &Mark::panel},
+                         {Column::text("path"), &Mark::path},
+                         {Column::text("decision"), &Mark::decision},
+                         {Column::text("x"), &Mark::x}};
+  fields.add(estimate_fields(Column::text("Et"), "low", "high"), [](const Mark& mark) { return &mark.Et_m; });
+  return table_of("", "", fields, marks);
 }
 
 Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {
@@ -86,7 +94,7 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
     panels.push_back(panel_of(of_panel, decisions));
   }
   std::vector<LegendEntry> legend;
-  for (const char* path : {"motion_only", "joint_flow"}) {
+  for (const std::string& path : {paper().baseline, paper().method}) {
     legend.push_back({"from " + estimator_title(path), estimator_style(path)});
     legend.push_back({"printed for " + estimator_title(path),
                       fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", estimator_colour(path))});

@@ -14,14 +14,15 @@
 namespace sextant {
 namespace {
 
-void add_section(const std::string& name, const std::string& heading, std::vector<Figure> figures,
-                 ReportDocument& document) {
-  if (figures.empty()) return;
-  document.sections.push_back({name, heading, {}, {}, std::move(figures), {}});
+using Sections = std::vector<PlacedSection>;
+
+void add_section(PaperPlace place, const std::string& name, const std::string& heading,
+                 std::vector<Figure> figures, Sections& sections) {
+  if (!figures.empty()) sections.push_back({place, {name, heading, {}, {}, std::move(figures), {}}});
 }
 
 /// Fig. 1: the picture of a pair, and the tracks from above.
-void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocument& document) {
+void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& sections) {
   for (const EvidencePart* part : evidence.with(PartRole::showcase)) {
     const std::vector<Record>& records = part->records;
     const std::string title = data_title(records.front().dataset, records.front().sequence);
@@ -35,7 +36,7 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, ReportDocume
          read_file(parts / part->name / "overlay.png")}};
     section.figures = showcase_figures(title, parse_tracks(read_file(tracks), tracks), records);
     for (Figure& figure : section.figures) figure.name = part->name + "_" + figure.name;
-    document.sections.push_back(std::move(section));
+    sections.push_back({PaperPlace::fig_1, std::move(section)});
   }
 }
 
@@ -47,7 +48,7 @@ struct NoisePart {
 
 /// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
 void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& levels, const NoisePart& noise,
-                      ReportDocument& document) {
+                      Sections& sections) {
   const EvidencePart& part = noise.part;
   const bool is_depth = part.sweep.parameter.starts_with("depth.");
   const Record& first = part.records.front();
@@ -57,10 +58,10 @@ void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& l
   Table table = noise_level_table(levels);
   std::vector<fs::path> folders;
   for (const std::string& name : noise.names) folders.push_back(parts / name);
-  add_record_links(record_places(folders), {part.sweep}, parts.parent_path() / "report", table);
+  add_record_links(levels, record_places(folders, {part.sweep}), parts.parent_path() / "report", table);
   section.tables.push_back({"fig_4_" + part.name, std::move(table), {"dataset", "sequence"}});
   section.figures = noise_level_figures(levels);
-  document.sections.push_back(std::move(section));
+  sections.push_back({PaperPlace::fig_4, std::move(section)});
 }
 
 /// The part with the published systems that were measured under the same noise on the same data.
@@ -81,7 +82,7 @@ NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
 /// The paper's sets on the data of one part, bodies as the paper calls them; those that were estimated.
 std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
-  for (const SetData& data : set_data()) {
+  for (const SetData& data : paper().sets) {
     RecordSet set{part.name + "_" + data.set, data.set + ", " + data.filter.dataset, {}};
     for (const auto& [body, records] : paper_bodies(matching(part.records, data.filter)))
       if (std::ranges::count(records, Status::ok, &Record::status) > 0) set.bodies.push_back({body, records});
@@ -115,17 +116,19 @@ std::vector<TopView> recorded_views(const fs::path& folder) {
   return views;
 }
 
-/// By sequence. The authors' sample is a part of 0003 under its own name.
+/// By sequence, and by the own names of parts of recorded sequences.
 std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   std::map<std::string, double> floors;
   for (const EvidencePart* part : evidence.with(PartRole::recorded))
-    floors.merge(kitti_speed_floor_kmh(part->records));
-  if (floors.contains("0003")) floors["kitti_03_demo"] = floors.at("0003");
+    floors.merge(recorded_speed_floor_kmh(part->records));
+  for (const auto& [own, recorded] : paper().parts_of_recorded()) {
+    if (floors.contains(recorded)) floors[own] = floors.at(recorded);
+  }
   return floors;
 }
 
 /// The tests of one part, as a table and their curves.
-void add_classification(const EvidencePart& part, ReportDocument& document) {
+void add_classification(const EvidencePart& part, Sections& sections) {
   std::vector<Figure> figures = classification_figures(part.records);
   if (figures.empty()) return;
   for (Figure& figure : figures) figure.name = part.name + "_" + figure.name;
@@ -135,37 +138,42 @@ void add_classification(const EvidencePart& part, ReportDocument& document) {
   add_addresses("estimator", std::vector(table.rows.size(), records_of_part(part.name)), table);
   section.tables.push_back({"tests_" + part.name, std::move(table), {"dataset"}});
   section.figures = std::move(figures);
-  document.sections.push_back(std::move(section));
+  sections.push_back({PaperPlace::ours, std::move(section)});
 }
 
 }  // namespace
 
-void add_figure_sections(const fs::path& parts, const Evidence& evidence, int jobs,
-                         ReportDocument& document) {
-  add_showcases(parts, evidence, document);
+std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence& evidence, int jobs) {
+  Sections sections;
+  add_showcases(parts, evidence, sections);
   std::vector<NoiseLevelRow> all_levels;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {
     const NoisePart shown = with_systems(*part, evidence);
     std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
-    add_noise_levels(parts, levels, shown, document);
+    add_noise_levels(parts, levels, shown, sections);
     std::ranges::move(levels, std::back_inserter(all_levels));
   }
   std::vector<RecordSet> sets;
   for (const EvidencePart* part : evidence.with(PartRole::sets))
     std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
-  add_section("fig5", "Fig. 5: flow before and after the optimisation", epe_figures(sets), document);
-  add_section("fig6", "Fig. 6: camera paths", top_view_figures(recorded_views(parts / "recorded")), document);
-  add_section("attribution", "From the published code to ours (ours)",
-              attribution_figures(attribution_paths(evidence)), document);
-  add_section("distributions", "Distribution of the errors (ours)", distribution_figures(sets), document);
+  add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation", epe_figures(sets),
+              sections);
+  add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
+              top_view_figures(recorded_views(parts / "recorded")), sections);
+  add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",
+              attribution_figures(attribution_paths(evidence)), sections);
+  add_section(PaperPlace::ours, "distributions", "Distribution of the errors (ours)",
+              distribution_figures(sets), sections);
   for (const EvidencePart* part : evidence.with(PartRole::classification))
-    add_classification(*part, document);
-  add_section("efficiency", "Errors against the bound (ours)", efficiency_figures(all_levels), document);
+    add_classification(*part, sections);
+  add_section(PaperPlace::ours, "efficiency", "Errors against the bound (ours)",
+              efficiency_figures(all_levels), sections);
   std::vector<Figure> speeds;
   const std::map<std::string, double> floors = speed_floors_kmh(evidence);
   for (const EvidencePart* part : evidence.with(PartRole::real))
     std::ranges::move(speed_figures(part->records, floors), std::back_inserter(speeds));
-  add_section("speeds", "Speed of the objects (ours)", std::move(speeds), document);
+  add_section(PaperPlace::ours, "speeds", "Speed of the objects (ours)", std::move(speeds), sections);
+  return sections;
 }
 
 }  // namespace sextant

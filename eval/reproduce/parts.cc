@@ -7,7 +7,6 @@
 #include "sextant/base/names.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
-#include "sextant/eval/report/fetch_lines.h"
 
 namespace sextant {
 
@@ -22,7 +21,7 @@ std::string replaced(std::string text, const std::string& word, const std::strin
 }
 
 Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
-                const char* fetch = "") {
+                const std::string& fetch = "") {
   Part part{name,
             role,
             PartKind::sweep,
@@ -36,7 +35,7 @@ Part sweep_part(const char* name, PartRole role, const char* plan, const char* n
 
 /// A part on the text of Virtual KITTI, wherever below the root that lies.
 Part replay_part(const char* name, PartRole role, const char* plan, const std::string& data_root) {
-  Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", fetch_vkitti1_text);
+  Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", paper().fetch("vkitti1_text"));
   const std::filesystem::path root(data_root);
   if (data_root.empty() || std::filesystem::is_directory(root / part.needs)) return part;
   part.plan = replaced(part.plan, part.needs, "vkitti_1.3.1");
@@ -44,14 +43,14 @@ Part replay_part(const char* name, PartRole role, const char* plan, const std::s
   return part;
 }
 
-Part showcase_part(const char* name, const char* needs = "", const char* fetch = "") {
+Part showcase_part(const char* name, const char* needs = "", const std::string& fetch = "") {
   Part part = sweep_part(name, PartRole::showcase, name, needs, fetch);
   part.kind = PartKind::showcase;
   return part;
 }
 
 Part stored_part(const char* name, PartRole role, const char* title, const char* beside,
-                 const char* needs = "", const char* fetch = "") {
+                 const char* needs = "", const std::string& fetch = "") {
   return {name, role, PartKind::stored, title, needs, fetch, "", beside};
 }
 
@@ -73,10 +72,10 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       {"timing", PartRole::timing, PartKind::timing, "run time, scenario s18, one thread", "", "",
        std::string(find_entry(plan_files(), "timing", "plan").text)},
       showcase_part("showcase"),
-      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", fetch_demo),
-      showcase_part("showcase_demo", "kitti_03_demo", fetch_demo),
+      sweep_part("demo", PartRole::real, "demo", "kitti_03_demo", paper().fetch("demo")),
+      showcase_part("showcase_demo", "kitti_03_demo", paper().fetch("demo")),
       {"recorded", PartRole::recorded, PartKind::recorded, "recorded trajectories on KITTI tracking",
-       "kitti_tracking_peers", fetch_peers, ""},
+       "kitti_tracking_peers", paper().fetch("peers"), ""},
       replay_part("sets_replay", PartRole::sets, "sets_replay", data_root),
       replay_part("sets_release_replay", PartRole::sets_paper, "sets_release_replay", data_root),
       replay_part("sets_table_replay", PartRole::sets_paper, "sets_table_replay", data_root),
@@ -88,24 +87,24 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       replay_part("depth_replay", PartRole::noise, "depth_vkitti18", data_root),
       replay_part("flow_replay", PartRole::noise, "flow_vkitti18", data_root),
       replay_part("classification_replay", PartRole::classification, "classification_replay", data_root),
-      sweep_part("sets_vkitti1", PartRole::sets, "sets_vkitti1", "vkitti_1.3.1", fetch_vkitti1),
+      sweep_part("sets_vkitti1", PartRole::sets, "sets_vkitti1", "vkitti_1.3.1", paper().fetch("vkitti1")),
       sweep_part("classification_vkitti1", PartRole::classification, "classification_vkitti1", "vkitti_1.3.1",
-                 fetch_vkitti1),
-      sweep_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", fetch_vkitti2),
+                 paper().fetch("vkitti1")),
+      sweep_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", paper().fetch("vkitti2")),
       sweep_part("classification_vkitti2", PartRole::classification, "classification_vkitti2", "vkitti_2.0.3",
-                 fetch_vkitti2),
+                 paper().fetch("vkitti2")),
   };
   parts.push_back(stored_part("systems_sets", PartRole::sets, "published systems on the three sets", "sets"));
   parts.push_back(stored_part("systems_depth", PartRole::systems_noise,
                               "published systems under depth noise, scenario s18", "depth"));
   parts.push_back(stored_part("systems_demo", PartRole::real,
                               "published systems on the authors' sample of KITTI tracking 0003", "demo",
-                              "kitti_03_demo", fetch_demo));
+                              "kitti_03_demo", paper().fetch("demo")));
   parts.push_back(
       stored_part("systems_run", PartRole::systems, "published systems and ours in one run", "sets"));
   for (const std::string& sequence : recorded_sequences()) {
-    Part& part =
-        parts.emplace_back(sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", fetch_kitti));
+    Part& part = parts.emplace_back(
+        sweep_part("kitti", PartRole::real, "kitti", "kitti_tracking", paper().fetch("kitti")));
     part.name += "_" + sequence;
     part.title = replaced(part.title, "SEQUENCE", sequence);
     part.plan = replaced(part.plan, "SEQUENCE", sequence);

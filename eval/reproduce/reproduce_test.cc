@@ -83,13 +83,14 @@ TEST_F(ReproduceTest, OpensWithTheAnswerThenClaimsOneRowEach) {
 }
 
 TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
-  Table table = published_table("Table X: test", "", {Column::text("estimator")}, 4);
+  PublishedTable table{.number = "III"};
   const auto row = [&](const std::string& estimator, const std::string& data, double published, double measured) {
     Measured m;
     m.value = measured;
     m.interval = Interval{0.9 * measured, 1.1 * measured};
     m.one_run = Interval{0.5 * measured, 1.5 * measured};
-    add_published_row({{estimator}, "E_t [m]", published, m, data, "sets"}, table);
+    table.rows.push_back(
+        {.estimator = estimator, .quantity = "E_t [m]", .published = published, .measured = m, .data = data});
   };
   row("joint_flow", "scenario", 0.01, 0.05);
   row("joint_flow", "replay", 0.01, 0.012);  // nearer to the paper's: instead of the scenario
@@ -104,8 +105,8 @@ TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
   EXPECT_THAT(csv, HasSubstr("within"));
   EXPECT_THAT(csv, HasSubstr("outside"));
   EXPECT_FALSE(draw(*figure).empty());
-  EXPECT_THAT(answer_text(table), HasSubstr("1 of 5 comparisons"));
-  EXPECT_FALSE(answer_figure("y", Table{"Table Y", "", {Column::text("a")}}));
+  EXPECT_THAT(answer_text(table.rows), HasSubstr("1 of 5 comparisons"));
+  EXPECT_FALSE(answer_figure("y", PublishedTable{.number = "III"}));
 }
 
 TEST_F(ReproduceTest, SaysByWhatAndFromWhatTheRecordsWereMade) {

@@ -1,15 +1,11 @@
 #include <algorithm>
-#include <array>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/claims/claim.h"
-#include "sextant/eval/report/fetch_lines.h"
-#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/reproduce/figures.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
@@ -29,7 +25,7 @@ Json read_data_json(const fs::path& folder) {
 /// The records of every finished part.
 Evidence read_evidence(const ReproduceConfig& config) {
   Evidence evidence;
-  evidence.published = published_values();
+  evidence.published = paper().published;
   for (const Part& part : config.parts) {
     const fs::path folder = config.out / "parts" / part.name;
     if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) continue;
@@ -44,89 +40,85 @@ Evidence read_evidence(const ReproduceConfig& config) {
 
 /// Which parts there are, on what data, and how to get the others.
 Table data_table(const Json& data, const Evidence& evidence) {
-  Table table{
+  struct PartState {
+    std::string name, title, missing, fetch;
+    const EvidencePart* measured = nullptr;
+  };
+  std::vector<PartState> rows;
+  for (const Json& entry : data) {
+    const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
+    PartState row{text("part"), text("title"), text("missing"), text("fetch")};
+    const auto part = std::ranges::find(evidence.parts, row.name, &EvidencePart::name);
+    if (part != evidence.parts.end()) row.measured = &*part;
+    rows.push_back(std::move(row));
+  }
+  const Fields<PartState> fields = {
+      {Column::text("part"), &PartState::name},
+      {Column::text("title", "what"), &PartState::title},
+      {Column::text("state"),
+       [](const PartState& part) {
+         return part.measured ? "measured" : part.missing.empty() ? "not finished" : "not measured here";
+       }},
+      {Column::count("records").leading_to("records_file"),
+       [](const PartState& part) { return part.measured ? Cell(part.measured->records.size()) : Cell(); }},
+      {Column::text("missing"), &PartState::missing},
+      {Column::text("fetch", "how to get it"),
+       [](const PartState& part) { return part.missing.empty() ? "" : measuring_line(part.fetch); }},
+      {Column::text("records_file").only_in_files(),
+       [](const PartState& part) { return part.measured ? Cell(records_of_part(part.name)) : Cell(); }}};
+  return table_of(
       "What was measured",
       "ROOT is the folder given by --data or SEXTANT_DATA. Virtual KITTI and KITTI have their own licences "
       "(CC BY-NC-SA 3.0).",
-      {{"part", "part", Align::left},
-       {"title", "what", Align::left},
-       {"state", "state", Align::left},
-       {"records", "records", Align::right, 0},
-       {"missing", "missing", Align::left},
-       {"fetch", "how to get it", Align::left}}};
-  std::vector<std::string> records;
-  for (const Json& entry : data) {
-    const auto text = [&](const char* key) { return json_member<std::string>(entry, key, "data.json"); };
-    const std::string name = text("part");
-    const auto part = std::find_if(evidence.parts.begin(), evidence.parts.end(),
-                                   [&](const EvidencePart& p) { return p.name == name; });
-    const bool measured = part != evidence.parts.end();
-    const std::string missing = text("missing");
-    const std::string state = measured ? "measured" : missing.empty() ? "not finished" : "not measured here";
-    table.add_row({name, text("title"), state,
-                   measured ? Cell(static_cast<double>(part->records.size())) : Cell(), missing,
-                   missing.empty() ? std::string() : measuring_line(text("fetch"))});
-    records.push_back(measured ? records_of_part(name) : "");
-  }
-  add_addresses("records", records, table);
-  return table;
+      fields, rows);
 }
 
-/// The verdicts that a table's rows have.
-std::vector<std::string> verdicts_of(const Table& table) {
+/// What the summary says of a table of the paper.
+VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table) {
   std::vector<std::string> verdicts;
-  const auto verdict = table.find_column("verdict");
-  if (!verdict) return verdicts;
-  for (const std::vector<Cell>& row : table.rows) {
-    const auto* text = std::get_if<std::string>(&row[*verdict]);
-    if (text != nullptr && !text->empty()) verdicts.push_back(*text);
+  for (const PaperRow& row : table.rows) {
+    if (!row.verdict().empty()) verdicts.push_back(row.verdict());
   }
-  return verdicts;
+  const bool judged = !verdicts.empty() || table.rows.empty();
+  VerdictLine line{paper().table(entry.number).title, judged ? joint_verdict(verdicts) : "measured",
+                   judged ? answer_text(table.rows) : "no published values", "#" + entry.name};
+  line.group = "Tables of the paper";
+  if (auto figure = answer_figure(entry.name, table)) line.figures.push_back(std::move(*figure));
+  return line;
 }
 
-/// Rows of published values that were not measured say which command would.
-void name_commands(const PaperTable& entry, Table& table) {
-  const auto verdict = table.find_column("verdict"), published = table.find_column("published"),
-             data = table.find_column("data");
-  if (entry.fetch.empty() || !verdict || !published || !data) return;
-  for (std::vector<Cell>& row : table.rows) {
-    if (row[*verdict] != Cell("not measured here") || std::holds_alternative<std::monostate>(row[*published])) continue;
-    const auto* why = std::get_if<std::string>(&row[*data]);
-    const bool says_why = why != nullptr && !why->empty() && *why != "none";
-    row[*data] = (says_why ? *why + "; measured by: " : "measured by: ") + measuring_line(entry.fetch);
-  }
+VerdictLine verdict_line(const PaperTable& entry, const Table& ours) {
+  const bool measured = !ours.rows.empty();
+  VerdictLine line{ours.title, measured ? "measured" : joint_verdict({}),
+                   measured ? "no published values" : answer_text({}), "#" + entry.name};
+  line.group = "Tables of ours";
+  return line;
 }
 
-void add_paper_tables(const Evidence& evidence, ReportDocument& document) {
+std::vector<PlacedSection> paper_table_sections(const Evidence& evidence,
+                                                std::vector<VerdictLine>& verdicts) {
+  std::vector<PlacedSection> sections;
   for (const PaperTable& entry : paper_tables()) {
-    Table table = entry.make(evidence);
-    const std::vector<std::string> verdicts = verdicts_of(table);
-    const bool ours = verdicts.empty() && !table.rows.empty();  // no published value to be judged by
-    VerdictLine line{table.title, ours ? "measured" : joint_verdict(verdicts),
-                     ours ? "no published values" : answer_text(table), "#" + entry.name};
-    const bool of_paper = table.title.find("(ours)") == std::string::npos;
-    line.group = of_paper ? "Tables of the paper" : "Tables of ours";
-    auto figure = of_paper ? answer_figure(entry.name, table) : std::nullopt;
-    if (figure) line.figures.push_back(std::move(*figure));
-    document.verdicts.push_back(std::move(line));
-    name_commands(entry, table);
-    ReportSection section{entry.name + "-section", table.title};
-    if (!entry.exact_data.empty()) {
-      section.paragraphs.push_back("The paper measured on: " + entry.exact_data +
-                                   ". To get what is public of it: " + entry.fetch + ".");
+    const TableText text = paper().table(entry.number);
+    Table shown;
+    if (entry.published) {
+      PublishedTable table = entry.published(evidence);
+      verdicts.push_back(verdict_line(entry, table));
+      for (PaperRow& row : table.rows) row.command = measuring_line(text.fetch);
+      shown = table.table();
+    } else {
+      shown = entry.ours(evidence);
+      verdicts.push_back(verdict_line(entry, shown));
     }
-    section.tables.push_back({entry.name, std::move(table), entry.split_by});
-    document.sections.push_back(std::move(section));
+    ReportSection section{entry.name + "-section", shown.title};
+    if (!text.data.empty()) {
+      section.paragraphs.push_back("The paper measured on: " + text.data +
+                                   ". To get what is public of it: " + text.fetch + ".");
+    }
+    section.tables.push_back({entry.name, std::move(shown), entry.split_by});
+    sections.push_back({entry.place, std::move(section)});
   }
-}
-
-/// As the paper prints them; then what is ours, as it comes.
-void put_in_paper_order(std::vector<ReportSection>& sections) {
-  static constexpr std::array<const char*, 9> order = {"Fig. 1", "Table I:",  "Fig. 4",    "Table II:", "Table III:",
-                                                       "Fig. 5", "Table IV:", "Table V:", "Fig. 6"};
-  std::ranges::stable_sort(sections, {}, [](const ReportSection& section) {
-    return std::ranges::find_if(order, [&](const char* begin) { return section.heading.starts_with(begin); }) - order.begin();
-  });
+  return sections;
 }
 
 }  // namespace
@@ -140,9 +132,11 @@ ReportDocument reproduction_document(const ReproduceConfig& config) {
   document.abstract =
       "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), "
       "rebuilt from records beside the published values.";
-  add_paper_tables(evidence, document);
-  add_figure_sections(config.out / "parts", evidence, config.jobs, document);
-  put_in_paper_order(document.sections);
+  std::vector<PlacedSection> sections = paper_table_sections(evidence, document.verdicts);
+  std::ranges::move(figure_sections(config.out / "parts", evidence, config.jobs),
+                    std::back_inserter(sections));
+  std::ranges::stable_sort(sections, {}, &PlacedSection::place);
+  for (PlacedSection& placed : sections) document.sections.push_back(std::move(placed.section));
   std::ranges::move(claim_verdicts(checked, "#claims"), std::back_inserter(document.verdicts));
   ReportSection claims{"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}};
   claims.in_summary = true;

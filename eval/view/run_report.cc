@@ -234,7 +234,8 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
   document.abstract = answer(request);
   ReportSection summary{"summary-section", "Summary"};
   Table table = summary_table(result.records, request.preset);
-  add_record_links(record_places(result.records, records_beside), ".", table);
+  add_record_links(summarize(result.records, request.preset), record_places(result.records, records_beside),
+                   ".", table);
   summary.tables = {{"summary_table", std::move(table), {"dataset", "sequence", "estimator"}}};
   document.sections.push_back(std::move(summary));
   document.sections.push_back(view_section(request));

@@ -103,13 +103,13 @@ DOORS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
-                       ["eval/cli/help_command.cc", "eval/report/gnuplot.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
+                       ["eval/cli/help_command.cc", "eval/report/figure.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
     "makes a folder for temporary files: use base/new_file.h": (
         re.compile(r"\b(?:temp_directory_path|mkdtemp|mkstemp|tmpfile|tmpnam)\b"),
         ["base/new_file.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack.cc"]),
     "creates a file: use base/new_file.h or write_file()": (
         re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
-        ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/gnuplot.cc",
+        ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/figure.cc",
          "eval/external/process.cc", "eval/fuzz/folder.cc"]),
     "makes folders, through links too: use base/safe_paths.h or base/file_lock.h": (
         re.compile(r"\bcreate_directories\("),

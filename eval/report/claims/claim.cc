@@ -1,6 +1,5 @@
 #include "sextant/eval/report/claims/claim.h"
 
-#include "sextant/eval/report/fetch_lines.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -42,41 +41,60 @@ std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
   return check_claims(evidence);
 }
 
-Table claim_table(const std::vector<CheckedClaim>& checked) {
-  Table table{
+namespace {
+
+struct ClaimRow {
+  const Claim* claim;
+  const ClaimResult* result;
+};
+
+/// `names_claim`: whether people see the statement and its place in the table.
+Table claim_table(const std::vector<CheckedClaim>& checked, bool names_claim) {
+  std::vector<ClaimRow> rows;
+  std::vector<std::string> notes;
+  for (const auto& [claim, results] : checked) {
+    if (results.empty()) notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");
+    for (const ClaimResult& result : results) rows.push_back({claim, &result});
+  }
+  Column statement = Column::text("statement").folded(), place = Column::text("place").folded();
+  statement.says_itself = true;
+  statement.detail = place.detail = !names_claim;
+  const auto number = [](const std::string& key) {
+    return Column{.key = key, .title = key, .significant = 3};
+  };
+  Fields<ClaimResult> of_result = {{Column::text("dataset").folded(), &ClaimResult::dataset},
+                                   {Column::text("sequence").folded(), &ClaimResult::sequence},
+                                   {Column::text("estimator"), &ClaimResult::estimator},
+                                   {Column::text("subject"), &ClaimResult::subject},
+                                   {Column::text("quantity"), &ClaimResult::quantity},
+                                   {number("value"), &ClaimResult::value}};
+  Column low = number("low");
+  low.range = "95 % interval";
+  of_result.add_range({low, number("high")}, &ClaimResult::interval);
+  of_result.add({{Column::text("stated"), &ClaimResult::stated},
+                 {Column::text("verdict"), [](const ClaimResult& r) { return Cell(to_string(r.verdict)); }},
+                 {Column::text("records").folded(), [](const ClaimResult& r) {
+                    return r.records.empty() ? Cell()
+                                             : Cell(fmt::format("parts/{}/records.jsonl", r.records));
+                  }}});
+  Fields<ClaimRow> fields = {
+      {Column::text("claim").folded().only_in_files(), [](const ClaimRow& row) { return row.claim->name; }},
+      {statement, [](const ClaimRow& row) { return row.claim->statement; }},
+      {place, [](const ClaimRow& row) { return row.claim->place; }}};
+  fields.add(of_result, &ClaimRow::result);
+  Table table = table_of(
       "Statements of the paper",
       "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: the "
       "whole interval agrees with the statement or contradicts it. Objects are numbered by distance, as in "
       "the paper.",
-      {Column::text("claim").folded().only_in_files(),
-       {.key = "statement", .title = "statement", .align = Align::left, .fold = true, .says_itself = true},
-       Column::text("place").folded(),
-       Column::text("dataset").folded(),
-       Column::text("sequence").folded(),
-       Column::text("estimator"),
-       Column::text("subject"),
-       Column::text("quantity"),
-       {.key = "value", .title = "value", .significant = 3},
-       {.key = "low", .title = "low", .range = "95 % interval", .significant = 3},
-       {.key = "high", .title = "high", .significant = 3},
-       Column::text("stated"),
-       Column::text("verdict"),
-       Column::text("records").folded()}};
-  for (const auto& [claim, results] : checked) {
-    if (results.empty())
-      table.notes.push_back("Not tested here: " + claim->statement + " (" + claim->place + ").");
-    for (const ClaimResult& r : results) {
-      std::vector<Cell> cells = {claim->name, claim->statement, claim->place, r.dataset, r.sequence,
-                                 r.estimator, r.subject,        r.quantity,   r.value};
-      add_interval(r.interval, cells);
-      cells.emplace_back(r.stated);
-      cells.emplace_back(std::string(to_string(r.verdict)));
-      cells.push_back(r.records.empty() ? Cell() : Cell(fmt::format("parts/{}/records.jsonl", r.records)));
-      table.add_row(std::move(cells));
-    }
-  }
+      fields, rows);
+  table.notes = std::move(notes);
   return table;
 }
+
+}  // namespace
+
+Table claim_table(const std::vector<CheckedClaim>& checked) { return claim_table(checked, true); }
 
 std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link) {
   std::vector<VerdictLine> lines;
@@ -88,10 +106,7 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
                                                : fmt::format("{} ({} results)", count_words(verdicts), results.size());
     VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
                      results.empty() ? "" : link, "Claims"};
-    line.cases = claim_table({{claim, results}});
-    for (const char* said : {"statement", "place"}) {  // by the line itself
-      line.cases.columns[line.cases.place(said)].detail = true;
-    }
+    line.cases = claim_table({{claim, results}}, false);
     lines.push_back(std::move(line));
   }
   return lines;

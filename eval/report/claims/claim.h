@@ -2,7 +2,7 @@
 
 // Statements of the paper, checked on records. How to add one:
 //   1. write eval/report/claims/<name>.cc: a function from evidence to results, declared in paper_claims.h;
-//   2. add one line to the table in registry.cc.
+//   2. add one line to the list in registry.cc, and the statement to results/published/zhang2020_data.json.
 //
 // A result is one number with its 95 % interval beside what the paper states. Verdicts:
 //   reproduced      the whole interval agrees with the statement
@@ -38,16 +38,19 @@ struct ClaimResult {
   std::string records{};  ///< the part it was measured on
 
   void set(const IntervalEstimate& estimate);
+
+  /// Whether the records of that level are behind this row.
+  bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
+    return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator;
+  }
 };
 
-struct Claim {
+struct Claim : Statement {
   std::string name;
-  std::string statement;  ///< of the paper, shortened
-  std::string place;      ///< where the paper says so
   std::function<std::vector<ClaimResult>(const Evidence&)> check;
-  std::string fetch{};  ///< gets the data it needs; empty: the scenarios are enough
 };
 
+/// All claims, in the order of reports.
 std::span<const Claim> claims();
 
 /// The verdict on "value < limit" and on "value > limit".

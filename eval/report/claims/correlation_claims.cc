@@ -10,7 +10,6 @@
 namespace sextant {
 namespace {
 
-constexpr size_t n_nearest_objects = 3;
 constexpr const char* spatial_suffix = " (spatial ";
 
 bool is_correlated(const NoiseLevel& level) { return level.key().noise.str().find(spatial_suffix) != std::string::npos; }
@@ -58,16 +57,6 @@ std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve
 
 using Group = std::tuple<Interned, Interned, Interned>;  // dataset, sequence, estimator
 
-/// Camera, then the nearest objects.
-std::vector<std::span<const NoiseLevelRef>> chosen(std::vector<std::span<const NoiseLevelRef>> curves) {
-  const auto key = [](std::span<const NoiseLevelRef> curve) {
-    return curve.front()->key().body == "ego" ? -1.0 : mean_distance_m(curve);
-  };
-  std::ranges::stable_sort(curves, {}, key);
-  if (curves.size() > n_nearest_objects + 1) curves.resize(n_nearest_objects + 1);
-  return curves;
-}
-
 }  // namespace
 
 std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidence) {
@@ -83,10 +72,7 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
       if (has_both) groups[{key.dataset, key.sequence, key.estimator}].push_back(curve);
     }
     for (const auto& [group, curves] : groups) {
-      size_t number = 0;
-      for (const auto& curve : chosen(curves)) {
-        const int id = body_order(curve.front()->key().body);
-        const std::string subject = id == 0 ? "camera" : fmt::format("object {} (id {})", ++number, id);
+      for (const auto& [subject, curve] : nearest_bodies(curves)) {
         for (const char* key : {"Et_m", "ER_deg"}) {
           const std::optional<IntervalEstimate> k = error_ratio(curve, compared_error(key));
           if (!k) continue;

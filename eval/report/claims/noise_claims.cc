@@ -26,59 +26,31 @@ struct ErrorKind {
 };
 constexpr std::array<ErrorKind, 2> error_kinds = {{{"Et_m", 0.02, 0.09}, {"ER_deg", 0.04, 0.2}}};
 
-/// One body of the paper's figure under one estimator.
-struct Body {
-  std::string title;
-  std::span<const NoiseLevelRef> levels;
-};
-
 /// One figure of the paper: a sequence under one estimator.
-struct Panel {
+struct FigureOfPaper {
   std::string dataset, sequence, estimator;
-  std::vector<Body> bodies;  ///< camera, then objects by distance
+  std::vector<CurveOfBody> bodies;  ///< camera, then objects by distance
 };
 
-/// The camera and the nearest objects, as the paper counts them.
-std::vector<Body> figure_bodies(const std::vector<std::span<const NoiseLevelRef>>& curves) {
-  std::vector<Body> bodies;
-  std::vector<std::tuple<double, int, std::span<const NoiseLevelRef>>> objects;
-  for (const auto& curve : curves) {
-    const int id = body_order(curve.front()->key().body);
-    if (id == 0) {
-      bodies.push_back({"camera", curve});
-    } else {
-      objects.emplace_back(mean_distance_m(curve), id, curve);
-    }
-  }
-  std::ranges::sort(objects, [](const auto& a, const auto& b) {
-    return std::tie(std::get<0>(a), std::get<1>(a)) < std::tie(std::get<0>(b), std::get<1>(b));
-  });
-  for (size_t i = 0; i < std::min(objects.size(), n_paper_objects); ++i) {
-    const auto& [distance_m, id, curve] = objects[i];
-    bodies.push_back({fmt::format("object {} (id {})", i + 1, id), curve});
-  }
-  return bodies;
-}
-
-std::vector<Panel> panels_of(const NoiseSweep& sweep, const std::string& parameter) {
-  std::vector<Panel> panels;
-  if (sweep.parameter != parameter) return panels;
+std::vector<FigureOfPaper> figures_of_sweep(const NoiseSweep& sweep, const std::string& parameter) {
+  std::vector<FigureOfPaper> figures;
+  if (sweep.parameter != parameter) return figures;
   std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>>
-      by_panel;
+      by_figure;
   for (const auto& curve : curves_of(sweep.levels)) {
     const NoiseLevelKey& key = curve.front()->key();
     const auto in_figure = [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); };
     if (std::ranges::any_of(curve, in_figure))
-      by_panel[{key.dataset, key.sequence, key.estimator}].push_back(curve);
+      by_figure[{key.dataset, key.sequence, key.estimator}].push_back(curve);
   }
-  for (const auto& [key, curves] : by_panel)
-    panels.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), figure_bodies(curves)});
-  return panels;
+  for (const auto& [key, curves] : by_figure)
+    figures.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), nearest_bodies(curves)});
+  return figures;
 }
 
-ClaimResult result_for(const Panel& panel, const std::string& subject, const std::string& quantity,
+ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, const std::string& quantity,
                        const std::string& stated) {
-  return {panel.dataset, panel.sequence, panel.estimator, subject, quantity, stated};
+  return {figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
 }
 
 /// Sums of one error by cluster and level, so that statistics of resampled seeds are cheap.
@@ -162,14 +134,15 @@ using FourBodies = std::vector<LevelMeans>;
 template <typename Check>
 std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& check) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweep, "flow.scale")) {
-    if (panel.bodies.size() != 1 + n_paper_objects) continue;
-    if (!std::ranges::all_of(panel.bodies, [](const Body& b) { return has_two_levels(b.levels); })) continue;
+  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "flow.scale")) {
+    if (figure.bodies.size() != 1 + n_paper_objects) continue;
+    if (!std::ranges::all_of(figure.bodies, [](const CurveOfBody& b) { return has_two_levels(b.levels); }))
+      continue;
     for (const ErrorKind& kind : error_kinds) {
       FourBodies means;
-      for (const Body& body : panel.bodies) means.emplace_back(body.levels, kind.error(), all_levels);
+      for (const CurveOfBody& body : figure.bodies) means.emplace_back(body.levels, kind.error(), all_levels);
       const auto same = [&](const LevelMeans& m) { return m.n_clusters() == means.front().n_clusters(); };
-      if (std::ranges::all_of(means, same)) results.push_back(check(panel, kind, means));
+      if (std::ranges::all_of(means, same)) results.push_back(check(figure, kind, means));
     }
   }
   return results;
@@ -177,10 +150,31 @@ std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& ch
 
 }  // namespace
 
+std::vector<CurveOfBody> nearest_bodies(const std::vector<std::span<const NoiseLevelRef>>& curves) {
+  std::vector<CurveOfBody> bodies;
+  std::vector<std::tuple<double, int, std::span<const NoiseLevelRef>>> objects;
+  for (const auto& curve : curves) {
+    const int id = body_order(curve.front()->key().body);
+    if (id == 0) {
+      bodies.push_back({"camera", curve});
+    } else {
+      objects.emplace_back(mean_distance_m(curve), id, curve);
+    }
+  }
+  std::ranges::sort(objects, [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(a)) < std::tie(std::get<0>(b), std::get<1>(b));
+  });
+  for (size_t i = 0; i < std::min(objects.size(), n_paper_objects); ++i) {
+    const auto& [distance_m, id, curve] = objects[i];
+    bodies.push_back({fmt::format("object {} (id {})", i + 1, id), curve});
+  }
+  return bodies;
+}
+
 std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweep, "depth.delta_d_px")) {
-    for (const Body& body : panel.bodies) {
+  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "depth.delta_d_px")) {
+    for (const CurveOfBody& body : figure.bodies) {
       for (const ErrorKind& kind : error_kinds) {
         for (const double max_level : {stereo_camera_px, all_levels}) {
           const LevelMeans means(body.levels, kind.error(), max_level);
@@ -188,7 +182,7 @@ std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
           const std::string range =
               max_level == all_levels ? "all levels" : fmt::format("\u0394d \u2264 {}", max_level);
           ClaimResult result =
-              result_for(panel, body.title, fmt::format("largest mean {}, {}", kind.title(), range),
+              result_for(figure, body.title, fmt::format("largest mean {}, {}", kind.title(), range),
                          fmt::format("< {}", kind.low_limit));
           result.set(cluster_estimate(means.n_clusters(),
                                       [&](std::span<const size_t> c) { return means.largest(c); }));
@@ -203,11 +197,11 @@ std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
 
 std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : panels_of(sweep, "depth.delta_d_px")) {
-    for (const Body& body : panel.bodies) {
+  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "depth.delta_d_px")) {
+    for (const CurveOfBody& body : figure.bodies) {
       if (!has_two_levels(body.levels)) continue;
       const LevelMeans means(body.levels, compared_error("Et_m"), all_levels);
-      ClaimResult result = result_for(panel, body.title, "slope of E_t [m/px]", "> 0");
+      ClaimResult result = result_for(figure, body.title, "slope of E_t [m/px]", "> 0");
       result.set(
           cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }));
       result.verdict = is_above(0, result.value, result.interval);
@@ -218,8 +212,9 @@ std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
 }
 
 std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
-  return of_four_bodies(sweep, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
-    ClaimResult result = result_for(panel, "objects 2, 3 - camera, object 1",
+  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
+                                  const FourBodies& means) {
+    ClaimResult result = result_for(figure, "objects 2, 3 - camera, object 1",
                                     fmt::format("smallest difference of slopes, {}", kind.title()), "> 0");
     result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
       return std::min(means[2].slope(c), means[3].slope(c)) - std::max(means[0].slope(c), means[1].slope(c));
@@ -230,9 +225,10 @@ std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
 }
 
 std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
-  return of_four_bodies(sweep, [](const Panel& panel, const ErrorKind& kind, const FourBodies& means) {
+  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
+                                  const FourBodies& means) {
     ClaimResult result =
-        result_for(panel, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
+        result_for(figure, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
                    fmt::format("nearly {}", kind.highest));
     result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
       return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));

@@ -41,18 +41,26 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
   return table;
 }
 
-/// What these records say something about, a line each; the other statements of the paper in one line.
-std::vector<VerdictLine> claims_of_sweeps(const std::vector<CheckedClaim>& checked) {
-  std::vector<VerdictLine> lines = claim_verdicts(checked, "#claims");
-  Table others{"Statements on other data", "", {Column::text("statement"), Column::text("place", "where")}};
-  for (const auto& [claim, results] : checked) {
-    if (results.empty()) others.add_row({claim->statement, claim->place});
+/// A line for each statement of the paper that these records say something about; the others share one line.
+std::vector<VerdictLine> claims_of_sweeps(const std::vector<CheckedClaim>& checked,
+                                          const RecordPlaces& places, const std::filesystem::path& out) {
+  const std::vector<VerdictLine> all = claim_verdicts(checked, "#claims");
+  std::vector<VerdictLine> lines;
+  std::vector<Claim> others;
+  for (size_t i = 0; i < checked.size(); ++i) {
+    if (checked[i].results.empty()) {
+      others.push_back(*checked[i].claim);
+    } else {
+      add_record_links(checked[i].results, places, out, lines.emplace_back(all[i]).cases);
+    }
   }
-  std::erase_if(lines, [](const VerdictLine& line) { return line.cases.rows.empty(); });
-  if (others.rows.empty()) return lines;
-  VerdictLine line{fmt::format("{} statements of the paper on other data", others.rows.size()),
+  if (others.empty()) return lines;
+  VerdictLine line{fmt::format("{} statements of the paper on other data", others.size()),
                    "not measured here", "measured by: sextant reproduce --data ROOT --out DIR", "", "Claims"};
-  line.cases = std::move(others);
+  line.cases = table_of<Claim>(
+      "Statements on other data", "",
+      {{Column::text("statement"), &Claim::statement}, {Column::text("place", "where"), &Claim::place}},
+      others);
   lines.push_back(std::move(line));
   return lines;
 }
@@ -81,7 +89,8 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   document.abstract =
       "Errors of camera and objects by noise level, from the records of " + joined(folders) +
       ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
-  document.verdicts = claims_of_sweeps(checked);
+  const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
+  document.verdicts = claims_of_sweeps(checked, places, out);
   const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
     if (table.rows.empty()) return;
     document.sections.push_back({std::string(name) + "-section",
@@ -93,19 +102,18 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   };
   add("claims", "Statements", claim_table(checked));
   for (ReportSection& section : document.sections) section.in_summary = true;  // the claims alone so far
-  const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders);
-  const auto linked = [&](Table table) {
-    add_record_links(places, sweeps, out, table);
+  const auto linked = [&](Table table, const auto& rows) {
+    add_record_links(rows, places, out, table);
     return table;
   };
-  for (VerdictLine& line : document.verdicts) line.cases = linked(std::move(line.cases));
-  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels)),
+  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels), levels),
       noise_level_figures(levels));
-  add("trends", "Growth", linked(trend_table(noise_trends(sweeps, jobs))));
+  const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
+  add("trends", "Growth", linked(trend_table(trends), trends));
   progress.advance();
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
-  add("comparisons", "Estimators compared", linked(comparison_table(comparisons)));
+  add("comparisons", "Estimators compared", linked(comparison_table(comparisons), comparisons));
   add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
   Table achieved_table = achieved_noise_table(achieved);
   if (!out.empty()) {

@@ -5,64 +5,60 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/kitti_sequence.h"
+#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
-/// One estimated object or a difference, as records that measure_mean() reads.
-ClaimResult result_of(const RecordRefs& records, const char* key, const std::string& part) {
-  ClaimResult result;
-  const std::optional<Measured> measured = measure_mean(records, NumberMap::errors, key);
-  result.dataset = records.front()->dataset;
-  result.sequence = records.front()->sequence;
-  result.estimator = records.front()->estimator;
-  result.value = measured->value;
-  result.interval = measured->interval;
+/// The mean of these numbers; where and by whom they were measured is that of the first.
+ClaimResult result_of(const std::vector<RecordNumber>& numbers, const std::string& part) {
+  RecordRefs records;
+  for (const RecordNumber& number : numbers) records.push_back(number.record);
+  ClaimResult result{records.front()->dataset, records.front()->sequence, records.front()->estimator};
+  result.set(*measure_mean(numbers, Clusters(records)));
   result.records = part;
   return result;
 }
 
-/// Ours against ORB-SLAM3 over the frames of one sequence that both have.
+std::vector<RecordNumber> errors_of(const RecordRefs& records, const char* key) {
+  std::vector<RecordNumber> numbers;
+  for (const Record* record : records) numbers.push_back({record, record->errors.at(key)});
+  return numbers;
+}
+
+/// E_t of the paper's method less that of the reference system, over the frames of one sequence that both
+/// have, in m.
 struct Difference {
   std::string part, sequence;
-  std::vector<Record> records;  ///< errors.difference_m; values.step_floor_m of the truth
-  double floor_m = 0;
+  std::vector<RecordNumber> pairs;
+  double floor_m = 0;  ///< of the truth
 };
 
-std::vector<Difference> differences_to_orb_slam(const Evidence& evidence) {
-  std::map<std::pair<std::string, int>, const Record*> orb_slam;
+std::vector<Difference> differences_to_reference(const Evidence& evidence) {
+  std::map<std::pair<std::string, int>, const Record*> reference;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
     for (const Record& r : part->records) {
-      if (r.estimator == "ORB-SLAM3") orb_slam[{r.sequence, r.frame}] = &r;
+      if (r.estimator == paper().reference.name) reference[{r.sequence, r.frame}] = &r;
     }
   }
   std::vector<Difference> differences;
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     Difference difference{part->name, "", {}, 0};
     for (const Record& r : part->records) {
-      if (!r.is_ego() || r.estimator != "joint_flow" || r.status != Status::ok || !r.errors.contains("Et_m"))
+      if (!r.is_ego() || r.estimator != paper().method || r.status != Status::ok ||
+          !r.errors.contains("Et_m"))
         continue;
-      const auto other = orb_slam.find({kitti_sequence(r), r.frame});
-      if (other == orb_slam.end()) continue;
-      Record copy = r;
-      copy.errors["difference_m"] = r.errors.at("Et_m") - other->second->errors.at("Et_m");
-      difference.sequence = kitti_sequence(r);
+      const auto other = reference.find({paper().recorded_sequence(r), r.frame});
+      if (other == reference.end()) continue;
+      difference.sequence = other->second->sequence;
       difference.floor_m = find_number(other->second->values, "step_floor_m").value_or(0);
-      difference.records.push_back(std::move(copy));
+      difference.pairs.push_back({&r, r.errors.at("Et_m") - other->second->errors.at("Et_m")});
     }
-    if (!difference.records.empty()) differences.push_back(std::move(difference));
+    if (!difference.pairs.empty()) differences.push_back(std::move(difference));
   }
   return differences;
-}
-
-RecordRefs refs(const std::vector<Record>& records) {
-  RecordRefs out;
-  for (const Record& record : records) out.push_back(&record);
-  return out;
 }
 
 /// The interval of |x| for x in `interval`.
@@ -90,13 +86,13 @@ std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& [sequence, floor] : floors) smallest = std::min(smallest, floor);
   ClaimResult result;
-  result.dataset = "kitti";
+  result.dataset = paper().recorded_dataset;
   result.sequence = fmt::format("{} sequences", floors.size());
   result.estimator = "the paper's own";
-  result.subject = "ORB-SLAM2 - proposed, as published";
+  result.subject = paper().reference.title + " - proposed, as published";
   result.quantity = "|difference of mean E_t| [m]";
-  result.value =
-      table.at("orb_slam2").at("Et_m").get<double>() - table.at("proposed").at("Et_m").get<double>();
+  result.value = table.at(paper().reference.column).at("Et_m").get<double>() -
+                 table.at("proposed").at("Et_m").get<double>();
   result.interval = Interval{result.value, result.value};
   result.stated = fmt::format("< smallest floor, {:.4f}", smallest);
   result.verdict = is_below(smallest, result.value, result.interval);
@@ -111,11 +107,11 @@ std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     std::map<int, RecordRefs> by_object;
     for (const Record& r : part->records) {
-      if (r.is_ego() || r.estimator != "joint_flow" || r.status != Status::ok || !has_truth(r)) continue;
+      if (r.is_ego() || r.estimator != paper().method || r.status != Status::ok || !has_truth(r)) continue;
       if (r.errors.contains("Ev_kmh")) by_object[body_order(r.body)].push_back(&r);
     }
     for (const auto& [id, records] : by_object) {
-      ClaimResult result = result_of(records, "Ev_kmh", part->name);
+      ClaimResult result = result_of(errors_of(records, "Ev_kmh"), part->name);
       result.subject = fmt::format("object {}, {} pairs", id, records.size());
       result.quantity = "mean E_v [km/h]";
       result.stated = "2 .. 5";
@@ -128,10 +124,10 @@ std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
 
 std::vector<ClaimResult> check_ahead_of_orb_slam(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const Difference& difference : differences_to_orb_slam(evidence)) {
-    ClaimResult result = result_of(refs(difference.records), "difference_m", difference.part);
-    result.subject = fmt::format("camera, {} pairs of {}", difference.records.size(), difference.sequence);
-    result.quantity = "mean E_t less ORB-SLAM3's [m]";
+  for (const Difference& difference : differences_to_reference(evidence)) {
+    ClaimResult result = result_of(difference.pairs, difference.part);
+    result.subject = fmt::format("camera, {} pairs of {}", difference.pairs.size(), difference.sequence);
+    result.quantity = fmt::format("mean E_t less {}'s [m]", paper().reference.name);
     result.stated = "< 0";
     result.verdict = is_below(0, result.value, result.interval);
     results.push_back(std::move(result));
@@ -141,11 +137,11 @@ std::vector<ClaimResult> check_ahead_of_orb_slam(const Evidence& evidence) {
 
 std::vector<ClaimResult> check_within_floor(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const Difference& difference : differences_to_orb_slam(evidence)) {
+  for (const Difference& difference : differences_to_reference(evidence)) {
     if (difference.floor_m <= 0) continue;
-    ClaimResult result = result_of(refs(difference.records), "difference_m", difference.part);
-    result.subject = fmt::format("camera, {} pairs of {}", difference.records.size(), difference.sequence);
-    result.quantity = "|difference of mean E_t| to ORB-SLAM3 [m]";
+    ClaimResult result = result_of(difference.pairs, difference.part);
+    result.subject = fmt::format("camera, {} pairs of {}", difference.pairs.size(), difference.sequence);
+    result.quantity = fmt::format("|difference of mean E_t| to {} [m]", paper().reference.name);
     result.value = std::abs(result.value);
     result.interval = absolute(result.interval);
     result.stated = fmt::format("< floor, {:.4f}", difference.floor_m);
@@ -161,7 +157,8 @@ std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
   std::string part_name;
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
     for (const Record& r : part->records) {
-      if (r.estimator == "ORB-SLAM3" && r.values.contains("rotation_floor_deg") && r.errors.contains("ER_deg"))
+      if (r.estimator == paper().reference.name && r.values.contains("rotation_floor_deg") &&
+          r.errors.contains("ER_deg"))
         recorded.push_back(&r);
     }
     part_name = part->name;
@@ -178,17 +175,19 @@ std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
   };
   std::vector<ClaimResult> results;
   const Json& table = evidence.published.at("tab:cam_err");
-  for (const auto& [role, name] : {std::pair{"proposed", "the paper's own"}, {"orb_slam2", "ORB-SLAM2"}}) {
+  const PaperEstimator& reference = paper().reference;
+  for (const auto& [column, name] : {std::pair<std::string, std::string>{"proposed", "the paper's own"},
+                                     {reference.column, reference.title}}) {
     ClaimResult result;
-    result.dataset = "kitti";
+    result.dataset = paper().recorded_dataset;
     result.estimator = name;
     result.subject = "camera, as published for 12 sequences";
-    result.value = table.at(role).at("ER_deg").get<double>();
+    result.value = table.at(column).at("ER_deg").get<double>();
     result.interval = Interval{result.value, result.value};
     result.records = part_name;
     results.push_back(judged(std::move(result)));
   }
-  ClaimResult ours = result_of(recorded, "ER_deg", part_name);
+  ClaimResult ours = result_of(errors_of(recorded, "ER_deg"), part_name);
   ours.subject = fmt::format("camera, {} pairs", recorded.size());
   results.push_back(judged(std::move(ours)));
   return results;

@@ -20,7 +20,7 @@ struct PairOfValues {
 using Pairs = std::map<uint64_t, std::vector<PairOfValues>>;
 
 /// One body of a set under two estimators, or before and after.
-struct Panel {
+struct PairedSample {
   const EvidencePart* part;
   RecordFilter filter;
   std::string set, body, estimator;
@@ -35,7 +35,7 @@ template <typename Visit>
 void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> roles, const Visit& visit) {
   for (const PartRole role : roles) {
     for (const EvidencePart* part : evidence.with(role)) {
-      for (const SetData& data : set_data()) {
+      for (const SetData& data : paper().sets) {
         std::map<std::string, Bodies> estimators;
         for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter)))
           estimators[estimator] = paper_bodies(records);
@@ -46,60 +46,60 @@ void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> role
 }
 
 /// Where both have a body, its E_t case by case.
-void add_panels(const EvidencePart& part, const SetData& data, const std::string& estimator,
-                const Bodies& first, const Bodies& second, std::vector<Panel>& panels) {
+void add_samples(const EvidencePart& part, const SetData& data, const std::string& estimator,
+                 const Bodies& first, const Bodies& second, std::vector<PairedSample>& samples) {
   for (const std::string& body : common_keys<Bodies>({&first, &second})) {
     const auto of_first = errors_by_case(first.at(body), "Et_m");
     const auto of_second = errors_by_case(second.at(body), "Et_m");
-    Panel panel{&part, data.filter, data.set, body, estimator, {}};
+    PairedSample sample{&part, data.filter, data.set, body, estimator, {}};
     for (const SeedFrame& at : common_keys<std::map<SeedFrame, double>>({&of_first, &of_second}))
-      panel.pairs[at.first].push_back({of_first.at(at), of_second.at(at)});
-    if (!panel.pairs.empty()) panels.push_back(std::move(panel));
+      sample.pairs[at.first].push_back({of_first.at(at), of_second.at(at)});
+    if (!sample.pairs.empty()) samples.push_back(std::move(sample));
   }
 }
 
-/// motion_only and joint_flow of every body, set and part of these roles; "motion_only, x" goes with
-/// "joint_flow, x".
-std::vector<Panel> estimator_panels(const Evidence& evidence, std::initializer_list<PartRole> roles) {
-  constexpr std::string_view name = "motion_only";
-  std::vector<Panel> panels;
+/// The baseline and the paper's method for every body, set and part of these roles; names must agree in
+/// what follows these, which is a procedure or a choice of points.
+std::vector<PairedSample> estimator_samples(const Evidence& evidence, std::initializer_list<PartRole> roles) {
+  const std::string& name = paper().baseline;
+  std::vector<PairedSample> samples;
   for_each_set(evidence, roles, [&](const auto& part, const auto& data, const auto& estimators) {
-    for (const auto& [motion_only, bodies] : estimators) {
-      if (!motion_only.starts_with(name)) continue;
-      const std::string joint = "joint_flow" + motion_only.substr(name.size());
+    for (const auto& [baseline, bodies] : estimators) {
+      if (!baseline.starts_with(name)) continue;
+      const std::string joint = paper().method + baseline.substr(name.size());
       if (const Bodies* of_joint = find_in(estimators, joint))
-        add_panels(part, data, joint, bodies, *of_joint, panels);
+        add_samples(part, data, joint, bodies, *of_joint, samples);
     }
   });
-  return panels;
+  return samples;
 }
 
 /// One function on the inliers and on all points, of every body and set.
-std::vector<Panel> selection_panels(const Evidence& evidence) {
-  std::vector<Panel> panels;
+std::vector<PairedSample> selection_samples(const Evidence& evidence) {
+  std::vector<PairedSample> samples;
   for_each_set(evidence, {PartRole::attribution},
                [&](const auto& part, const auto& data, const auto& estimators) {
-                 for (const std::string function : {"motion_only", "joint_flow"}) {
+                 for (const std::string& function : {paper().baseline, paper().method}) {
                    const Bodies* inliers = find_in(estimators, function + " on inliers");
                    const Bodies* all = find_in(estimators, function + " on all");
-                   if (inliers && all) add_panels(part, data, function, *inliers, *all, panels);
+                   if (inliers && all) add_samples(part, data, function, *inliers, *all, samples);
                  }
                });
-  return panels;
+  return samples;
 }
 
 /// `statistic` of the pairs of all seeds, and its interval over these.
-ClaimResult measured(const Panel& panel, const std::string& quantity, const std::string& stated,
+ClaimResult measured(const PairedSample& sample, const std::string& quantity, const std::string& stated,
                      const std::function<double(const std::vector<const PairOfValues*>&)>& statistic) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
-  for (const auto& [seed, of_seed] : panel.pairs) by_seed.push_back(&of_seed);
-  ClaimResult result{.dataset = panel.filter.dataset,
-                     .sequence = panel.filter.sequence,
-                     .estimator = panel.estimator,
-                     .subject = panel.set + " " + panel.body,
+  for (const auto& [seed, of_seed] : sample.pairs) by_seed.push_back(&of_seed);
+  ClaimResult result{.dataset = sample.filter.dataset,
+                     .sequence = sample.filter.sequence,
+                     .estimator = sample.estimator,
+                     .subject = sample.set + " " + sample.body,
                      .quantity = quantity,
                      .stated = stated,
-                     .records = panel.part->name};
+                     .records = sample.part->name};
   result.set(cluster_estimate(by_seed.size(), [&](std::span<const size_t> seeds) {
     std::vector<const PairOfValues*> chosen;
     for (const size_t s : seeds) {
@@ -128,9 +128,9 @@ constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
 std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
   constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
-  for (const Panel& panel : estimator_panels(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (panel.body != "Ego") continue;
-    ClaimResult result = measured(panel, gain_title, "about 300", percent_above);
+  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
+    if (sample.body != "Ego") continue;
+    ClaimResult result = measured(sample, gain_title, "about 300", percent_above);
     result.verdict = is_above(least_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -139,9 +139,9 @@ std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
 
 std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const Panel& panel : estimator_panels(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (panel.body == "Ego") continue;
-    ClaimResult result = measured(panel, gain_title, "10 .. 20", percent_above);
+  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
+    if (sample.body == "Ego") continue;
+    ClaimResult result = measured(sample, gain_title, "10 .. 20", percent_above);
     result.verdict = is_between(10, 20, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -153,19 +153,19 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
   constexpr double none_percent = 1;
   constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
-  for (const Panel& panel : estimator_panels(evidence, {PartRole::attribution})) {
-    const size_t at = panel.estimator.find(" on ");
+  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::attribution})) {
+    const size_t at = sample.estimator.find(" on ");
     if (at == std::string::npos) continue;
-    const std::string points = panel.estimator.substr(at + 1);
-    ClaimResult result = measured(panel, fmt::format("{}, both {}", gain_title, points), "0", percent_above);
-    result.estimator = "motion_only, joint_flow";
+    const std::string points = sample.estimator.substr(at + 1);
+    ClaimResult result = measured(sample, fmt::format("{}, both {}", gain_title, points), "0", percent_above);
+    result.estimator = fmt::format("{}, {}", paper().baseline, paper().method);
     result.verdict = is_between(-none_percent, none_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
-  for (Panel& panel : selection_panels(evidence)) {
-    if (panel.body != "Ego") continue;
+  for (PairedSample& sample : selection_samples(evidence)) {
+    if (sample.body != "Ego") continue;
     ClaimResult result =
-        measured(panel, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
+        measured(sample, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
     result.verdict = is_above(least_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -175,13 +175,13 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
 std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
   constexpr double equal_um = 1;
   std::vector<ClaimResult> results;
-  for (const Panel& panel : estimator_panels(evidence, {PartRole::sets})) {
+  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets})) {
     const auto largest = [](const std::vector<const PairOfValues*>& pairs) {
       double max = 0;
       for (const PairOfValues* pair : pairs) max = std::max(max, std::abs(pair->first - pair->second));
       return 1e6 * max;
     };
-    ClaimResult result = measured(panel, "largest |difference| of E_t in a pair [um]", "< 1", largest);
+    ClaimResult result = measured(sample, "largest |difference| of E_t in a pair [um]", "< 1", largest);
     result.verdict = is_below(equal_um, result.value, result.interval);
     results.push_back(std::move(result));
   }
@@ -191,17 +191,17 @@ std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
 std::vector<ClaimResult> check_epe_falls(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for_each_set(evidence, {PartRole::sets}, [&](const auto& part, const auto& data, const auto& estimators) {
-    const Bodies* joint = find_in(estimators, "joint_flow");
+    const Bodies* joint = find_in(estimators, paper().method);
     if (joint == nullptr) return;
     for (const auto& [body, records] : *joint) {
-      Panel panel{&part, data.filter, data.set, body, "joint_flow", {}};
+      PairedSample sample{&part, data.filter, data.set, body, paper().method, {}};
       for (const Record* r : records) {
         const auto before = find_number(r->errors, "epe_initial_px");
         const auto after = find_number(r->errors, "epe_refined_px");
-        if (before && after) panel.pairs[r->seed].push_back({*after, *before});
+        if (before && after) sample.pairs[r->seed].push_back({*after, *before});
       }
-      if (panel.pairs.empty()) continue;
-      ClaimResult result = measured(panel, "change of the mean EPE [%]", "< 0", percent_above);
+      if (sample.pairs.empty()) continue;
+      ClaimResult result = measured(sample, "change of the mean EPE [%]", "< 0", percent_above);
       result.verdict = is_below(0, result.value, result.interval);
       results.push_back(std::move(result));
     }
@@ -218,24 +218,21 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
     using Key = std::tuple<std::string, std::string, double>;  // dataset, sequence, delta_d
     std::map<Key, std::map<uint64_t, std::vector<Record>>> by_sequence;
     for (const Record& r : part->records) {
-      if (r.estimator == "joint_flow") by_sequence[{r.dataset, r.sequence, r.level}][r.seed].push_back(r);
+      if (r.estimator == paper().method) by_sequence[{r.dataset, r.sequence, r.level}][r.seed].push_back(r);
     }
     for (const auto& [where, by_seed] : by_sequence) {
       const auto& [dataset, name, delta_d_px] = where;
-      const auto at = std::find_if(sequences.begin(), sequences.end(), [&](const Json& s) {
-        return dataset.find("vkitti") != std::string::npos &&
-               name.find(s.get<std::string>() + "/") != std::string::npos;
-      });
+      const auto at = std::find(sequences.begin(), sequences.end(), paper().sequence_of(dataset, name));
       if (at == sequences.end()) continue;
       const auto column = static_cast<size_t>(at - sequences.begin());
       const auto count = [&](const char* key) { return published.at(key).at(column).get<double>(); };
       const std::string noise = delta_d_px > 0 ? fmt::format("delta_d {} px", delta_d_px) : "exact depth";
       const double stated =
           100 * (count("false_positive") + count("false_negative")) / count("total_detections");
-      Panel panel{part, {dataset, name}, "sequence", sequences[column], "joint_flow", {}};
+      PairedSample sample{part, {dataset, name}, "sequence", sequences[column], paper().method, {}};
       for (const auto& [seed, records] : by_seed) {
         const ClassificationCounts c = count_classification(records);
-        panel.pairs[seed].push_back({100.0 * (c.false_positive + c.false_negative), 1.0 * c.total()});
+        sample.pairs[seed].push_back({100.0 * (c.false_positive + c.false_negative), 1.0 * c.total()});
       }
       const auto share = [](const std::vector<const PairOfValues*>& pairs) {
         double wrong = 0, all = 0;
@@ -246,7 +243,7 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
         return wrong / all;
       };
       ClaimResult result =
-          measured(panel, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated), share);
+          measured(sample, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated), share);
       result.verdict = is_below(stated, result.value, result.interval);
       results.push_back(std::move(result));
     }

@@ -76,43 +76,51 @@ Panel panel_of(const std::string& sequence, const std::vector<std::string>& esti
 }  // namespace
 
 Table classification_test_table(const std::vector<Record>& records) {
-  Table table{
+  struct Test {
+    std::string dataset, sequence, estimator;
+    double level = 0;
+    int n_static = 0, n_false = 0, n_dynamic = 0, n_missed = 0, n_missed_in_sight = 0;
+    bool has_limit = false;
+    std::optional<double> area{};
+  };
+  std::vector<Test> tests;
+  for (const auto& [key, decisions] : decisions_of(records)) {
+    const auto& [dataset, sequence, level, estimator] = key;
+    Test test{dataset, sequence, estimator, level};
+    for (const Decision& decision : decisions) {
+      test.has_limit = test.has_limit || decision.has_limit;
+      if (decision.scored.is_dynamic) {
+        ++test.n_dynamic;
+        test.n_missed += decision.found_dynamic ? 0 : 1;
+        test.n_missed_in_sight += !decision.found_dynamic && decision.should_be_found ? 1 : 0;
+      } else {
+        ++test.n_static;
+        test.n_false += decision.found_dynamic ? 1 : 0;
+      }
+    }
+    if (const auto curve = curve_of(decisions)) test.area = curve->area;
+    tests.push_back(std::move(test));
+  }
+  const Fields<Test> fields = {
+      {Column::text("dataset").folded(), &Test::dataset},
+      {Column::text("sequence"), &Test::sequence},
+      {Column::number("level", "delta_d [px]", 2), &Test::level},
+      {Column::text("estimator"), &Test::estimator},
+      {Column::count("n_static", "static"), &Test::n_static},
+      {Column::count("n_false", "called dynamic"), &Test::n_false},
+      {Column::number("false_percent", "of static [%]", 2),
+       [](const Test& t) { return t.n_static > 0 ? Cell(100.0 * t.n_false / t.n_static) : Cell(); }},
+      {Column::count("n_dynamic", "dynamic"), &Test::n_dynamic},
+      {Column::count("n_missed", "missed"), &Test::n_missed},
+      {Column::count("n_missed_in_sight", "missed in sight"),
+       [](const Test& t) { return t.has_limit ? Cell(t.n_missed_in_sight) : Cell(); }},
+      {Column::number("area", 4), &Test::area}};
+  return table_of(
       "Dynamic or static: the tests",
       "Detections within the gates, all seeds together. Area: under the receiver operating characteristic of the "
       "number that the test decides by. Missed in sight: dynamic ones called static although their true speed is "
-      "above what their covariance lets the test find in half of the cases."};
-  table.columns = folded_columns({"dataset"});
-  table.add_columns({{"sequence", "sequence", Align::left},
-                     {"level", "delta_d [px]", Align::right, 2},
-                     {"estimator", "estimator", Align::left},
-                     {"n_static", "static", Align::right, 0},
-                     {"n_false", "called dynamic", Align::right, 0},
-                     {"false_percent", "of static [%]", Align::right, 2},
-                     {"n_dynamic", "dynamic", Align::right, 0},
-                     {"n_missed", "missed", Align::right, 0},
-                     {"n_missed_in_sight", "missed in sight", Align::right, 0},
-                     {"area", "area", Align::right, 4}});
-  for (const auto& [key, decisions] : decisions_of(records)) {
-    const auto& [dataset, sequence, level, estimator] = key;
-    double n_static = 0, n_false = 0, n_dynamic = 0, n_missed = 0, in_sight = 0;
-    bool has_limit = false;
-    for (const Decision& decision : decisions) {
-      has_limit = has_limit || decision.has_limit;
-      if (decision.scored.is_dynamic) {
-        ++n_dynamic;
-        n_missed += decision.found_dynamic ? 0 : 1;
-        in_sight += !decision.found_dynamic && decision.should_be_found ? 1 : 0;
-      } else {
-        ++n_static;
-        n_false += decision.found_dynamic ? 1 : 0;
-      }
-    }
-    const auto curve = curve_of(decisions);
-    table.add_row({dataset, sequence, level, estimator, n_static, n_false,
-                   n_static > 0 ? Cell(100 * n_false / n_static) : Cell(), n_dynamic, n_missed,
-                   has_limit ? Cell(in_sight) : Cell(), curve ? Cell(curve->area) : Cell()});
-  }
-  return table;
+      "above what their covariance lets the test find in half of the cases.",
+      fields, tests);
 }
 
 std::vector<Figure> classification_figures(const std::vector<Record>& records) {
@@ -125,9 +133,12 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
   for (const auto& [data, by_sequence] : curves) {
     Figure figure;
     figure.name = fmt::format("roc_{}_{}", file_stem(data.first), file_stem(fmt::format("{}", data.second)));
-    figure.data.columns = {
-        {"sequence", ""},           {"estimator", ""}, {"threshold", ""}, {"false_positive_rate", ""},
-        {"true_positive_rate", ""}, {"drawn_at", ""},  {"area", ""}};
+    struct Point {
+      std::string sequence, estimator;
+      RocPoint of;
+      double area;
+    };
+    std::vector<Point> points;
     std::vector<Panel> panels;
     std::vector<std::string> all;
     for (const auto& [sequence, by_estimator] : by_sequence) {
@@ -135,15 +146,22 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
       for (const auto& [estimator, curve] : by_estimator) {
         estimators.push_back(estimator);
         if (std::ranges::find(all, estimator) == all.end()) all.push_back(estimator);
-        for (const RocPoint& point : curve.points) {
-          figure.data.add_row({sequence, estimator,
-                               std::isfinite(point.threshold) ? Cell(point.threshold) : Cell(),
-                               point.false_positive_rate, point.true_positive_rate,
-                               std::max(point.false_positive_rate, min_false_alarms), curve.area});
-        }
+        for (const RocPoint& point : curve.points) points.push_back({sequence, estimator, point, curve.area});
       }
       panels.push_back(panel_of(sequence, in_order(estimators)));
     }
+    figure.data = table_of<Point>(
+        "", "",
+        {{Column::text("sequence"), &Point::sequence},
+         {Column::text("estimator"), &Point::estimator},
+         {Column::text("threshold"),
+          [](const Point& p) { return std::isfinite(p.of.threshold) ? Cell(p.of.threshold) : Cell(); }},
+         {Column::text("false_positive_rate"), [](const Point& p) { return p.of.false_positive_rate; }},
+         {Column::text("true_positive_rate"), [](const Point& p) { return p.of.true_positive_rate; }},
+         {Column::text("drawn_at"),
+          [](const Point& p) { return std::max(p.of.false_positive_rate, min_false_alarms); }},
+         {Column::text("area"), &Point::area}},
+        points);
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : in_order(all)) {
       legend.push_back({estimator_title(estimator),

@@ -13,14 +13,19 @@ namespace {
 
 constexpr size_t max_bodies = 4;
 
-void add_row(const MetricDefinition& error, const NoiseLevelRow& row, Table& data) {
+/// RMS / bound of one error, body, estimator and level.
+struct Ratio {
+  std::string error, body, estimator;
+  double level = 0, ratio = 0;
+  std::optional<Interval> interval{};
+};
+
+std::optional<Ratio> ratio_of(const MetricDefinition& error, const NoiseLevelRow& row) {
   const Efficiency* e = find_in(row.limit.efficiency, error.name);
-  if (e == nullptr || e->efficiency <= 0) return;
-  std::vector<Cell> cells = {error.stem(), row.body, row.estimator, row.level, 1 / e->efficiency};
-  const bool known = e->interval && e->interval->low > 0;
-  add_interval(known ? std::optional(Interval{1 / e->interval->high, 1 / e->interval->low}) : std::nullopt,
-               cells);
-  data.add_row(std::move(cells));
+  if (e == nullptr || e->efficiency <= 0) return std::nullopt;
+  Ratio ratio{error.stem(), row.body, row.estimator, row.level, 1 / e->efficiency};
+  if (e->interval && e->interval->low > 0) ratio.interval = {1 / e->interval->high, 1 / e->interval->low};
+  return ratio;
 }
 
 Panel panel_of(const MetricDefinition& error, const std::string& body,
@@ -51,19 +56,26 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   Figure figure;
   figure.name = "efficiency_" + file_stem(first.parameter) + "_" + file_stem(first.dataset) + "_" +
                 file_stem(first.sequence);
-  figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"level", ""},
-                         {"ratio", ""}, {"low", ""},  {"high", ""}};
   const std::vector<const MetricDefinition*> errors = bounded_errors();
-  for (const MetricDefinition* error : errors)
-    for (const NoiseLevelRow* row : rows) add_row(*error, *row, figure.data);
-  if (figure.data.rows.empty()) return figure;
-  double low = std::get<double>(figure.data.rows[0][3]), high = low, lowest = 0.5, highest = 2;
-  for (const auto& row : figure.data.rows) {
-    low = std::min(low, std::get<double>(row[3]));
-    high = std::max(high, std::get<double>(row[3]));
-    const bool known = std::holds_alternative<double>(row[5]);
-    lowest = std::min(lowest, std::get<double>(row[known ? 5 : 4]));
-    highest = std::max(highest, std::get<double>(row[known ? 6 : 4]));
+  std::vector<Ratio> ratios;
+  for (const MetricDefinition* error : errors) {
+    for (const NoiseLevelRow* row : rows)
+      if (const auto ratio = ratio_of(*error, *row)) ratios.push_back(*ratio);
+  }
+  if (ratios.empty()) return figure;
+  Fields<Ratio> fields = {{Column::text("error"), &Ratio::error},
+                          {Column::text("body"), &Ratio::body},
+                          {Column::text("estimator"), &Ratio::estimator},
+                          {Column::text("level"), &Ratio::level},
+                          {Column::text("ratio"), &Ratio::ratio}};
+  fields.add_range({Column::text("low"), Column::text("high")}, &Ratio::interval);
+  figure.data = table_of("", "", fields, ratios);
+  double low = ratios.front().level, high = low, lowest = 0.5, highest = 2;
+  for (const Ratio& ratio : ratios) {
+    low = std::min(low, ratio.level);
+    high = std::max(high, ratio.level);
+    lowest = std::min(lowest, ratio.interval ? ratio.interval->low : ratio.ratio);
+    highest = std::max(highest, ratio.interval ? ratio.interval->high : ratio.ratio);
   }
   std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
   bodies.resize(std::min(bodies.size(), max_bodies));

@@ -76,21 +76,22 @@ std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
   return bars;
 }
 
-void add_epe_row(const std::string& set, const BodyRecords& body, const EpeBar& bar, double x, Table& data) {
-  const auto estimate = mean_epe(of_estimator(body.records, bar.estimator), bar.key);
-  if (!estimate) return;
-  std::vector<Cell> cells = {set, body.title, bar.name, x, estimate->value};
-  add_interval(estimate->interval, cells);
-  data.add_row(std::move(cells));
-}
+struct EpeRow {
+  std::string set, body, stage;
+  double x = 0;
+  IntervalEstimate epe_px;
+};
 
-Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, Table& data) {
+Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, std::vector<EpeRow>& rows) {
   Panel panel{set.title, category_axis(set.bodies), {}};
   panel.settings += "set ylabel \"mean EPE [px]\"\nset yrange [0:*]\n";
   const Slots slots{bars.size()};
   for (size_t i = 0; i < bars.size(); ++i) {
-    for (size_t c = 0; c < set.bodies.size(); ++c)
-      add_epe_row(set.name, set.bodies[c], bars[i], slots.x(c, i), data);
+    for (size_t c = 0; c < set.bodies.size(); ++c) {
+      const BodyRecords& body = set.bodies[c];
+      if (const auto epe_px = mean_epe(of_estimator(body.records, bars[i].estimator), bars[i].key))
+        rows.push_back({set.name, body.title, bars[i].name, slots.x(c, i), *epe_px});
+    }
     const std::string x = only_where({{"set", set.name}, {"stage", bars[i].name}}, "column(\"x\")");
     panel.plots.push_back(
         fmt::format("data using {}:(column(\"epe_px\")):({}) with boxes fc rgb \"{}\" fs solid 0.75 noborder",
@@ -102,13 +103,21 @@ Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, Table& da
 
 // ---- distribution
 
-/// Around all of a kind's values; empty when there are none.
-std::optional<std::pair<double, double>> value_range(const Table& data, const std::string& kind) {
+/// The errors of one body under one estimator.
+struct Box {
+  std::string error, body, estimator;
+  double x = 0;
+  std::vector<double> values;
+};
+
+/// Around all whiskers of an error; empty when there are none.
+std::optional<std::pair<double, double>> value_range(const std::vector<Box>& boxes,
+                                                     const std::string& error) {
   double low = std::numeric_limits<double>::infinity(), high = 0;
-  for (const auto& row : data.rows) {
-    if (std::get<std::string>(row[0]) != kind) continue;
-    low = std::min(low, std::get<double>(row[5]));
-    high = std::max(high, std::get<double>(row[9]));
+  for (const Box& box : boxes) {
+    if (box.error != error) continue;
+    low = std::min(low, quantile(box.values, 0.05));
+    high = std::max(high, quantile(box.values, 0.95));
   }
   if (!(high > 0) || !(low > 0)) return std::nullopt;
   return std::pair(0.7 * low, 1.4 * high);
@@ -128,30 +137,28 @@ std::string logarithmic_tics(const std::pair<double, double>& range) {
   return tics;
 }
 
-void add_box_row(const std::string& kind, const BodyRecords& body, const std::string& estimator, double x,
-                 Table& data) {
+void add_box(const std::string& error, const BodyRecords& body, const std::string& estimator, double x,
+             std::vector<Box>& boxes) {
   const auto records = of_estimator(body.records, estimator);
-  const std::vector<double> values = error_sample(records, kind, Clusters(records)).values;
+  const std::vector<double> values = numbers_of(records, NumberMap::errors, error);
   // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
   if (values.empty() || quantile(values, 0.05) < 1e-9) return;
-  std::vector<Cell> cells = {kind, body.title, estimator, x, values.size()};
-  std::ranges::move(box_cells(values), std::back_inserter(cells));
-  data.add_row(std::move(cells));
+  boxes.push_back({error, body.title, estimator, x, values});
 }
 
 /// Nothing where no body has such an error: gnuplot draws no empty panel.
 std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& set,
-                               const std::vector<std::string>& estimators, Figure& figure) {
+                               const std::vector<std::string>& estimators, std::vector<Box>& boxes) {
   Panel panel{"", category_axis(set.bodies), {}};
   const Slots slots{estimators.size()};
   for (size_t i = 0; i < estimators.size(); ++i) {
     for (size_t c = 0; c < set.bodies.size(); ++c)
-      add_box_row(error.name, set.bodies[c], estimators[i], slots.x(c, i), figure.data);
+      add_box(error.name, set.bodies[c], estimators[i], slots.x(c, i), boxes);
     const std::string x = only_where({{"error", error.name}, {"estimator", estimators[i]}}, "column(\"x\")");
     std::ranges::move(box_plots(x, 0.75 * slots.width(), estimator_colour(estimators[i])),
                       std::back_inserter(panel.plots));
   }
-  const auto range = value_range(figure.data, error.name);
+  const auto range = value_range(boxes, error.name);
   if (!range) return std::nullopt;
   panel.settings += fmt::format("set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n",
                                 error.heading(), gp_number(range->first), gp_number(range->second),
@@ -164,16 +171,22 @@ std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& s
 std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
   Figure figure;
   figure.name = "fig5_epe";
-  figure.data.columns = {{"set", ""},    {"body", ""},   {"stage", ""},  {"x", ""},
-                         {"epe_px", ""}, {"low_px", ""}, {"high_px", ""}};
   const std::vector<EpeBar> bars = epe_bars(sets);
   std::vector<Panel> panels;
+  std::vector<EpeRow> rows;
   for (const RecordSet& set : sets) {
-    const size_t n_before = figure.data.rows.size();
-    Panel panel = epe_panel(set, bars, figure.data);
-    if (figure.data.rows.size() > n_before) panels.push_back(std::move(panel));
+    const size_t n_before = rows.size();
+    Panel panel = epe_panel(set, bars, rows);
+    if (rows.size() > n_before) panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
+  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
+                           {Column::text("body"), &EpeRow::body},
+                           {Column::text("stage"), &EpeRow::stage},
+                           {Column::text("x"), &EpeRow::x}};
+  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
+             [](const EpeRow& row) { return &row.epe_px; });
+  figure.data = table_of("", "", fields, rows);
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars)
     legend.push_back({bar.title, fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour)});
@@ -194,13 +207,19 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
     const std::vector<std::string> estimators = in_order(estimators_of(set));
     Figure figure;
     figure.name = "errors_" + file_stem(set.name);
-    figure.data.columns = {{"error", ""}, {"body", ""}, {"estimator", ""}, {"x", ""}, {"n", ""}};
-    figure.data.add_columns(box_columns());
+    std::vector<Box> boxes;
     std::vector<Panel> panels;
     for (const MetricDefinition* error : metrics_for(compared)) {
-      if (auto panel = box_panel(*error, set, estimators, figure)) panels.push_back(std::move(*panel));
+      if (auto panel = box_panel(*error, set, estimators, boxes)) panels.push_back(std::move(*panel));
     }
-    if (figure.data.rows.empty()) continue;
+    if (boxes.empty()) continue;
+    Fields<Box> fields = {{Column::text("error"), &Box::error},
+                          {Column::text("body"), &Box::body},
+                          {Column::text("estimator"), &Box::estimator},
+                          {Column::text("x"), &Box::x},
+                          {Column::text("n"), [](const Box& box) { return box.values.size(); }}};
+    fields.add(box_fields(), [](const Box& box) { return &box.values; });
+    figure.data = table_of("", "", fields, boxes);
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : estimators)
       legend.push_back({estimator_title(estimator),

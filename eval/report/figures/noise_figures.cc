@@ -28,12 +28,6 @@ std::string column_key(const std::string& text) {
 const MetricDefinition& curve_error() { return metric(NumberMap::errors, "Et_m"); }
 const MetricDefinition& bar_error() { return metric(NumberMap::errors, "ER_deg"); }
 
-void add_error(const NoiseLevelRow* row, const MetricDefinition& error,
-               IntervalEstimate SampleSummary::*statistic, std::vector<Cell>& cells) {
-  const SampleSummary* summary = row == nullptr ? nullptr : find_in(row->errors, error.name);
-  add_estimate(summary ? std::optional(summary->*statistic) : std::nullopt, cells);
-}
-
 /// What a figure's curves and bars show: the mean, or the RMSE, which the bound is a bound of.
 struct Content {
   const char* prefix;  ///< of its file
@@ -50,84 +44,114 @@ constexpr Content estimator_figure = {
     "estimators", "Error of the estimators", "RMS", &SampleSummary::rmse, &NoiseLevelRow::estimator, 2,
     false};
 
-/// One row a level; per line E_t and E_R with their intervals, and the bound of E_t.
-Table level_data(const std::vector<Line>& lines, IntervalEstimate SampleSummary::*statistic) {
-  Table table;
-  std::set<double> levels;
-  table.columns = {{"level", "level"}};
+/// What is known of each line at one level.
+struct Level {
+  double level = 0;
+  std::vector<const NoiseLevelRow*> of_line;  ///< null where the line does not have the level
+};
+
+std::vector<Level> levels_of(const std::vector<Line>& lines) {
+  std::set<double> all;
   for (const Line& line : lines) {
-    for (const MetricDefinition* error : {&curve_error(), &bar_error()}) {
-      for (const std::string& name : {error->name, error->key("low"), error->key("high")})
-        table.columns.push_back({line.key + "_" + name, name});
-    }
-    table.columns.push_back({line.key + "_" + curve_error().key("bound"), "bound"});
-    for (const auto& [level, row] : line.by_level) levels.insert(level);
+    for (const auto& [level, row] : line.by_level) all.insert(level);
   }
-  for (const double level : levels) {
-    std::vector<Cell> cells = {level};
+  std::vector<Level> levels;
+  for (const double level : all) {
+    levels.push_back({level, {}});
     for (const Line& line : lines) {
       const NoiseLevelRow* const* row = find_in(line.by_level, level);
-      const NoiseLevelRow* known = row == nullptr ? nullptr : *row;
-      add_error(known, curve_error(), statistic, cells);
-      add_error(known, bar_error(), statistic, cells);
-      const Efficiency* limit =
-          known == nullptr ? nullptr : find_in(known->limit.efficiency, curve_error().name);
-      cells.push_back(limit ? std::optional(limit->bound) : std::nullopt);
+      levels.back().of_line.push_back(row == nullptr ? nullptr : *row);
     }
-    table.add_row(std::move(cells));
   }
-  return table;
+  return levels;
+}
+
+/// The statistic of one error that a figure shows; none where the row does not have it.
+std::optional<IntervalEstimate> estimate_of(const NoiseLevelRow& row, const MetricDefinition& error,
+                                            IntervalEstimate SampleSummary::*statistic) {
+  const SampleSummary* summary = find_in(row.errors, error.name);
+  return summary ? std::optional(summary->*statistic) : std::nullopt;
+}
+
+std::optional<double> bound_of(const NoiseLevelRow& row) {
+  const Efficiency* limit = find_in(row.limit.efficiency, curve_error().name);
+  return limit ? std::optional(limit->bound) : std::nullopt;
+}
+
+/// One row a level; per line E_t and E_R with their intervals, and the bound of E_t.
+Table level_data(const std::vector<Line>& lines, const std::vector<Level>& levels,
+                 IntervalEstimate SampleSummary::*statistic) {
+  Fields<Level> fields = {{Column::text("level"), &Level::level}};
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const std::string prefix = lines[i].key + "_";
+    Fields<NoiseLevelRow> of_line;
+    for (const MetricDefinition* error : {&curve_error(), &bar_error()}) {
+      of_line.add(
+          estimate_fields(Column::text(prefix + error->name), prefix + error->key("low"),
+                          prefix + error->key("high")),
+          [error, statistic](const NoiseLevelRow& row) { return estimate_of(row, *error, statistic); });
+    }
+    of_line.add(Column::text(prefix + curve_error().key("bound")), bound_of);
+    fields.add(of_line, [i](const Level& level) { return level.of_line[i]; });
+  }
+  return table_of("", "", fields, levels);
 }
 
 /// At most six labels, at levels.
-std::string level_tics(const Table& data) {
-  const size_t n = data.rows.size();
+std::string level_tics(const std::vector<Level>& levels) {
+  const size_t n = levels.size();
   const size_t step = (n + 5) / 6;
   std::string tics;
-  for (size_t i = n - 1; i < n; i -= step) {
-    const double level = std::get<double>(data.rows[i][0]);
-    tics = fmt::format("\"{0:.2g}\" {0}", level) + (tics.empty() ? "" : ", ") + tics;
-  }
+  for (size_t i = n - 1; i < n; i -= step)
+    tics = fmt::format("\"{0:.2g}\" {0}", levels[i].level) + (tics.empty() ? "" : ", ") + tics;
   return fmt::format("set xtics ({})\n", tics);
 }
 
 /// Half the smallest step between levels.
-double half_step(const Table& data) {
+double half_step(const std::vector<Level>& levels) {
   double step = std::numeric_limits<double>::infinity();
-  for (size_t i = 1; i < data.rows.size(); ++i) {
-    step = std::min(step, std::get<double>(data.rows[i][0]) - std::get<double>(data.rows[i - 1][0]));
-  }
+  for (size_t i = 1; i < levels.size(); ++i) step = std::min(step, levels[i].level - levels[i - 1].level);
   return step / 2;
 }
 
-double largest(const Table& data, const std::string& ending) {
-  double max = 0;
-  for (size_t j = 0; j < data.columns.size(); ++j) {
-    if (!data.columns[j].key.ends_with(ending)) continue;
-    for (const std::vector<Cell>& row : data.rows) {
-      if (const auto* value = std::get_if<double>(&row[j])) max = std::max(max, *value);
-    }
-  }
-  return max;
-}
+/// The largest of what is drawn: of errors with their intervals, and of bounds.
+struct Largest {
+  double Et = 0, ER = 0, bound = 0;
 
-std::string axes_script(const Table& data, const std::string& x_title, const Content& content) {
-  const double half = half_step(data);
-  const double first = std::get<double>(data.rows.front()[0]);
-  const double last = std::get<double>(data.rows.back()[0]);
-  const double highest_Et =
-      std::max({largest(data, "_Et_high_m"), largest(data, "_Et_m"), largest(data, "_Et_bound_m")});
-  const double highest_ER = std::max(largest(data, "_ER_high_deg"), largest(data, "_ER_deg"));
-  std::string script = fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
-                                   first - half, last + half, level_tics(data));
+  Largest(const std::vector<Level>& levels, IntervalEstimate SampleSummary::*statistic) {
+    for (const Level& level : levels) {
+      for (const NoiseLevelRow* row : level.of_line) {
+        if (row == nullptr) continue;
+        include(estimate_of(*row, curve_error(), statistic), Et);
+        include(estimate_of(*row, bar_error(), statistic), ER);
+        bound = std::max(bound, bound_of(*row).value_or(0));
+      }
+    }
+    Et = std::max(Et, bound);
+  }
+
+ private:
+  static void include(const std::optional<IntervalEstimate>& estimate, double& largest) {
+    if (!estimate) return;
+    largest = std::max(largest, estimate->value);
+    if (estimate->interval) largest = std::max(largest, estimate->interval->high);
+  }
+};
+
+std::string axes_script(const std::vector<Level>& levels, const Largest& largest, const std::string& x_title,
+                        const Content& content) {
+  const double half = half_step(levels);
+  std::string script =
+      fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
+                  levels.front().level - half, levels.back().level + half, level_tics(levels));
   script +=
       fmt::format("set ylabel \"{} error {}{}\"\nset yrange [0:{}]\n", content.word, curve_error().heading(),
-                  content.bars ? " (curves)" : "", highest_Et > 0 ? 1.45 * highest_Et : 1.0);
+                  content.bars ? " (curves)" : "", largest.Et > 0 ? 1.45 * largest.Et : 1.0);
   if (!content.bars) return script;
   return script + fmt::format(
                       "set border 11\nset ytics nomirror\nset y2tics\n"
                       "set y2label \"{} error {} (bars)\"\nset y2range [0:{}]\n",
-                      content.word, bar_error().heading(), highest_ER > 0 ? 1.9 * highest_ER : 1.0);
+                      content.word, bar_error().heading(), largest.ER > 0 ? 1.9 * largest.ER : 1.0);
 }
 
 std::string column(const Line& line, const char* name) {
@@ -158,11 +182,12 @@ void add_curve(const Line& line, size_t i, double width, std::vector<std::string
 }
 
 /// Curves of E_t with bands, their bounds dotted; with bars E_R on the right axis.
-std::string curves_script(const std::vector<Line>& lines, const Table& data, const std::string& x_title,
-                          const Content& content) {
+std::string curves_script(const std::vector<Line>& lines, const std::vector<Level>& levels,
+                          const std::string& x_title, const Content& content) {
   std::vector<std::string> parts;
   const auto n = static_cast<double>(lines.size());
-  const double width = 1.5 * half_step(data) / n;
+  const double width = 1.5 * half_step(levels) / n;
+  const Largest largest(levels, content.statistic);
   for (size_t i = 0; content.bars && i < lines.size(); ++i) {
     add_bars(lines[i], i, (static_cast<double>(i) - (n - 1) / 2) * width, width, parts);
   }
@@ -170,14 +195,14 @@ std::string curves_script(const std::vector<Line>& lines, const Table& data, con
     // Estimators often agree: the later curves are thinner, so that the earlier ones show.
     add_curve(lines[i], i, content.bars ? 1.5 : std::max(1.0, 4.0 - 1.5 * static_cast<double>(i)), parts);
   }
-  const bool has_bound = largest(data, "_Et_bound_m") > 0;
+  const bool has_bound = largest.bound > 0;
   for (size_t i = 0; has_bound && i < (content.bars ? lines.size() : 1); ++i) {
     const std::string title = i == 0 ? "title \"bound (RMS)\"" : "notitle";
     parts.push_back(fmt::format("data using (column(\"level\")):{} with lines lc rgb \"{}\" lw 1.2 dt 3 {}",
                                 column(lines[i], "Et_bound_m"), content.bars ? line_colour(i) : "#606060",
                                 title));
   }
-  std::string script = axes_script(data, x_title, content) + "plot \\\n";
+  std::string script = axes_script(levels, largest, x_title, content) + "plot \\\n";
   for (size_t i = 0; i < parts.size(); ++i)
     script += "  " + parts[i] + (i + 1 < parts.size() ? ", \\\n" : "\n");
   return script;
@@ -207,17 +232,17 @@ std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
 }
 
 Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line>& lines,
-                     const NoiseLevelRow& first, const Content& content) {
+                     const std::vector<Level>& levels, const NoiseLevelRow& first, const Content& content) {
   Figure figure;
   figure.name = content.prefix;
   for (const std::string& part : key) figure.name += "_" + file_stem(part);
-  figure.data = level_data(lines, content.statistic);
+  figure.data = level_data(lines, levels, content.statistic);
   const std::string of = content.bars ? first.estimator : body_title(first.body);
   figure.caption =
       fmt::format("{} against noise, {} {}, {}. Curves: {} E_t over {} seeds, bands: its 95 % interval.{}",
                   content.what, first.dataset, first.sequence, of, content.word, first.n_seeds,
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
-  figure.script = curves_script(lines, figure.data, parameter_title(first.parameter), content);
+  figure.script = curves_script(lines, levels, parameter_title(first.parameter), content);
   return figure;
 }
 
@@ -236,10 +261,10 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
   }
   for (const auto& [key, of_figure] : groups) {
     const std::vector<Line> lines = lines_by(of_figure, content.line);
-    if (lines.size() < content.min_lines || lines.size() > most_lines ||
-        level_data(lines, content.statistic).rows.size() < 2)
-      continue;
-    figures.push_back(curves_figure(key, lines, *of_figure.front(), content));
+    if (lines.size() < content.min_lines || lines.size() > most_lines) continue;
+    const std::vector<Level> levels = levels_of(lines);
+    if (levels.size() < 2) continue;
+    figures.push_back(curves_figure(key, lines, levels, *of_figure.front(), content));
   }
 }
 
@@ -257,31 +282,31 @@ std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& levels
 
 std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& rows) {
   const std::vector<std::string> channels = {"depth", "flow x", "flow y", "flow EPE"};
-  std::map<std::string, std::vector<const AchievedNoiseRow*>> by_source;
+  std::map<std::string, std::vector<AchievedNoiseRow>> by_source;
   for (const AchievedNoiseRow& row : rows) {
-    if (row.requested_px > 0) by_source[row.parameter + "_" + row.source].push_back(&row);
+    if (row.requested_px > 0) by_source[row.parameter + "_" + row.source].push_back(row);
   }
   std::vector<Figure> figures;
   for (const auto& [name, of_source] : by_source) {
     Figure figure;
     figure.name = "achieved_" + file_stem(name);
-    figure.data.columns = {{"requested_px", ""}};
-    for (const std::string& channel : channels) figure.data.columns.push_back({column_key(channel), ""});
+    Fields<AchievedNoiseRow> fields = {{Column::text("requested_px"), &AchievedNoiseRow::requested_px}};
+    for (const std::string& channel : channels) {
+      fields.add(Column::text(column_key(channel)), [channel](const AchievedNoiseRow& row) {
+        return channel == row.channel ? Cell(row.achieved_px) : Cell();
+      });
+    }
     std::set<std::string> present;
     double highest = 0;
-    for (const AchievedNoiseRow* row : of_source) {
-      std::vector<Cell> cells = {row->requested_px};
-      for (const std::string& channel : channels) {
-        cells.push_back(channel == row->channel ? std::optional(row->achieved_px) : std::nullopt);
-      }
-      figure.data.add_row(std::move(cells));
-      present.insert(row->channel);
-      highest = std::max({highest, row->requested_px, row->achieved_px});
+    for (const AchievedNoiseRow& row : of_source) {
+      present.insert(row.channel);
+      highest = std::max({highest, row.requested_px, row.achieved_px});
     }
+    figure.data = table_of("", "", fields, of_source);
     figure.caption = fmt::format(
         "Achieved against requested noise, {}, all bodies and levels: on the diagonal the noise is what it "
         "says.",
-        of_source.front()->source);
+        of_source.front().source);
     figure.script = fmt::format(
         "set xlabel \"requested [px]\"\nset ylabel \"achieved [px]\"\nset xrange [0:{0}]\nset yrange [0:{0}]\n"
         "plot x with lines lc rgb \"#909090\" dt 2 title \"requested = achieved\"",

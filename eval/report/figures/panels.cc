@@ -4,6 +4,7 @@
 #include <array>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/report/paper.h"
 
 namespace sextant {
 namespace {
@@ -13,22 +14,11 @@ constexpr double legend_sample_cm = 1.1;  // its line or box, and the gap to the
 constexpr double character_cm = 0.155;    // of DejaVu Sans at 7 pt, on average
 constexpr size_t legend_columns_max = 4;
 
-struct NamedStyle {
-  const char* estimator;
-  const char* title;
-  const char* colour;
-  int point;
-};
-constexpr std::array<NamedStyle, 3> known_estimators = {
-    {{"motion_only", "motion only", "#E69F00", 5},
-     {"joint_flow", "joint", "#0072B2", 7},
-     {"joint_flow_depth", "joint + depth", "#009E73", 9}}};
 constexpr std::array<const char*, 4> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959"};
 
-const NamedStyle* known(const std::string& estimator) {
-  const auto it = std::ranges::find_if(known_estimators,
-                                       [&](const NamedStyle& style) { return estimator == style.estimator; });
-  return it == known_estimators.end() ? nullptr : it;
+const PaperEstimator* known(const std::string& estimator) {
+  const auto it = std::ranges::find(paper().estimators, estimator, &PaperEstimator::name);
+  return it == paper().estimators.end() ? nullptr : &*it;
 }
 
 /// Entries that fit beside each other.
@@ -109,14 +99,14 @@ std::string only_where(const std::vector<std::pair<std::string, std::string>>& c
 }
 
 std::string estimator_colour(const std::string& estimator) {
-  if (const NamedStyle* style = known(estimator)) return style->colour;
+  if (const PaperEstimator* style = known(estimator)) return style->colour;
   size_t sum = 0;
   for (const char c : estimator) sum += static_cast<unsigned char>(c);
   return other_colours[sum % other_colours.size()];
 }
 
 int estimator_point(const std::string& estimator) {
-  const NamedStyle* style = known(estimator);
+  const PaperEstimator* style = known(estimator);
   return style != nullptr ? style->point : 13;
 }
 
@@ -133,15 +123,15 @@ std::string interval_plot(const std::string& x, const std::string& low, const st
 }
 
 std::string estimator_title(const std::string& estimator) {
-  const NamedStyle* style = known(estimator);
+  const PaperEstimator* style = known(estimator);
   return style != nullptr ? style->title : estimator;
 }
 
 std::vector<std::string> in_order(std::vector<std::string> estimators) {
   const auto place = [](const std::string& name) {
-    const NamedStyle* style = known(name);
-    return style != nullptr ? style - known_estimators.data()
-                            : static_cast<std::ptrdiff_t>(known_estimators.size());
+    const PaperEstimator* style = known(name);
+    const auto& all = paper().estimators;
+    return style != nullptr ? static_cast<size_t>(style - all.data()) : all.size();
   };
   std::ranges::stable_sort(estimators, {}, place);
   return estimators;

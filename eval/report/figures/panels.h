@@ -51,7 +51,7 @@ std::string estimator_style(const std::string& estimator);
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
                           const std::string& colour, double width);
 
-/// "joint_flow_depth" -> "joint flow + depth": short, for legends; other names as they are.
+/// A short title for legends; names of other estimators as they are.
 std::string estimator_title(const std::string& estimator);
 
 /// Those of this program first, as in legends everywhere.

@@ -127,7 +127,7 @@ TEST(ReportFigures, TheFloorOfASpeedIsThatOfAStep) {
   Record record;
   record.sequence = "0003";
   record.values = {{"step_floor_m", 0.05}};
-  EXPECT_DOUBLE_EQ(kitti_speed_floor_kmh({record}).at("0003"), 1.8);
+  EXPECT_DOUBLE_EQ(recorded_speed_floor_kmh({record}).at("0003"), 1.8);
 }
 
 TEST(ReportFigures, ShowcaseFollowsItsTracksAndRecords) {

@@ -5,6 +5,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/paper.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr size_t max_objects = 6;
 constexpr size_t min_estimates = 5;
-constexpr double kitti_rate_hz = 10;
 
 bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
@@ -34,22 +34,28 @@ std::vector<int> chosen_objects(const RecordRefs& records) {
   return ids;
 }
 
+struct SpeedRow {
+  std::string body, series;
+  int frame = 0;
+  double v_kmh = 0;
+  std::optional<Interval> floor_kmh{};  ///< around the truth
+};
+
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
-              Table& data) {
+              std::vector<SpeedRow>& rows) {
   // The centroid at which the truth is taken differs a little between estimators: the first's.
   std::map<int, double> truth;
   for (const Record* record : of_body) {
     if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
   }
   for (const auto& [frame, v] : truth) {
-    data.add_row({body, "truth", frame, v, floor_kmh ? std::optional(v - *floor_kmh) : std::nullopt,
-                  floor_kmh ? std::optional(v + *floor_kmh) : std::nullopt});
+    rows.push_back({body, "truth", frame, v});
+    if (floor_kmh) rows.back().floor_kmh = Interval{v - *floor_kmh, v + *floor_kmh};
   }
   for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
     for (const Record* record : of_body) {
-      if (record->estimator != estimator) continue;
-      data.add_row(
-          {body, estimator, static_cast<double>(record->frame), record->values.at("v_kmh"), Cell(), Cell()});
+      if (record->estimator == estimator)
+        rows.push_back({body, estimator, record->frame, record->values.at("v_kmh")});
     }
   }
 }
@@ -88,18 +94,23 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
   const Record& first = *records.front();
   Figure figure;
   figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
-  figure.data.columns = {{"body", ""},  {"series", ""},  {"frame", ""},
-                         {"v_kmh", ""}, {"low_kmh", ""}, {"high_kmh", ""}};
+  std::vector<SpeedRow> rows;
   const std::vector<std::string> estimators = in_order(distinct(records, &Record::estimator));
   std::vector<Panel> panels;
   for (const int id : chosen_objects(records)) {
     RecordRefs of_body;
     std::ranges::copy_if(records, std::back_inserter(of_body),
                          [&](const Record* r) { return body_order(r->body) == id; });
-    add_rows(object_body(id), of_body, floor_kmh, figure.data);
+    add_rows(object_body(id), of_body, floor_kmh, rows);
     panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
   }
   if (panels.empty()) return figure;
+  Fields<SpeedRow> fields = {{Column::text("body"), &SpeedRow::body},
+                             {Column::text("series"), &SpeedRow::series},
+                             {Column::text("frame"), &SpeedRow::frame},
+                             {Column::text("v_kmh"), &SpeedRow::v_kmh}};
+  fields.add_range({Column::text("low_kmh"), Column::text("high_kmh")}, &SpeedRow::floor_kmh);
+  figure.data = table_of("", "", fields, rows);
   std::vector<LegendEntry> legend = {{"truth", "with lines lc rgb \"#000000\" lw 1.5"}};
   if (floor_kmh)
     legend.push_back(
@@ -143,11 +154,11 @@ std::vector<Figure> speed_figures(const std::vector<Record>& records,
   return figures;
 }
 
-std::map<std::string, double> kitti_speed_floor_kmh(const std::vector<Record>& records) {
+std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>& records) {
   std::map<std::string, double> floors;
   for (const Record& record : records) {
     if (const auto floor = find_number(record.values, "step_floor_m"))
-      floors[record.sequence] = 3.6 * kitti_rate_hz * *floor;
+      floors[record.sequence] = 3.6 * paper().recorded_rate_hz * *floor;
   }
   return floors;
 }

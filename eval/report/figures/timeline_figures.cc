@@ -36,16 +36,22 @@ std::string body_style(size_t i) {
   return fmt::format("with linespoints lc rgb \"{}\" lw 1.3 pt {} ps 0.25", line_colour(i), filled_point(i));
 }
 
+struct TimelineRow {
+  std::string error, body;
+  int frame = 0;
+  std::optional<double> value{};
+};
+
 /// Rows of one error and body; false when none has a number.
 bool add_rows(const MetricDefinition& error, const RecordRefs& records, const MetricPreset& preset,
-              Table& data) {
+              std::vector<TimelineRow>& rows) {
   bool any = false;
   for (const Record* record : records) {
     const std::string key = record->is_ego() ? error.name : preset.object_key(error.name);
     auto value = record->status == Status::ok ? find_number(record->errors, key) : std::nullopt;
     if (value && *value <= rounding) value.reset();
     any |= value.has_value();
-    data.add_row({error.name, record->body.str(), record->frame, value ? Cell(*value) : Cell(no_estimate)});
+    rows.push_back({error.name, record->body, record->frame, value});
   }
   return any;
 }
@@ -61,7 +67,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
                  const MetricPreset& preset) {
   Figure figure;
   figure.name = "timeline_" + stem;
-  figure.data.columns = {{"error", ""}, {"body", ""}, {"frame", ""}, {"value", ""}};
+  std::vector<TimelineRow> rows;
   const std::vector<int> orders = chosen(bodies);
   std::vector<LegendEntry> legend;
   for (size_t i = 0; i < orders.size(); ++i)
@@ -79,7 +85,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
                     gp_text(error->name == "epe_refined_px" ? "EPE after [px]" : error->heading()));
     for (size_t i = 0; i < orders.size(); ++i) {
       const RecordRefs& records = bodies.at(orders[i]);
-      if (!add_rows(*error, records, preset, figure.data)) continue;
+      if (!add_rows(*error, records, preset, rows)) continue;
       const std::string x =
           only_where({{"error", error->name}, {"body", records.front()->body}}, "column(\"frame\")");
       panel.plots.push_back(fmt::format("data using {}:(column(\"value\")) {}", x, body_style(i)));
@@ -94,6 +100,14 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
     panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
+  figure.data = table_of<TimelineRow>(
+      "", "",
+      {{Column::text("error"), &TimelineRow::error},
+       {Column::text("body"), &TimelineRow::body},
+       {Column::text("frame"), &TimelineRow::frame},
+       {Column::text("value"),
+        [](const TimelineRow& row) { return row.value ? Cell(*row.value) : Cell(no_estimate); }}},
+      rows);
   if (has_floor) legend.push_back({"floor of the camera's truth", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
                            .width_cm = panels.size() == 1 ? 8.8 : 18.0,

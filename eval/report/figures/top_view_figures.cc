@@ -59,6 +59,11 @@ class EqualAxes {
   Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
 };
 
+Fields<Eigen::Vector3d> from_above(const std::string& x_key, const std::string& z_key) {
+  return {{Column::text(x_key), [](const Eigen::Vector3d& p) { return p.x(); }},
+          {Column::text(z_key), [](const Eigen::Vector3d& p) { return p.z(); }}};
+}
+
 // ---- fig. 1
 
 std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const std::string& body) {
@@ -71,11 +76,6 @@ std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const s
     ++n;
   }
   return n > 0 ? std::optional(sum / n) : std::nullopt;
-}
-
-void add_position(const std::optional<Eigen::Vector3d>& p, std::vector<Cell>& cells) {
-  cells.push_back(p ? std::optional(p->x()) : std::nullopt);
-  cells.push_back(p ? std::optional(p->z()) : std::nullopt);
 }
 
 bool is_estimated(const BodyTrack& track) {
@@ -135,8 +135,11 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
                                      const std::vector<Record>& records) {
   Figure figure;
   figure.name = "fig1_tracks";
-  figure.data.columns = {{"body", "body"}, {"frame", "frame"},   {"x_m", "x_m"},
-                         {"z_m", "z_m"},   {"x_gt_m", "x_gt_m"}, {"z_gt_m", "z_gt_m"}};
+  struct Position {
+    std::string body;
+    TrackPoint at;
+  };
+  std::vector<Position> positions;
   Panel panel;
   panel.title = title;
   std::vector<LegendEntry> legend;
@@ -148,12 +151,7 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     const std::string colour = line_colour(legend.size());
     const std::string style = fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.35", colour,
                                           filled_point(legend.size()));
-    for (const TrackPoint& p : track.points) {
-      std::vector<Cell> cells = {track.body, p.frame};
-      add_position(p.estimate_m, cells);
-      add_position(p.truth_m, cells);
-      figure.data.add_row(std::move(cells));
-    }
+    for (const TrackPoint& p : track.points) positions.push_back({track.body, p});
     const auto points = [&](const std::string& x, const std::string& z) {
       return fmt::format("data using {}:(column(\"{}\"))",
                          only_where({{"body", track.body}}, fmt::format("column(\"{}\")", lying ? z : x)),
@@ -166,6 +164,11 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     if (!is_camera && speed) panel.settings += speed_label(track, *speed, colour, lying);
   }
   if (legend.empty()) return {};
+  Fields<Position> fields = {{Column::text("body"), &Position::body},
+                             {Column::text("frame"), [](const Position& p) { return p.at.frame; }}};
+  fields.add(from_above("x_m", "z_m"), [](const Position& p) { return p.at.estimate_m; });
+  fields.add(from_above("x_gt_m", "z_gt_m"), [](const Position& p) { return p.at.truth_m; });
+  figure.data = table_of("", "", fields, positions);
   legend.push_back({"ground truth", "with lines lc rgb \"#B0B0B0\" lw 4.5"});
   PanelLayout layout;
   layout.panel_height_cm = layout.top_cm + layout.bottom_cm + axes.height_cm(layout.plot_width_cm(), lying);
@@ -182,7 +185,11 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
   if (views.empty()) return {};
   Figure figure;
   figure.name = "fig6_top_views";
-  figure.data.columns = {{"sequence", "sequence"}, {"system", "system"}, {"x_m", "x_m"}, {"z_m", "z_m"}};
+  struct Position {
+    std::string sequence, system;
+    Eigen::Vector3d at_m;
+  };
+  std::vector<Position> positions;
   PanelLayout layout;
   layout.columns = std::min<size_t>(3, views.size());
   layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
@@ -199,7 +206,7 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
       const auto path = std::ranges::find(view.paths, system.name, &CameraPath::system);
       if (path == view.paths.end() || path->positions_m.empty()) continue;
       for (const Eigen::Vector3d& p : path->positions_m) {
-        figure.data.add_row({view.title, system.name, p.x(), p.z()});
+        positions.push_back({view.title, system.name, p});
         axes.include(p);
       }
       panel.plots.push_back(
@@ -212,6 +219,10 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
     panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
+  Fields<Position> fields = {{Column::text("sequence"), &Position::sequence},
+                             {Column::text("system"), &Position::system}};
+  fields.add(from_above("x_m", "z_m"), [](const Position& p) { return &p.at_m; });
+  figure.data = table_of("", "", fields, positions);
   set_panels(layout, legend, panels, figure);
   figure.caption = "Fig. 6, camera paths from above, in the coordinates of the first camera; no alignment.";
   return {figure};

@@ -1,15 +1,26 @@
 #include "sextant/eval/report/html/html.h"
 
 #include <algorithm>
+#include <set>
 #include <span>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/registry.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/report/html/page_style.h"
-#include "sextant/eval/report/table_layout.h"
+#include "sextant/eval/report/latex.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
+
+std::span<const EmbeddedFile> report_page_files();
+
 namespace {
+
+/// The fixed parts of the page: page/page.css, and page/sort.js, by which headings sort their table's rows.
+std::string_view page_file(std::string_view name) {
+  return find_entry(report_page_files(), name, "file").text;
+}
 
 constexpr size_t wide_columns = 12;     // printed in landscape from here
 constexpr size_t crowded_columns = 14;  // in smaller letters from here
@@ -252,7 +263,8 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
       "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
       "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
-      html_escaped(document.title), page_style, paragraph(document.abstract, "abstract"), contents(document));
+      html_escaped(document.title), page_file("page.css"), paragraph(document.abstract, "abstract"),
+      contents(document));
   html += "<main>\n" + summary(document.verdicts, drawn);
   for (const ReportSection& section : document.sections) {
     if (!section.in_summary) html += section_html(section, drawn);
@@ -262,7 +274,7 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
     html += fmt::format(
         "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
         html_escaped(document.citation));
-  return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", sort_script);
+  return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", page_file("sort.js"));
 }
 
 std::string html_escaped(const std::string& text) {
@@ -289,6 +301,67 @@ std::string base64(const std::string& bytes) {
     for (size_t k = 0; k < 4; ++k) out.push_back(k <= n ? digits[(bits >> (18U - 6U * k)) & 63U] : '=');
   }
   return out;
+}
+
+namespace {
+
+/// A float for every part that pages for people have; the caption with the first, the notes with the last.
+std::string latex_of(const NamedTable& named) {
+  std::vector<Table> parts = parts_of(named);
+  if (parts.empty()) parts.push_back(named.table);
+  std::string text;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (i > 0) parts[i].caption.clear();
+    if (i + 1 < parts.size()) parts[i].notes.clear();
+    text += to_latex(parts[i], i == 0 ? named.name : fmt::format("{}_{}", named.name, i + 1));
+  }
+  return text;
+}
+
+void add_table_files(const NamedTable& named, OutputFiles& files) {
+  const std::string stem = "tables/" + named.name;
+  files[stem + ".md"] = to_markdown(named.table);
+  files[stem + ".tex"] = latex_of(named);
+  files[stem + ".csv"] = to_csv(named.table);
+  files[stem + ".json"] = json_text(rows_to_json(named.table));
+}
+
+/// Names of data that differ in signs alone are the same stem: figures after the first get a number.
+ReportDocument with_distinct_figures(ReportDocument document) {
+  std::set<std::string> names;
+  const auto rename = [&](std::vector<Figure>& figures) {
+    for (Figure& figure : figures) {
+      const std::string stem = figure.name;
+      for (int i = 2; !names.insert(figure.name).second; ++i) figure.name = fmt::format("{}-{}", stem, i);
+    }
+  };
+  for (VerdictLine& line : document.verdicts) rename(line.figures);
+  for (ReportSection& section : document.sections) rename(section.figures);
+  return document;
+}
+
+}  // namespace
+
+std::string report_page(const ReportDocument& given, int jobs) {
+  const ReportDocument document = with_distinct_figures(given);
+  check_names(document);
+  return to_html(document, draw_svg(figures_of(document), jobs));
+}
+
+OutputFiles report_folder(const ReportDocument& given, const ReportFolderOptions& options) {
+  const ReportDocument document = with_distinct_figures(given);
+  check_names(document);
+  OutputFiles files;
+  for (const ReportSection& section : document.sections) {
+    for (const NamedTable& table : section.tables) add_table_files(table, files);
+    for (const Picture& picture : section.pictures) files["pictures/" + picture.name + ".png"] = picture.png;
+  }
+  if (!options.draw_figures) return files;
+  OutputFiles drawn = draw(figures_of(document), options.jobs, options.quiet);
+  files["report.html"] = to_html(document, drawn);
+  files["report.md"] = to_markdown(document);
+  for (auto& [name, bytes] : drawn) files["figures/" + name] = std::move(bytes);
+  return files;
 }
 
 }  // namespace sextant

@@ -5,6 +5,7 @@
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
 namespace {
@@ -69,7 +70,7 @@ IntervalEstimate mean_change(const std::vector<SeedSums>& seeds, size_t to, std:
 
 std::optional<AttributionPath> path_of(const std::vector<Step>& steps, const SetData& data,
                                        const std::string& body) {
-  AttributionPath path{data.set, set_data_title(data.filter), body};
+  AttributionPath path{data.set, data_title(data.filter), body};
   std::vector<ErrorOfCase> errors;
   for (const Step& step : steps) {
     const auto bodies = paper_bodies(step.records);
@@ -98,21 +99,58 @@ std::vector<AttributionPath> attribution_paths(const Evidence& evidence) {
   std::vector<AttributionPath> out;
   if (evidence.with(PartRole::attribution).empty()) return out;
   const Json& rows = evidence.published.at("tab:mot_all").at("rows");
-  for (const SetData& data : set_data()) {
+  for (const SetData& data : paper().sets) {
     const auto paths = steps_by_path(evidence, data.filter);
     for (const Json& row : rows) {
       if (row.at("set") != data.set) continue;
-      const std::string printed = row.at("body");
       for (const auto& [name, steps] : paths) {
-        std::optional<AttributionPath> path = path_of(steps, data, printed == "Obj" ? "Obj1" : printed);
+        std::optional<AttributionPath> path = path_of(steps, data, paper_body(row.at("body")));
         if (!path) continue;
         path->path = name;
-        path->published_m = published_number(row.at(name == "motion_only" ? "motion_only" : "joint"), "Et_m");
+        if (const auto column = paper().column_of(name))
+          path->published_m = published_number(row.at(*column), "Et_m");
         out.push_back(std::move(*path));
       }
     }
   }
   return out;
+}
+
+Table attribution_table(const Evidence& evidence) {
+  struct Row {
+    const AttributionPath* path;
+    const AttributionStep* step;    ///< null: all of them
+    const AttributionStep* before;  ///< the step that the factor is against; null for the first
+  };
+  const std::vector<AttributionPath> paths = attribution_paths(evidence);
+  std::vector<Row> rows;
+  for (const AttributionPath& path : paths) {
+    for (size_t k = 0; k < path.steps.size(); ++k)
+      rows.push_back({&path, &path.steps[k], k == 0 ? nullptr : &path.steps[k - 1]});
+    rows.push_back({&path, nullptr, &path.steps.front()});
+  }
+  const auto last = [](const Row& row) { return row.step ? row.step : &row.path->steps.back(); };
+  Fields<AttributionPath> of_path = {{Column::text("set").folded(), &AttributionPath::set},
+                                     {Column::text("data"), &AttributionPath::data},
+                                     {Column::text("body"), &AttributionPath::body},
+                                     {Column::text("path", "from"), &AttributionPath::path}};
+  Fields<Row> fields;
+  fields.add(of_path, &Row::path);
+  fields.add(Column::text("decision").leading_to("decision_file"),
+             [](const Row& row) { return row.step ? row.step->decision : "all of them"; });
+  fields.add(estimate_fields(Column::number("Et_m", "E_t [m]", 4), "Et_low", "Et_high"),
+             [](const Row& row) { return row.step ? std::optional(row.step->Et_m) : std::nullopt; });
+  fields.add(estimate_fields(Column::number("change_m", "change [m]", 4), "change_low", "change_high"),
+             [](const Row& row) {
+               if (!row.before) return std::optional<IntervalEstimate>();
+               return std::optional(row.step ? row.step->change_m : row.path->whole_m);
+             });
+  fields.add(Column::number("factor", 2), [last](const Row& row) {
+    return row.before ? Cell(last(row)->Et_m.value / row.before->Et_m.value) : Cell();
+  });
+  fields.add(Column::text("decision_file").only_in_files(),
+             [last](const Row& row) { return records_of_part(last(row)->part); });
+  return numbered_table("VIII", "Not measured here: no part `attribution`.", fields, rows);
 }
 
 }  // namespace sextant

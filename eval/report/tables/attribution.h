@@ -27,7 +27,8 @@ struct AttributionStep {
 /// One body of one of the paper's sets on one kind of data.
 struct AttributionPath {
   std::string set, data, body;
-  std::string path;  ///< "motion_only": from which of the published code's two functions
+  std::string
+      path;  ///< the estimator that stands for the published code's function with which the path begins
   std::vector<AttributionStep> steps;
   IntervalEstimate whole_m;  ///< change from the first step to the last
   size_t n_pairs = 0, n_seeds = 0;

@@ -6,18 +6,17 @@
 
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {
 
 /// Counts of one run.
-struct Quantity {
+struct Count {
   const char* published_key;
   const char* title;
   int (*of)(const ClassificationCounts&);
 };
-constexpr std::array<Quantity, 6> quantities = {{
+constexpr std::array<Count, 6> counted = {{
     {"total_detections", "detections", [](const ClassificationCounts& c) { return c.total(); }},
     {"dynamic", "dynamic by truth",
      [](const ClassificationCounts& c) { return c.true_positive + c.false_negative; }},
@@ -27,13 +26,6 @@ constexpr std::array<Quantity, 6> quantities = {{
     {"false_positive", "false positive", [](const ClassificationCounts& c) { return c.false_positive; }},
     {"false_negative", "false negative", [](const ClassificationCounts& c) { return c.false_negative; }},
 }};
-
-/// The paper's "01" for 0001/clone and Scene01/clone; empty for other sequences.
-std::string paper_sequence(const Record& record) {
-  if (record.dataset.str().ends_with("vkitti1")) return record.sequence.str().substr(2, 2);
-  if (record.dataset == "vkitti2") return record.sequence.str().substr(5, 2);
-  return "";
-}
 
 struct SequenceRuns {
   std::string sequence;  ///< the paper's, or empty
@@ -56,7 +48,12 @@ std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
         return r.data == data && r.noise == noise && r.estimator == record.estimator;
       });
       if (it == runs.end()) {
-        runs.push_back({paper_sequence(record), data, noise, record.estimator, part->name, {}});
+        runs.push_back({paper().sequence_of(record.dataset, record.sequence),
+                        data,
+                        noise,
+                        record.estimator,
+                        part->name,
+                        {}});
         it = runs.end() - 1;
       }
       it->by_seed[record.seed].push_back(record);
@@ -67,50 +64,44 @@ std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
 }
 
 /// The paper's number, the true positives from those it prints.
-std::optional<double> published_count(const Json& table, size_t at, const Quantity& quantity) {
+std::optional<double> published_count(const Json& table, size_t at, const Count& count) {
   const auto number = [&](const char* key) { return table.at(key).at(at).get<double>(); };
-  if (quantity.published_key != nullptr) return number(quantity.published_key);
+  if (count.published_key != nullptr) return number(count.published_key);
   return number("dynamic") - number("false_negative");
 }
 
 void add_rows(const std::string& sequence, const Json& published, std::optional<size_t> at,
-              const SequenceRuns* runs, Table& table) {
+              const SequenceRuns* runs, PublishedTable& table) {
   std::vector<ClassificationCounts> counts;
+  PaperRow row{.group = sequence};
   if (runs != nullptr) {
     for (const auto& [seed, records] : runs->by_seed) counts.push_back(count_classification(records));
+    row.noise = runs->noise;
+    row.estimator = runs->estimator;
+    row.data = runs->data;
+    row.records = runs->part;
   }
-  for (const Quantity& quantity : quantities) {
-    PaperRow row{{sequence, runs != nullptr ? runs->noise : "", runs != nullptr ? runs->estimator : ""},
-                 quantity.title};
-    if (at) row.published = published_count(published, *at, quantity);
+  for (const Count& count : counted) {
+    row.quantity = count.title;
+    if (at) row.published = published_count(published, *at, count);
     if (runs != nullptr) {
       std::vector<double> by_seed;
-      for (const ClassificationCounts& c : counts) by_seed.push_back(quantity.of(c));
-      const auto& first = runs->by_seed.begin()->second;
-      const auto pairs =
-          std::count_if(first.begin(), first.end(), [](const Record& r) { return r.is_ego(); });
+      for (const ClassificationCounts& c : counts) by_seed.push_back(count.of(c));
+      const auto pairs = std::ranges::count_if(runs->by_seed.begin()->second, &Record::is_ego);
       row.measured = measure_by_seed(by_seed, static_cast<int>(pairs) * static_cast<int>(by_seed.size()));
-      row.data = runs->data;
-      row.records = runs->part;
     }
-    add_published_row(row, table);
+    table.rows.push_back(row);
   }
 }
 
 }  // namespace
 
-Table classification_table(const Evidence& evidence) {
-  Table table = published_table(
-      "Table I: dynamic or static",
-      "Counts per run over detections that pass the gates on distance and area; positive = dynamic. Truth: "
-      "the data set's flag of moving objects (a step of 1 cm or more). The paper counts detections of Mask "
-      "R-CNN, so its totals differ; its true positives are its dynamic less its false negatives. Noise: flow "
-      "of Table II on exact depth, and with depth noise too. Estimators decide by threshold, the paper's test, where "
-      "their name does not say likelihood.",
-      {{"sequence", "sequence", Align::left, 0, true},
-       {"noise", "noise", Align::left, 0, true},
-       {"estimator", "estimator", Align::left, 0, true}},
-      1);
+PublishedTable classification_table(const Evidence& evidence) {
+  PublishedTable table{.number = "I",
+                       .labels = {{Column::text("sequence").folded(), &PaperRow::group},
+                                  {Column::text("noise").folded(), &PaperRow::noise},
+                                  {Column::text("estimator").folded(), &PaperRow::estimator}},
+                       .decimals = 1};
   const Json& published = evidence.published.at("tab:dyn_obj");
   const auto runs = runs_of(evidence);
   const Json& sequences = published.at("sequences");

@@ -1,23 +1,20 @@
-// Table IV: ego motion of recorded systems and of ours on KITTI tracking, with the ground-truth floor.
+// Table IV: ego motion of recorded systems and of ours on recorded drives, with the ground-truth floor.
 
 #include <array>
 #include <cmath>
 #include <map>
 
-#include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/kitti_sequence.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
 
-struct Quantity {
+struct EgoError {
   const char* error;
   bool is_published;  ///< under the same key
 };
-constexpr std::array<Quantity, 4> quantities = {
+constexpr std::array<EgoError, 4> ego_errors = {
     {{"Et_m", true}, {"ER_deg", true}, {"Et_corrected_m", false}, {"Et_scaled_m", false}}};
 
 /// system -> sequence -> its ego records.
@@ -71,7 +68,8 @@ Floor floor_of(const RecordRefs& records) {
   return floor;
 }
 
-/// Floors of the truth by sequence and metric key, from the records that have them: those of recorded systems.
+/// Floors of the truth by sequence and metric key, from the records that have them: those of recorded
+/// systems.
 using Floors = std::map<std::string, Record::Numbers>;
 
 Floors floors_of(const Evidence& evidence) {
@@ -89,88 +87,78 @@ Floors floors_of(const Evidence& evidence) {
 std::optional<double> rms_floor(const RecordRefs& records, const Floors& floors, const char* key) {
   std::vector<double> numbers;
   for (const Record* record : records) {
-    const auto of_sequence = floors.find(kitti_sequence(*record));
+    const auto of_sequence = floors.find(paper().recorded_sequence(*record));
     if (of_sequence == floors.end()) continue;
     if (const auto floor = find_number(of_sequence->second, key)) numbers.push_back(*floor);
   }
   return numbers.empty() ? std::nullopt : std::optional(rmse(numbers));
 }
 
-class Builder {
- public:
-  Builder(Table& table, Floors floors) : table_(table), floors_(std::move(floors)) {}
-
-  void add(const std::string& sequence, const std::string& system, const RecordRefs& records,
-           const Json* published, const std::string& data, const std::string& part) {
-    const Floor floor = floor_of(records);
-    for (const Quantity& q : quantities) {
-      PaperRow row{{sequence, system}, metric(NumberMap::errors, q.error).heading()};
-      if (published != nullptr && q.is_published) row.published = published_number(*published, q.error);
-      row.measured = measure_mean(records, NumberMap::errors, q.error);
-      if (!row.measured && !row.published) continue;
-      row.data = data;
-      row.records = part;
-      std::vector<Cell> cells = published_cells(row);
-      const bool is_Et = q.error == std::string("Et_m");
-      cells.push_back(cell(is_Et ? floor.rmse_m : std::nullopt));
-      cells.push_back(cell(is_Et ? floor.floor_m : std::nullopt));
-      cells.push_back(cell(is_Et ? floor.beyond_m : std::nullopt));
-      const bool is_ER = q.error == std::string("ER_deg");
-      cells.push_back(cell(is_Et ? rms_floor(records, floors_, "lateral_floor_m") : std::nullopt));
+void add_rows(const std::string& sequence, const std::string& system, const RecordRefs& records,
+              const Json* published, const std::string& data, const std::string& part, const Floors& floors,
+              PublishedTable& table) {
+  const Floor floor = floor_of(records);
+  for (const EgoError& q : ego_errors) {
+    PaperRow row{
+        .group = sequence, .estimator = system, .quantity = metric(NumberMap::errors, q.error).heading()};
+    if (published != nullptr && q.is_published) row.published = published_number(*published, q.error);
+    row.measured = measure_mean(records, NumberMap::errors, q.error);
+    if (!row.measured && !row.published) continue;
+    row.data = data;
+    row.records = part;
+    if (q.error == std::string("Et_m")) {
+      row.more = {{"Et_rmse_m", floor.rmse_m},
+                  {"floor_m", floor.floor_m},
+                  {"beyond_floor_m", floor.beyond_m},
+                  {"lateral_floor_m", rms_floor(records, floors, "lateral_floor_m")}};
+    } else if (q.error == std::string("ER_deg")) {
       const std::vector<double> rotations = numbers_of(records, NumberMap::errors, "ER_deg");
-      cells.push_back(is_ER && !rotations.empty() ? Cell(rmse(rotations)) : Cell());
+      if (!rotations.empty()) row.more["ER_rmse_deg"] = rmse(rotations);
       for (const char* key : {"rotation_timing_floor_deg", "rotation_floor_deg"})
-        cells.push_back(cell(is_ER ? rms_floor(records, floors_, key) : std::nullopt));
-      table_.add_row(std::move(cells));
+        row.more[key] = rms_floor(records, floors, key);
     }
+    table.rows.push_back(std::move(row));
   }
-
- private:
-  Table& table_;
-  Floors floors_;
-};
+}
 
 }  // namespace
 
-Table ego_motion_table(const Evidence& evidence) {
+PublishedTable ego_motion_table(const Evidence& evidence) {
   const Json& published = evidence.published.at("tab:cam_err");
-  Table table = published_table(
-      "Table IV: ego motion on KITTI tracking",
-      "Preset paper: mean over pairs of consecutive frames of E_t and E_R, no alignment. The published values "
-      "are means over 12 sequences; ORB-SLAM2's is a reference, no trajectory of it is recorded here. "
-      "Floor: RMS error of the truth's own steps along the way; beyond the floor: sqrt(RMSE^2 - floor^2). "
-      "Lateral floor: RMS of what of the true steps goes beside the heading. Floors of E_R, RMS: at least the "
-      "timing of the samples, at most the difference to the turn rates.",
-      {{"sequence", "sequence", Align::left}, {"system", "system", Align::left}}, 4);
-  table.columns.push_back({"Et_rmse_m", "E_t RMSE [m]", Align::right, 4});
-  table.columns.push_back({"floor_m", "floor [m]", Align::right, 4});
-  table.columns.push_back({"beyond_floor_m", "beyond the floor [m]", Align::right, 4});
-  table.columns.push_back({"lateral_floor_m", "lateral floor [m]", Align::right, 4});
-  table.columns.push_back({"ER_rmse_deg", "E_R RMSE [deg]", Align::right, 4});
-  table.columns.push_back({"rotation_timing_floor_deg", "E_R floor, timing [deg]", Align::right, 4});
-  table.columns.push_back({"rotation_floor_deg", "E_R floor, turn rates [deg]", Align::right, 4});
-  Builder builder(table, floors_of(evidence));
-  for (const char* role : {"proposed", "orb_slam2"}) {
-    builder.add("12 sequences", role == std::string("proposed") ? "paper, proposed" : "ORB-SLAM2 (reference)",
-                {}, &published.at(role), "the paper's own runs", "");
+  PublishedTable table{
+      .number = "IV",
+      .labels = {{Column::text("sequence"), &PaperRow::group},
+                 {Column::text("system"), &PaperRow::estimator}},
+      .decimals = 4,
+      .more = {Column::number("Et_rmse_m", "E_t RMSE [m]", 4), Column::number("floor_m", "floor [m]", 4),
+               Column::number("beyond_floor_m", "beyond the floor [m]", 4),
+               Column::number("lateral_floor_m", "lateral floor [m]", 4),
+               Column::number("ER_rmse_deg", "E_R RMSE [deg]", 4),
+               Column::number("rotation_timing_floor_deg", "E_R floor, timing [deg]", 4),
+               Column::number("rotation_floor_deg", "E_R floor, turn rates [deg]", 4)}};
+  const Floors floors = floors_of(evidence);
+  const PaperEstimator& reference = paper().reference;
+  for (const auto& [column, system] : {std::pair<std::string, std::string>{"proposed", "paper, proposed"},
+                                       {reference.column, reference.title + " (reference)"}}) {
+    add_rows("12 sequences", system, {}, &published.at(column), "the paper's own runs", "", floors, table);
   }
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
     for (const auto& [system, sequences] : systems_of(*part)) {
       RecordRefs all;
       for (const auto& [sequence, records] : sequences) {
-        builder.add(sequence, system, records, nullptr, frames_title(records), part->name);
+        add_rows(sequence, system, records, nullptr, frames_title(records), part->name, floors, table);
         all.insert(all.end(), records.begin(), records.end());
       }
-      builder.add(fmt::format("all {}", sequences.size()), system, all, nullptr,
-                  fmt::format("KITTI tracking, {} sequences", sequences.size()), part->name);
+      add_rows(fmt::format("all {}", sequences.size()), system, all, nullptr,
+               fmt::format("{}, {} sequences", paper().recorded_title, sequences.size()), part->name, floors,
+               table);
     }
   }
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     for (const auto& [system, sequences] : systems_of(*part)) {
-      for (const auto& [sequence, records] : sequences) {
-        const Json* reference = system == "joint_flow" ? &published.at("proposed") : nullptr;
-        builder.add(sequence, system, records, reference, frames_title(records), part->name);
-      }
+      const Json* proposed = system == paper().method ? &published.at("proposed") : nullptr;
+      for (const auto& [sequence, records] : sequences)
+        add_rows(sequence, system, records, proposed, frames_title(records), part->name, floors, table);
     }
   }
   return table;

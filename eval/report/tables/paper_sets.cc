@@ -6,29 +6,6 @@
 #include "sextant/stats/summary.h"
 
 namespace sextant {
-const std::vector<SetData>& set_data() {
-  static const std::vector<SetData> data = {
-      {"S01-F225-235", {"vkitti1", "0001/clone", 225, 235}},
-      {"S01-F225-235", {"vkitti2", "Scene01/clone", 225, 235}},
-      {"S01-F225-235", {"replay-vkitti1", "0001/clone", 225, 235}},
-      {"S01-F225-235", {"synthetic", "s01-turn"}},
-      {"S01-F410-418", {"vkitti1", "0001/clone", 410, 418}},
-      {"S01-F410-418", {"vkitti2", "Scene01/clone", 410, 418}},
-      {"S01-F410-418", {"replay-vkitti1", "0001/clone", 410, 418}},
-      {"S01-F410-418", {"synthetic", "s01-crossing"}},
-      {"S18-F124-134", {"vkitti1", "0018/clone", 124, 134}},
-      {"S18-F124-134", {"vkitti2", "Scene18/clone", 124, 134}},
-      {"S18-F124-134", {"replay-vkitti1", "0018/clone", 124, 134}},
-      {"S18-F124-134", {"synthetic", "s18"}},
-  };
-  return data;
-}
-
-std::string set_data_title(const RecordFilter& filter) {
-  const std::string title = data_title(filter.dataset, filter.sequence);
-  if (filter.last_frame == RecordFilter{}.last_frame) return title;
-  return fmt::format("{}, frames {}-{}", title, filter.first_frame, filter.last_frame);
-}
 
 std::vector<PaperBody> bodies_by_distance(const RecordRefs& records) {
   std::map<int, RecordRefs> by_id;
@@ -62,6 +39,8 @@ std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records) {
   for (const Record* record : records) groups[record->estimator].push_back(record);
   return groups;
 }
+
+std::string paper_body(const std::string& printed) { return printed == "Obj" ? "Obj1" : printed; }
 
 std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records) {
   std::map<std::string, RecordRefs> bodies;

@@ -1,26 +1,17 @@
 #pragma once
 
-// The paper's three sets of frames and the data that can stand for them.
+// Records of the paper's sets of frames, grouped as the paper counts.
 
+#include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
-
-/// One set on one kind of data.
-struct SetData {
-  std::string set;  ///< the paper's name: "S18-F124-134"
-  RecordFilter filter;
-};
-
-/// All that are known, the paper's own data first.
-const std::vector<SetData>& set_data();
-
-/// "S18-F124-134" -> its frames on the data that `filter` names: "replay of ..., frames 124-134".
-std::string set_data_title(const RecordFilter& filter);
 
 /// A body as the paper counts: the camera is 0, objects 1, 2, .. by their mean true distance.
 struct PaperBody {
@@ -35,7 +26,26 @@ RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filt
 std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records);
 
 /// Estimated records with truth, by the paper's name of the body: "Ego", then "Obj1", "Obj2", .. by true
-/// distance, over all objects with truth that move. A set with a single moving object calls it "Obj1" too.
+/// distance, over all objects with truth that move.
 std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records);
+/// The name there of a body that the paper prints: "Obj" of a set with a single object is "Obj1".
+std::string paper_body(const std::string& printed);
+
+// ---- Run times per frame pair, from the records of the parts that were timed on one thread.
+
+inline constexpr const char* frame_stage = "frame";  ///< extraction + camera + objects
+
+struct RunTimes {
+  std::string data, estimator, part;
+  std::map<std::string, std::vector<double>> by_stage;  ///< ms, one value a frame pair
+};
+
+std::vector<RunTimes> run_times(const Evidence& evidence);
+
+/// ms of a frame pair that was timed in several rounds, by round (the records' seed) and frame.
+using RoundTimes = std::map<std::pair<uint64_t, int>, double>;
+
+/// The best round of every frame: other work on the machine only adds.
+std::vector<double> best_rounds_ms(const RoundTimes& rounds);
 
 }  // namespace sextant

@@ -1,9 +1,11 @@
 #pragma once
 
 // The tables of the paper, and ours, rebuilt from records. How to add one:
-//   1. write eval/report/tables/<name>.cc: a function Table f(const Evidence&), declared here, that has rows
-//      also where nothing was measured (verdict "not measured here");
-//   2. add one line to the table in registry.cc.
+//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, that has rows
+//      also where
+//      nothing was measured (verdict "not measured here");
+//   2. add one line to the table in registry.cc, and title and caption to
+//      results/published/zhang2020_data.json.
 
 #include <functional>
 #include <span>
@@ -11,35 +13,50 @@
 #include <vector>
 
 #include "sextant/eval/report/evidence.h"
-#include "sextant/eval/report/table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 
+/// Places of the paper's tables and figures, in the order in which it prints them; then what is ours, as it
+/// comes.
+enum class PaperPlace { fig_1, table_1, fig_4, table_2, table_3, fig_5, table_4, table_5, fig_6, ours };
+
 struct PaperTable {
-  std::string name;        ///< file name: "table_3_sets"
-  std::string number;      ///< "III"
-  std::string exact_data;  ///< what the paper measured on
-  std::string fetch;       ///< scripts that get what can be had of it
-  std::function<Table(const Evidence&)> make;
+  std::string name;    ///< file name: "table_3_sets"
+  std::string number;  ///< "III"
+  PaperPlace place = PaperPlace::ours;
+  /// Tables of the paper have rows beside published values, tables of ours are tables: one of the two.
+  std::function<PublishedTable(const Evidence&)> published{};
+  std::function<Table(const Evidence&)> ours{};
   std::vector<std::string> split_by{};  ///< NamedTable::split_by
+
+  Table make(const Evidence& evidence) const { return ours ? ours(evidence) : published(evidence).table(); }
 };
 
 std::span<const PaperTable> paper_tables();
 
-/// results/published/zhang2020.json.
-Json published_values();
 /// results/systems/systems.json: of each published system that was measured its name in records, repository,
 /// commit, changes and what of the truth it sees.
 Json system_descriptions();
 
-Table classification_table(const Evidence& evidence);  // I
-Table flow_error_table(const Evidence& evidence);      // II
-Table sets_table(const Evidence& evidence);            // III
-Table ego_motion_table(const Evidence& evidence);      // IV
-Table velocity_table(const Evidence& evidence);        // V
-Table limit_table(const Evidence& evidence);           // VI
-Table run_time_table(const Evidence& evidence);        // VII
-Table attribution_table(const Evidence& evidence);     // VIII
-Table systems_table(const Evidence& evidence);         // IX
+PublishedTable classification_table(const Evidence& evidence);  // I
+PublishedTable flow_error_table(const Evidence& evidence);      // II
+PublishedTable sets_table(const Evidence& evidence);            // III
+PublishedTable ego_motion_table(const Evidence& evidence);      // IV
+PublishedTable velocity_table(const Evidence& evidence);        // V
+Table limit_table(const Evidence& evidence);                    // VI
+Table run_time_table(const Evidence& evidence);                 // VII
+Table attribution_table(const Evidence& evidence);              // VIII
+Table systems_table(const Evidence& evidence);                  // IX
+
+/// table_of() with title and caption of the table of that number; `note` where there are no rows.
+template <typename Row>
+Table numbered_table(const std::string& number, const std::string& note, const Fields<Row>& fields,
+                     const std::vector<Row>& rows) {
+  const TableText text = paper().table(number);
+  Table table = table_of(text.title, text.caption, fields, rows);
+  if (rows.empty()) table.notes.push_back(note);
+  return table;
+}
 
 }  // namespace sextant

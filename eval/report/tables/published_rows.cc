@@ -24,25 +24,22 @@ std::optional<Interval> one_run_range(const std::vector<double>& by_seed) {
 
 }  // namespace
 
-std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key) {
-  const Clusters clusters(records);
+std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, const Clusters& clusters) {
+  if (numbers.empty()) return std::nullopt;
   std::vector<double> values;
   std::vector<uint64_t> labels;
   std::map<uint64_t, std::pair<double, double>> sums;  // by cluster: sum, count
   std::map<std::string, uint64_t> sequences;
-  for (const Record* record : records) {
-    const auto value = find_number(record->numbers(map), key);
-    if (!value) continue;
+  for (const auto& [record, value] : numbers) {
     const uint64_t sequence = sequences.try_emplace(record->sequence, sequences.size()).first->second;
     const uint64_t label = clusters.are_frames()
                                ? (sequence << 32) + static_cast<uint64_t>(record->frame / frames_per_stretch)
                                : clusters.of(*record);
-    values.push_back(*value);
+    values.push_back(value);
     labels.push_back(label);
-    sums[label].first += *value;
+    sums[label].first += value;
     sums[label].second += 1;
   }
-  if (values.empty()) return std::nullopt;
   const ClusteredSample sample(values, labels);
   Measured measured;
   measured.value = mean(values);
@@ -58,6 +55,14 @@ std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, c
   return measured;
 }
 
+std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key) {
+  std::vector<RecordNumber> numbers;
+  for (const Record* record : records) {
+    if (const auto value = find_number(record->numbers(map), key)) numbers.push_back({record, *value});
+  }
+  return measure_mean(numbers, Clusters(records));
+}
+
 Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs) {
   Measured measured;
   measured.value = mean(by_seed);
@@ -68,8 +73,7 @@ Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs) {
   return measured;
 }
 
-std::string published_verdict(const std::optional<double>& published,
-                              const std::optional<Measured>& measured) {
+std::string PaperRow::verdict() const {
   if (!measured) return "not measured here";
   if (!published) return "";
   const std::optional<Interval>& range = measured->one_run ? measured->one_run : measured->interval;
@@ -77,49 +81,48 @@ std::string published_verdict(const std::optional<double>& published,
   return *published >= range->low && *published <= range->high ? "within" : "outside";
 }
 
-Table published_table(const std::string& title, const std::string& caption, std::vector<Column> labels,
-                      int decimals) {
-  Table table{title, caption + " " + comparison_caption, std::move(labels)};
-  const auto number = [&](const char* key, const char* name) {
-    table.columns.push_back(Column::number(key, name, decimals));
-  };
-  table.columns.push_back(Column::text("quantity"));
-  number("published", "published");
-  number("reproduced", "reproduced");
-  table.columns.back().leads_to = "records";
-  table.add_columns(range_columns("low", "high", decimals));
-  number("run_low", "run low");
-  table.columns.back().range = "single runs";
-  number("run_high", "run high");
-  number("difference", "difference");
-  table.columns.push_back(Column::text("verdict"));
-  table.columns.push_back(Column::count("pairs"));
-  table.columns.push_back(Column::count("seeds"));
-  table.columns.push_back(Column::text("data").folded());
-  table.columns.push_back(Column::text("records").only_in_files());
-  return table;
-}
-
-std::vector<Cell> published_cells(const PaperRow& row) {
-  std::vector<Cell> cells(row.labels.begin(), row.labels.end());
-  const std::optional<Measured>& m = row.measured;
-  cells.emplace_back(row.quantity);
-  cells.push_back(row.published);
-  add_estimate(m, cells);
-  add_interval(m ? m->one_run : std::nullopt, cells);
-  cells.push_back(m && row.published ? std::optional(m->value - *row.published) : std::nullopt);
-  cells.emplace_back(published_verdict(row.published, m));
-  cells.push_back(m ? std::optional<double>(m->n_pairs) : std::nullopt);
-  cells.push_back(m ? std::optional<double>(m->n_seeds) : std::nullopt);
-  cells.emplace_back(row.data.empty() && !m ? "none" : row.data);
-  cells.emplace_back(records_of_part(row.records));
-  return cells;
+Table PublishedTable::table() const {
+  using Row = PaperRow;
+  Fields<Row> fields = labels;
+  fields.add(Column::text("quantity"), &Row::quantity);
+  fields.add(Column::number("published", decimals), &Row::published);
+  Fields<Measured> of_measured = {
+      {Column::number("reproduced", decimals).leading_to("records"), &Measured::value}};
+  of_measured.add_range(range_columns("low", "high", decimals), &Measured::interval);
+  of_measured.add_range(range_columns("run_low", "run_high", decimals, "single runs"), &Measured::one_run);
+  fields.add(of_measured, &Row::measured);
+  fields.add(Column::number("difference", decimals), [](const Row& row) {
+    return row.measured && row.published ? Cell(row.measured->value - *row.published) : Cell();
+  });
+  fields.add(Column::text("verdict"), &Row::verdict);
+  fields.add(Fields<Measured>{{Column::count("pairs"), &Measured::n_pairs},
+                              {Column::count("seeds"), &Measured::n_seeds}},
+             &Row::measured);
+  fields.add(Column::text("data").folded(), [](const Row& row) {
+    if (!row.is_missing() || row.command.empty())
+      return row.data.empty() && !row.measured ? "none" : row.data;
+    return (row.data.empty() ? "" : row.data + "; ") + "measured by: " + row.command;
+  });
+  fields.add(Column::text("records").only_in_files(),
+             [](const Row& row) { return records_of_part(row.records); });
+  for (const Column& column : more) {
+    fields.add(column, [key = column.key](const Row& row) {
+      const auto cell = row.more.find(key);
+      return cell == row.more.end() ? Cell() : Cell(cell->second);
+    });
+  }
+  const TableText text = paper().table(number);
+  return table_of(
+      text.title,
+      text.caption +
+          " 95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). "
+          "Single runs: where 95 % of them lie. Verdict: whether the published value, which is one run, "
+          "lies there (with one seed: in the interval).",
+      fields, rows);
 }
 
 std::string records_of_part(const std::string& part) {
   return part.empty() ? "" : fmt::format("parts/{}/records.jsonl", part);
 }
-
-void add_published_row(const PaperRow& row, Table& table) { table.add_row(published_cells(row)); }
 
 }  // namespace sextant

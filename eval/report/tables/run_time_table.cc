@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -15,9 +13,15 @@ namespace {
 
 constexpr double ms_per_s = 1000;
 
+/// Times of one stage, ms a frame pair.
+struct StageTimes {
+  std::string data, estimator, stage, part;
+  std::vector<double> ms;
+  std::optional<double> published_ms;
+};
+
 /// Of the published systems, measured once and stored: their own time of a frame, the best of its rounds.
-void add_systems(const Evidence& evidence, double published_ms, Table& table,
-                 std::vector<std::string>& records) {
+void add_systems(const Evidence& evidence, double published_ms, std::vector<StageTimes>& rows) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::pair<std::string, std::string>, RoundTimes> frames;
     for (const Record& record : part->records) {
@@ -26,12 +30,9 @@ void add_systems(const Evidence& evidence, double published_ms, Table& table,
       frames[{data_title(record.dataset, record.sequence), record.estimator}][{record.seed, record.frame}] =
           *ms;
     }
-    for (const auto& [key, rounds] : frames) {
-      const std::vector<double> ms = best_rounds_ms(rounds);
-      table.add_row(
-          {key.first, key.second, "frame, stored", median(ms), quantile(ms, 0.95), published_ms, ms.size()});
-      records.push_back(records_of_part(part->name));
-    }
+    for (const auto& [key, rounds] : frames)
+      rows.push_back(
+          {key.first, key.second, "frame, stored", part->name, best_rounds_ms(rounds), published_ms});
   }
 }
 
@@ -81,33 +82,29 @@ std::vector<RunTimes> run_times(const Evidence& evidence) {
 }
 
 Table run_time_table(const Evidence& evidence) {
-  Table table;
-  table.title = "Table VII (ours): run time";
   const double fps = evidence.published.at("text_claims").at("runtime_fps").get<double>();
-  table.caption = fmt::format(
-      "Milliseconds per frame pair on one thread, median and 95 % quantile over pairs. The frame is "
-      "extraction, camera and objects: what the paper's {:.0f} fps ({:.0f} ms) are compared with; reading or "
-      "rendering the images (decode) and the networks are not in it. The machine stands in the provenance. Stored: "
-      "the published systems' own times, measured once on another occasion; beside ours of the same run in table IX.",
-      fps, ms_per_s / fps);
-  table.columns = {Column::text("data"),
-                   Column::text("estimator"),
-                   Column::text("stage"),
-                   Column::number("median_ms", "median [ms]", 2),
-                   Column::number("q95_ms", "q95 [ms]", 2),
-                   Column::count("published_ms", "published [ms]"),
-                   Column::count("pairs")};
-  std::vector<std::string> records;
+  const double published_ms = ms_per_s / fps;
+  std::vector<StageTimes> rows;
   for (const RunTimes& times : run_times(evidence)) {
     for (const auto& [stage, ms] : times.by_stage) {
-      table.add_row({times.data, times.estimator, stage, median(ms), quantile(ms, 0.95),
-                     stage == frame_stage ? Cell(ms_per_s / fps) : Cell(), ms.size()});
-      records.push_back(records_of_part(times.part));
+      const auto published = stage == frame_stage ? std::optional(published_ms) : std::nullopt;
+      rows.push_back({times.data, times.estimator, stage, times.part, ms, published});
     }
   }
-  add_systems(evidence, ms_per_s / fps, table, records);
-  add_addresses("median_ms", records, table);
-  if (table.rows.empty()) table.notes.push_back("Not measured here: no part was timed.");
+  add_systems(evidence, published_ms, rows);
+  const Fields<StageTimes> fields = {
+      {Column::text("data"), &StageTimes::data},
+      {Column::text("estimator"), &StageTimes::estimator},
+      {Column::text("stage"), &StageTimes::stage},
+      {Column::number("median_ms", "median [ms]", 2).leading_to("median_ms_file"),
+       [](const StageTimes& row) { return median(row.ms); }},
+      {Column::number("q95_ms", "q95 [ms]", 2), [](const StageTimes& row) { return quantile(row.ms, 0.95); }},
+      {Column::count("published_ms", "published [ms]"), &StageTimes::published_ms},
+      {Column::count("pairs"), [](const StageTimes& row) { return row.ms.size(); }},
+      {Column::text("median_ms_file").only_in_files(),
+       [](const StageTimes& row) { return records_of_part(row.part); }}};
+  Table table = numbered_table("VII", "Not measured here: no part was timed.", fields, rows);
+  table.caption = fmt::format(fmt::runtime(table.caption), fps, published_ms);
   return table;
 }
 

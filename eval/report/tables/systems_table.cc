@@ -2,17 +2,12 @@
 
 #include <map>
 
-#include "sextant/eval/report/record_places.h"
-#include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/report/tables/run_time.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
 namespace {
-
-constexpr const char* yardstick = "joint_flow";
 
 struct Errors {
   std::vector<double> Et_m, ER_deg, Ev_kmh;
@@ -35,9 +30,12 @@ struct Errors {
 };
 
 /// What one estimator did on one kind of data.
-struct Row {
+struct SystemRow {
+  std::string data, estimator, part;
   Errors camera, objects;
   RoundTimes frame_ms;
+  std::optional<double> unit_ms;  ///< a frame of the paper's method on the same data
+  Json description;               ///< of a published system; empty for ours
 
   void add(const Record& record) {
     if (has_truth(record)) (record.is_ego() ? camera : objects).add(record);
@@ -66,49 +64,64 @@ Json description_of(const Json& descriptions, const std::string& estimator) {
   return Json::object();
 }
 
+Fields<Errors> error_fields(const std::string& prefix, const std::string& title) {
+  return {
+      {Column::number(prefix + "Et_m", title + " E_t [m]", 4),
+       [](const Errors& e) { return mean_of(e.Et_m); }},
+      {Column::number(prefix + "ER_deg", "E_R [deg]", 4), [](const Errors& e) { return mean_of(e.ER_deg); }}};
+}
+
+Column coverage_column(const std::string& prefix) {
+  return Column::count(prefix + "coverage_percent", "coverage [%]");
+}
+
 }  // namespace
 
 Table systems_table(const Evidence& evidence) {
-  Table table{
-      "Table IX (ours): the published systems beside ours",
-      "Measured once, all in one run on one machine, estimator after estimator and that three times; not "
-      "measured again here. Preset paper: means over pairs and seeds of those that were estimated; coverage: "
-      "estimated pairs of those with truth, objects that move by truth. Frame: the program's own time "
-      "without reading files, the best of the three rounds, median over frames; in ours extraction, camera "
-      "and objects on one thread. The programs use threads of their own, and the machine did other work too.",
-      {Column::text("data").folded(), Column::text("estimator"), Column::number("Et_m", "camera E_t [m]", 4),
-       Column::number("ER_deg", "E_R [deg]", 4), Column::count("coverage_percent", "coverage [%]"),
-       Column::number("objects_Et_m", "objects E_t [m]", 4), Column::number("objects_ER_deg", "E_R [deg]", 4),
-       Column::number("objects_Ev_kmh", "E_v [km/h]", 2),
-       Column::count("objects_coverage_percent", "coverage [%]"), Column::number("frame_ms", "frame [ms]", 1),
-       Column::number("frame_ratio", "in frames of joint_flow", 1), Column::text("repository"),
-       Column::text("commit"), Column::text("sees", "sees of the truth"),
-       Column::text("changes", "changed")}};
   const Json descriptions = system_descriptions();
-  std::vector<std::string> records;
+  std::vector<SystemRow> rows;
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
-    std::map<std::string, std::map<std::string, Row>> by_data;
+    std::map<std::string, std::map<std::string, SystemRow>> by_data;
     for (const Record& record : part->records)
       by_data[data_title(record.dataset, record.sequence)][record.estimator].add(record);
-    for (const auto& [data, rows] : by_data) {
-      const auto ours = rows.find(yardstick);
-      const std::optional<double> unit = ours == rows.end() ? std::nullopt : ours->second.median_ms();
-      for (const auto& [estimator, row] : rows) {
-        const std::optional<double> ms = row.median_ms();
-        const Json about = description_of(descriptions, estimator);
-        const auto text = [&](const char* key) { return about.value(key, std::string()); };
-        table.add_row({data, estimator, mean_of(row.camera.Et_m), mean_of(row.camera.ER_deg),
-                       row.camera.coverage_percent(), mean_of(row.objects.Et_m), mean_of(row.objects.ER_deg),
-                       mean_of(row.objects.Ev_kmh), row.objects.coverage_percent(), ms,
-                       ms && unit ? Cell(*ms / *unit) : Cell(), text("repository"), text("commit"),
-                       text("sees"), text("changes")});
-        records.push_back(records_of_part(part->name));
+    for (auto& [data, by_estimator] : by_data) {
+      const SystemRow* ours = find_in(by_estimator, paper().method);
+      const std::optional<double> unit_ms = ours ? ours->median_ms() : std::nullopt;
+      for (auto& [estimator, row] : by_estimator) {
+        row.data = data;
+        row.estimator = estimator;
+        row.part = part->name;
+        row.unit_ms = unit_ms;
+        row.description = description_of(descriptions, estimator);
+        rows.push_back(row);
       }
     }
   }
-  add_addresses("Et_m", records, table);
-  if (table.rows.empty()) table.notes.push_back("Not stored for this data.");
-  return table;
+  Fields<SystemRow> fields = {{Column::text("data").folded(), &SystemRow::data},
+                              {Column::text("estimator"), &SystemRow::estimator}};
+  fields.add(error_fields("", "camera"), [](const SystemRow& row) { return &row.camera; });
+  fields[2].column.leads_to = "Et_m_file";
+  fields.add(coverage_column(""), [](const SystemRow& row) { return row.camera.coverage_percent(); });
+  fields.add(error_fields("objects_", "objects"), [](const SystemRow& row) { return &row.objects; });
+  fields.add(
+      {{Column::number("objects_Ev_kmh", "E_v [km/h]", 2),
+        [](const SystemRow& row) { return mean_of(row.objects.Ev_kmh); }},
+       {coverage_column("objects_"), [](const SystemRow& row) { return row.objects.coverage_percent(); }},
+       {Column::number("frame_ms", "frame [ms]", 1), &SystemRow::median_ms},
+       {Column::number("frame_ratio", "in frames of " + paper().method, 1), [](const SystemRow& row) {
+          const std::optional<double> ms = row.median_ms();
+          return ms && row.unit_ms ? Cell(*ms / *row.unit_ms) : Cell();
+        }}});
+  const std::pair<const char*, const char*> descriptive[] = {{"repository", "repository"},
+                                                             {"commit", "commit"},
+                                                             {"sees", "sees of the truth"},
+                                                             {"changes", "changed"}};
+  for (const auto& [key, title] : descriptive)
+    fields.add(Column::text(key, title),
+               [key = key](const SystemRow& row) { return row.description.value(key, std::string()); });
+  fields.add(Column::text("Et_m_file").only_in_files(),
+             [](const SystemRow& row) { return records_of_part(row.part); });
+  return numbered_table("IX", "Not stored for this data.", fields, rows);
 }
 
 }  // namespace sextant

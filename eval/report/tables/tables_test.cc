@@ -32,7 +32,7 @@ class EveryTable : public testing::TestWithParam<PaperTable> {};
 
 TEST_P(EveryTable, SaysSoWhereNothingWasMeasured) {
   Evidence none;
-  none.published = published_values();
+  none.published = paper().published;
   const Table table = GetParam().make(none);
   EXPECT_FALSE(table.rows.empty() && table.notes.empty());
   for (size_t row = 0; row < table.rows.size(); ++row) {
@@ -89,7 +89,9 @@ TEST(Comparison, MeansAndRangesOfSingleRuns) {
   }
   RecordRefs refs;
   for (const Record& r : records) refs.push_back(&r);
-  const auto measured = measure_mean(refs, NumberMap::errors, "Et_m");
+  PaperRow row;
+  row.measured = measure_mean(refs, NumberMap::errors, "Et_m");
+  const std::optional<Measured>& measured = row.measured;
   ASSERT_TRUE(measured && measured->one_run);
   EXPECT_DOUBLE_EQ(measured->value, 2);
   EXPECT_EQ(measured->n_pairs, 6);
@@ -97,13 +99,16 @@ TEST(Comparison, MeansAndRangesOfSingleRuns) {
   // m +- t_{2, 0.975} s sqrt(1 + 1/3), s = 1.
   EXPECT_NEAR(measured->one_run->high, 2 + 4.302653 * std::sqrt(4.0 / 3), 1e-5);
   EXPECT_FALSE(measure_mean(refs, NumberMap::errors, "no_such_error"));
-  EXPECT_EQ(published_verdict(2.5, measured), "within");
-  EXPECT_EQ(published_verdict(-9, measured), "outside");
-  EXPECT_EQ(published_verdict(2.5, std::nullopt), "not measured here");
+  row.published = 2.5;
+  EXPECT_EQ(row.verdict(), "within");
+  row.published = -9;
+  EXPECT_EQ(row.verdict(), "outside");
+  row.measured.reset();
+  EXPECT_EQ(row.verdict(), "not measured here");
 }
 
 TEST(Published, AMisspeltKeyIsNotAMissingValue) {
-  const Json values = published_values();
+  const Json values = paper().published;
   EXPECT_DOUBLE_EQ(published_number(values.at("tab:cam_err").at("proposed"), "Et_m").value(), 0.0642);
   EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
 }

@@ -45,7 +45,7 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
 /// Every role with `n_frames` pairs and `n_seeds` seeds (one seed on real data).
 inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n_seeds = 4) {
   Evidence evidence;
-  evidence.published = published_values();
+  evidence.published = paper().published;
   const auto add = [&](const std::string& name, PartRole role, const std::string& dataset,
                        const std::string& sequence, const std::vector<std::string>& estimators,
                        const std::vector<std::string>& bodies, uint64_t seeds,

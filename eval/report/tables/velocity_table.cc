@@ -1,49 +1,29 @@
 // Table V: velocity errors per sequence and object.
 
+#include <algorithm>
 #include <set>
 
-#include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {
 
-/// Which objects a column of the paper means: ids of our masks (track + 1); none: all moving objects.
-struct Group {
-  const char* sequence;
-  const char* objects;
-  std::set<int> ids;
-};
-const std::vector<Group> named_groups = {
-    {"00", "van", {1}}, {"00", "cyclist", {3}}, {"03", "wagon", {1}}, {"03", "suv", {2}}};
-
-std::set<int> ids_of(const std::string& sequence, const std::string& objects) {
-  for (const Group& group : named_groups) {
-    if (group.sequence == sequence && group.objects == objects) return group.ids;
-  }
-  return {};
-}
-
-/// The paper's "03" for KITTI's 0003 and for the authors' sample of it.
-std::string paper_sequence(const Record& record) {
-  if (record.dataset == "vdo" && record.sequence == "kitti_03_demo") return "03";
-  if (record.dataset == "kitti" && record.sequence.str().size() == 4) return record.sequence.str().substr(2);
-  return "";
-}
-
-/// Records of a group under one estimator of one part.
+/// Records of a group of objects under one estimator of one part.
 struct GroupRecords {
   RecordRefs with_truth, estimated;
   int first_frame = 0, last_frame = 0;
   std::string data;
 };
 
+bool is_of(const Json& column, const Record& record) {
+  return column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
+}
+
 GroupRecords group_records(const EvidencePart& part, const std::string& estimator, const Json& column) {
   GroupRecords group;
-  const std::set<int> ids = ids_of(column.at("sequence"), column.at("objects"));
+  const std::set<int> ids = paper().ids_of(column.at("sequence"), column.at("objects"));
   for (const Record& record : part.records) {
-    if (record.estimator != estimator || column.at("sequence") != paper_sequence(record)) continue;
+    if (record.estimator != estimator || !is_of(column, record)) continue;
     if (group.data.empty()) {
       group.first_frame = record.frame - 1;
       group.data = data_title(record.dataset, record.sequence);
@@ -67,23 +47,21 @@ Measured count(size_t n) {
 }
 
 void add_rows(const Json& column, const std::string& estimator, const GroupRecords* group,
-              const std::string& part, Table& table) {
+              const std::string& part, PublishedTable& table) {
   const bool measured = group != nullptr && !group->estimated.empty();
-  std::optional<double> coverage;
+  PaperRow row{.group = column.at("sequence"), .body = column.at("objects"), .estimator = estimator};
+  row.records = part;
+  if (group != nullptr) row.data = group->data;
+  if (group != nullptr && !measured) row.data += ": no moving object of this group within the gates";
   if (group != nullptr && !group->with_truth.empty()) {
-    coverage =
+    row.more["coverage_percent"] =
         100.0 * static_cast<double>(group->estimated.size()) / static_cast<double>(group->with_truth.size());
   }
   const auto add = [&](const char* key, const char* title, const std::optional<Measured>& value) {
-    PaperRow row{{column.at("sequence"), column.at("objects"), estimator}, title};
+    row.quantity = title;
     row.published = published_number(column, key);
     row.measured = value;
-    if (group != nullptr) row.data = group->data;
-    if (group != nullptr && !measured) row.data += ": no moving object of this group within the gates";
-    row.records = part;
-    std::vector<Cell> cells = published_cells(row);
-    cells.push_back(coverage);
-    table.add_row(std::move(cells));
+    table.rows.push_back(row);
   };
   const auto mean_of = [&](NumberMap map, const char* key) {
     return measured ? measure_mean(group->estimated, map, key) : std::nullopt;
@@ -95,32 +73,31 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
 
 }  // namespace
 
-Table velocity_table(const Evidence& evidence) {
-  Table table = published_table(
-      "Table V: velocity of objects on KITTI tracking",
-      "Preset paper: mean over tracked pairs of the absolute difference of estimated and true speed at the same "
-      "point. Tracks: pairs in which the object was estimated; coverage: of those in which it moves by truth. "
-      "A part of a sequence has fewer tracks than the whole, and the paper's are those of the whole.",
-      {Column::text("sequence"), Column::text("objects"), Column::text("estimator")}, 2);
-  table.columns.push_back(Column::number("coverage_percent", "coverage [%]", 1));
+PublishedTable velocity_table(const Evidence& evidence) {
+  PublishedTable table{.number = "V",
+                       .labels = {{Column::text("sequence"), &PaperRow::group},
+                                  {Column::text("objects"), &PaperRow::body},
+                                  {Column::text("estimator"), &PaperRow::estimator}},
+                       .decimals = 2,
+                       .more = {Column::number("coverage_percent", "coverage [%]", 1)}};
   std::vector<const Json*> unmeasured;
   for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
     bool measured = false;
     for (const EvidencePart* part : evidence.with(PartRole::real)) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
-        if (column.at("sequence") == paper_sequence(record)) estimators.insert(record.estimator);
+        if (is_of(column, record)) estimators.insert(record.estimator);
       }
       for (const std::string& estimator : estimators) {
         const GroupRecords group = group_records(*part, estimator, column);
-        if (group.estimated.empty() && estimator != "joint_flow") continue;
+        if (group.estimated.empty() && estimator != paper().method) continue;
         add_rows(column, estimator, &group, part->name, table);
         measured = true;
       }
     }
     if (!measured) unmeasured.push_back(&column);
   }
-  for (const Json* column : unmeasured) add_rows(*column, "joint_flow", nullptr, "", table);
+  for (const Json* column : unmeasured) add_rows(*column, paper().method, nullptr, "", table);
   return table;
 }
 

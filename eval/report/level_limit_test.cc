@@ -1,4 +1,4 @@
-#include "sextant/eval/report/limit_summary.h"
+#include "sextant/eval/report/errors_by_level.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(LimitSummary, ByHand) {
   }
   records.push_back(record_of(3, 100, 1, 6.5));
   records.back().bound.clear();  // an error without a bound does not count against one
-  const LimitSummary limit = summarize_limit(pointers(records), {});
+  const LimitSummary limit = summarize_limit(level_of(pointers(records)), {});
   EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").bound, std::sqrt(12.5));
   EXPECT_DOUBLE_EQ(limit.efficiency.at("Et_m").efficiency, std::sqrt(12.5 / 25));
   // Every seed has the same RMS.
@@ -49,7 +49,7 @@ TEST(LimitSummary, TheIntervalOfTheEfficiencyIsTheRightWayRound) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     records.push_back(record_of(seed, 1 + 0.1 * static_cast<double>(seed), 1, 6));
   }
-  const Efficiency value = summarize_limit(pointers(records), {}).efficiency.at("Et_m");
+  const Efficiency value = summarize_limit(level_of(pointers(records)), {}).efficiency.at("Et_m");
   EXPECT_LT(value.interval->low, value.efficiency);
   EXPECT_GT(value.interval->high, value.efficiency);
 }
@@ -57,13 +57,11 @@ TEST(LimitSummary, TheIntervalOfTheEfficiencyIsTheRightWayRound) {
 TEST(LimitSummary, NothingKnownIsNothingSaid) {
   Record r;
   r.errors = {{"Et_m", 1}};
-  const LimitSummary limit = summarize_limit({&r}, {});
+  const LimitSummary limit = summarize_limit(level_of({&r}), {});
   EXPECT_TRUE(limit.efficiency.empty());
   EXPECT_FALSE(limit.consistency);
-  std::vector<Cell> cells;
-  add_limit_cells(limit, cells);
-  ASSERT_EQ(cells.size(), limit_columns().size());
-  for (const Cell& cell : cells) EXPECT_TRUE(std::holds_alternative<std::monostate>(cell));
+  for (const Field<LimitSummary>& field : limit_fields())
+    EXPECT_TRUE(std::holds_alternative<std::monostate>(field.of(limit))) << field.column.key;
 }
 
 }  // namespace

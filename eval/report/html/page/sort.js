@@ -1,0 +1,26 @@
+for (const table of document.querySelectorAll("table")) {
+  const headings = [...table.tHead.rows[0].cells];
+  const body = table.tBodies[0];
+  const compare = (a, b, sign) => {
+    const [x, y] = [a, b].map(cell => cell.dataset.value);
+    if (x !== undefined && y !== undefined) return sign * (x - y);
+    if (x !== undefined || y !== undefined) return x !== undefined ? -1 : 1;
+    return sign * a.textContent.localeCompare(b.textContent, "en", {numeric: true});
+  };
+  headings.forEach((heading, column) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.title = "sort";
+    button.append(...heading.childNodes);
+    heading.append(button);
+    button.addEventListener("click", () => {
+      const sign = heading.ariaSort === "ascending" ? -1 : 1;
+      headings.forEach(other => other.removeAttribute("aria-sort"));
+      heading.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+      body.append(...[...body.rows].sort((a, b) => compare(a.cells[column], b.cells[column], sign)));
+    });
+  });
+}
+for (const [event, open] of [["beforeprint", true], ["afterprint", false]]) {
+  addEventListener(event, () => document.querySelectorAll("details").forEach(part => { part.open = open; }));
+}
