@@ -3,7 +3,10 @@
 // Where in the files of records the rows of a table come from: for links from a page to what is behind a row.
 
 #include <filesystem>
+#include <map>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "sextant/eval/report/noise_sweep.h"
@@ -48,16 +51,33 @@ RecordPlaces record_places(const std::vector<Record>& records, const std::filesy
 void add_records_column(const std::vector<RowRecords>& behind, const std::filesystem::path& page_folder,
                         Table& table);
 
-/// The same column for a table with one row for each of `rows`. `row.covers(parameter, key)` decides which
-/// levels are behind a row. Without places the table stays as it is.
+/// The same column for a table with one row for each of `rows`, which have a dataset and a sequence, and may have
+/// a body and a level. `row.covers(parameter, key)` decides which levels are behind a row. Without places the
+/// table stays as it is.
 template <typename Row>
 void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
                       const std::filesystem::path& page_folder, Table& table) {
   if (places.empty() || rows.empty()) return;
+  // Rows and levels can both be many: a row meets the levels of its own case alone.
+  using Case = std::tuple<std::string_view, std::string_view, std::string_view, double>;
+  constexpr bool has_body = requires(const Row& row) { row.body; };
+  constexpr bool has_level = requires(const Row& row) { row.level; };
+  std::map<Case, std::vector<const LevelRecords*>> by_case;
+  for (const LevelRecords& level : places) {
+    const NoiseLevelKey& key = level.key;
+    by_case[Case(key.dataset.str(), key.sequence.str(), has_body ? std::string_view(key.body.str()) : "",
+                 has_level ? key.level : 0.0)]
+        .push_back(&level);
+  }
   std::vector<RowRecords> behind(rows.size());
   for (size_t i = 0; i < rows.size(); ++i) {
-    for (const LevelRecords& level : places) {
-      if (rows[i].covers(level.parameter, level.key)) behind[i].add(level.records);
+    Case of_row(rows[i].dataset, rows[i].sequence, "", 0.0);
+    if constexpr (has_body) std::get<2>(of_row) = rows[i].body;
+    if constexpr (has_level) std::get<3>(of_row) = rows[i].level;
+    const auto found = by_case.find(of_row);
+    if (found == by_case.end()) continue;
+    for (const LevelRecords* level : found->second) {
+      if (rows[i].covers(level->parameter, level->key)) behind[i].add(level->records);
     }
   }
   add_records_column(behind, page_folder, table);
