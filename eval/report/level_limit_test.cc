@@ -14,7 +14,8 @@ Record record_of(uint64_t seed, double Et_m, double bound_m, double nees) {
   r.seed = seed;
   r.errors = {{"Et_m", Et_m}, {"ER_deg", 0.1}};
   r.bound = {{"Et_m", bound_m}, {"ER_deg", 0.05}};
-  r.values = {{"nees", nees}};
+  r.body = "ego";
+  r.values = {{"nees", nees}, {"step_gt_m", 1}};
   return r;
 }
 
