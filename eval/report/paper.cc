@@ -4,7 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 
 namespace sextant {
 

@@ -6,7 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/registry.h"
+#include "sextant/base/names.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/table.h"
