@@ -65,14 +65,13 @@ def figure_html(result):
     """What .plot() draws, as an image; empty where there is no plot, or no matplotlib."""
     if not hasattr(result, "plot"):
         return ""
+    n = getattr(result, "_n_axes", 1)
     try:
-        from matplotlib import pyplot
-        with pyplot.ioff():
-            axes = result.plot()
-            figure = (axes[0] if isinstance(axes, numpy.ndarray) else axes).figure
-            data = io.BytesIO()
-            figure.savefig(data, format="png", dpi=80)
-            pyplot.close(figure)
+        from matplotlib.figure import Figure  # not pyplot, which a notebook sets up for its own figures
+        figure = Figure(figsize=(6 if n == 1 else 11, 4), layout="constrained")
+        result.plot(ax=figure.subplots(1, n))
+        data = io.BytesIO()
+        figure.savefig(data, format="png", dpi=80)
     except (ImportError, Error):
         return ""
     return f'<img src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'

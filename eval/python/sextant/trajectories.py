@@ -173,15 +173,17 @@ class TrajectoryErrors(Shown):
         return [f"{self.relation} {f'[{self.unit}]' if self.unit else ''}", ""], [
             [name, f"{value:.6g}"] for name, value in dataclasses.asdict(self.statistics).items()]
 
-    def plot(self, axes=None):
-        """Both paths from above, the estimate coloured by its error, and the errors along it; returns the two axes.
+    _n_axes = 2
+
+    def plot(self, ax=None):
+        """Both paths from above, the estimate coloured by its error, and the errors along it; `ax`: two axes; returns them.
 
         >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
         >>> truth[:, 2, 3] = range(4)
         >>> len(sextant.evaluate_trajectory(truth, truth).plot())
         2
         """
-        map_axes, along = axes_of(axes, 2, (11, 4))
+        map_axes, along = axes_of(ax, 2, (11, 4))
         at = self.pairs[:, 1] if self.pairs is not None else numpy.arange(len(self.errors))
         Trajectory(self.reference).plot(map_axes, color="0.6", label="reference")
         points = self.estimate[at][:, :3, 3]
