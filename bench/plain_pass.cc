@@ -1,6 +1,6 @@
 // usage: plain_pass FILE.jsonl...
 //
-// What a JSON parser needs at least: every line of the files through simdjson, block by block, every number
+// The least that a JSON parser needs: every line of the files through simdjson, block by block, every number
 // and text of it looked at and nothing kept. The limit beside which bench/scale puts the commands that read
 // records.
 

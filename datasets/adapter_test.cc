@@ -1,5 +1,5 @@
-// What every adapter keeps. Each is tried on a miniature of its data set, which a layout of its name writes,
-// or a line of make_miniature().
+// Promises that every adapter keeps. Each adapter is tried on a miniature of its data set, which a layout of
+// its name writes, or a line of make_miniature().
 
 #include <algorithm>
 #include <functional>

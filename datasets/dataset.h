@@ -110,18 +110,17 @@ void choose_frames(const SourceSpec& source, const std::set<int>& available, con
 /// Throws Error unless `frame` lies in the range.
 void check_frame(const SequenceInfo& info, int frame, const std::string& where);
 
-// How good the camera's true steps are across the way and in rotation, where a data set allows to compute it,
-// RMS over the sequence (KITTI: kitti_truth.h). Along the way: SequenceTruth::camera_step_floor_m.
-
 class Sequence;
 
+/// Errors of the camera's true steps across the way and in rotation, where a data set allows to compute them,
+/// RMS over the sequence (KITTI: kitti_truth.h). Along the way: SequenceTruth::camera_step_floor_m.
 struct TruthFloor {
   std::optional<double> lateral_m;            ///< of the steps across the heading
   std::optional<double> rotation_deg;         ///< of the steps' rotations: not more than that
   std::optional<double> rotation_timing_deg;  ///< the same: not less than that
   std::optional<Eigen::Vector3d> gyro_deg;  ///< mean absolute difference to the turn rates: roll, pitch, yaw
 
-  /// Those that are known under their metric keys (metrics/definitions.h).
+  /// The fields that are known, under their metric keys (metrics/definitions.h).
   std::map<std::string, double> numbers() const;
 };
 

@@ -2,7 +2,7 @@
 
 // Flow and depth by ONNX networks, and what the header of an ONNX file says.
 //
-// What an ONNX file asks for and gives: names and shapes of its inputs and outputs. Source: onnx/onnx.proto
+// Names and shapes of the inputs and outputs of an ONNX file. Source: onnx/onnx.proto
 // (ModelProto.graph = 7; GraphProto.node = 1, initializer = 5, input = 11, output = 12), read by the protobuf
 // wire format.
 

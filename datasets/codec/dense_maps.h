@@ -2,7 +2,7 @@
 
 // Files of flow, depth and masks: PNG as KITTI and TartanAir have it, .flo, mask text.
 //
-// What the numbers of 16-bit depth, disparity and flow images mean. Invalid pixels are NaN on our side.
+// Encodings of 16-bit depth, disparity and flow images. Invalid pixels are NaN in the decoded image.
 //
 //   disparity (KITTI, VDO-SLAM folders):  z = bf / (n / 256)  (m), n = 0 invalid
 //   depth in m / 256 (KITTI depth):       z = n / 256         (m), n = 0 invalid

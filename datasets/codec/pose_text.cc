@@ -112,7 +112,7 @@ struct Value {
   int line;
 };
 
-/// What stands behind each key that begins a line, without comments.
+/// The value behind each key that begins a line, without comments.
 std::map<std::string, Value> top_level(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   if (!text.starts_with("%YAML"))
