@@ -109,17 +109,21 @@ std::optional<Identity> identity(int status, const struct stat& info) {
   return status == 0 ? std::optional(Identity(info.st_dev, info.st_ino)) : std::nullopt;
 }
 
-/// Makes the folders on the way to `folder` that are not there; those made are appended to `made`, outermost
-/// first.
-void make_folders(const fs::path& folder, std::vector<fs::path>& made) {
+/// Makes the folders on the way to `folder` that are not there and appends them to `made`, outermost first.
+/// Returns false if another process removed a parent folder meanwhile.
+bool make_folders(const fs::path& folder, std::vector<fs::path>& made) {
   std::error_code ignored;
-  if (fs::is_directory(folder, ignored)) return;
-  if (folder.has_parent_path() && folder != folder.parent_path()) make_folders(folder.parent_path(), made);
+  if (fs::is_directory(folder, ignored)) return true;
+  if (folder.has_parent_path() && folder != folder.parent_path() && !make_folders(folder.parent_path(), made))
+    return false;
   if (::mkdir(folder.c_str(), 0777) == 0) {
     made.push_back(folder);
+  } else if (errno == ENOENT) {
+    return false;
   } else if (errno != EEXIST) {
     fail("{}: cannot create: {}", folder.string(), std::strerror(errno));
   }
+  return true;
 }
 
 }  // namespace
@@ -142,16 +146,20 @@ FolderLock::FolderLock(const fs::path& folder) {
 
   if (folder.empty()) fail("--out: expected a folder, got ''");
   std::error_code ignored;
-  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
+  const fs::file_status there = fs::status(folder, ignored);
+  if (fs::exists(there) && !fs::is_directory(there))
     fail("{}: is a file, expected a folder for the results", folder.string());
   const fs::path path = fs::absolute(folder).lexically_normal();
-  const auto refuse = [&](const std::string& holder) {
+  const auto refuse = [&](const std::string& holder, Held& held) {
+    // Only the process that holds the lock of a folder removes it: the holder may be about to write its first
+    // file into a folder that this process made and that is still empty.
+    held.made.clear();
     fail("{}: {} is writing into this folder: wait until it has ended, or choose another folder",
          folder.string(), holder);
   };
-  for (int attempt = 0; attempt < 10; ++attempt) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
     auto held = std::make_shared<Held>();
-    make_folders(path, held->made);
+    if (!make_folders(path, held->made)) continue;
     held->folder = Descriptor(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (!held->folder && errno == ENOENT) continue;  // removed since by the process that had made it
     if (!held->folder) fail("{}: cannot open: {}", folder.string(), std::strerror(errno));
@@ -163,17 +171,21 @@ FolderLock::FolderLock(const fs::path& folder) {
       return;
     }
     if (::flock(held->folder.get(), LOCK_EX | LOCK_NB) != 0) {
-      if (errno == EWOULDBLOCK) refuse("another process");
+      if (errno == EWOULDBLOCK) refuse("another process", *held);
       std::string holder;
       held->file = FileLock::take(path / ".lock", &holder);
-      if (!held->file) refuse(holder);
+      if (!held->file) refuse(holder, *held);
     }
-    if (identity(::stat(path.c_str(), &info), info) != own) continue;
+    if (identity(::stat(path.c_str(), &info), info) != own) {
+      held->made.clear();  // removed, or replaced by a folder of another process
+      continue;
+    }
     all[*own] = held;
     held_ = std::move(held);
     return;
   }
-  refuse("another process");
+  fail("{}: cannot create: a folder of the path is a link to nothing, or is removed by others all the time",
+       folder.string());
 }
 
 }  // namespace sextant

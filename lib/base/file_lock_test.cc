@@ -6,7 +6,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <optional>
+#include <vector>
 
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
@@ -159,6 +161,38 @@ TEST(FolderLock, RemovesTheEmptyFoldersThatItMade) {
   }
   EXPECT_TRUE(fs::exists(temp / "there/a/theirs"));
   EXPECT_FALSE(fs::exists(temp / "there/a/b"));
+}
+
+/// Takes and releases the lock of `folder` 300 times, and writes into the folder while it holds the lock.
+/// Returns 0 if every attempt either succeeded or was refused because another process holds the lock.
+int lock_repeatedly(const fs::path& folder) {
+  for (int round = 0; round < 300; ++round) {
+    const std::string error = error_of([&] {
+      const FolderLock lock(folder);
+      write_file(folder / "result", "of the process that holds the lock");
+      fs::remove(folder / "result");
+    });
+    if (error != "no error" && error.find("is writing into this folder") == std::string::npos) {
+      std::cerr << error << "\n";
+      return 1;
+    }
+  }
+  return 0;
+}
+
+TEST(FolderLock, ARefusedProcessRemovesNoFolderOfTheHolder) {
+  const TempFolder temp;
+  std::vector<pid_t> children;
+  for (int i = 0; i < 4; ++i) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(lock_repeatedly(temp / "shards/1"));
+    children.push_back(child);
+  }
+  for (const pid_t child : children) {
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
 }
 
 TEST(FolderLock, NeedsAFolder) {
