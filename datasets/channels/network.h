@@ -29,7 +29,7 @@ struct OnnxHeader {
 /// Throws Error "NAME: ..." on bytes that are not an ONNX model.
 OnnxHeader read_onnx_header(std::string_view bytes, const std::string& name);
 
-// Channels by a network in an ONNX file, run by OpenCV's DNN module on the processor; docs/networks.md.
+// Channels by a network in an ONNX file, run by OpenCV's DNN module on the processor; docs/datasets.md.
 //
 //   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
 //           output  the first: 1x2xhxw, (u, v) in pixels of the network's input

@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/data-check.md.
+// Limits: docs/datasets.md.
 constexpr double moves_m = 0.1;
 constexpr double moving_flow_px = 1;
 constexpr double never = 1e9;  // the check cannot fail, only be suspect

@@ -2,7 +2,7 @@
 
 // Checks that the parts of a source agree with one another: poses with depth and flow, objects with masks,
 // boxes and depth. Each is a pure function of the sampled data and gives one number that grows with the
-// disagreement. docs/data-check.md says what each measures, and why its limits are where they are.
+// disagreement. docs/datasets.md says what each measures, and why its limits are where they are.
 
 #include <map>
 #include <optional>

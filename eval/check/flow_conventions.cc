@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/data-check.md.
+// Limits: docs/datasets.md.
 constexpr double still_px = 0.5;          // median flow below which a pair says nothing
 constexpr double static_floor_px = 0.75;  // residual of a good flow network
 constexpr double static_share = 0.25;     // of the parallax

@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/data-check.md.
+// Limits: docs/datasets.md.
 constexpr double max_distance_m = 50;
 constexpr double min_box_px = 12;
 constexpr double nearest_m = 0.5;

@@ -71,7 +71,7 @@ void add_data_check_command(CLI::App& data) {
   command->footer(
       "PASS, SUSPECT or FAIL per line with the likely cause, note for what cannot be checked; "
       "exit code 2 when\n"
-      "one fails. docs/data-check.md explains every line.\n"
+      "one fails. docs/datasets.md explains every line.\n"
       "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
   command->callback([flags, source, quick] { check(*source, *flags, *quick); });
 }

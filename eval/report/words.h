@@ -1,6 +1,7 @@
 #pragma once
 
-// The words of tables and reports, explained: the one home of what docs/metrics.md and `sextant explain` say of them.
+// Definitions of the terms in tables and reports, printed by `sextant explain`. docs/glossary.md (terms) and
+// docs/metrics.md (statuses) repeat them; a test compares.
 //
 //   words of the field and of this program   the table in words.cc
 //   what a status is                         the table of statuses there
@@ -24,7 +25,8 @@ struct Word {
 /// Words, then statuses, numbers and presets.
 std::span<const Word> all_words();
 
-/// Those that are called so; letters' case, '_', '-' and blanks do not matter. Throws Error that names the nearest.
+/// Returns the entries called `word`, ignoring case, '_', '-' and blanks. Throws Error with similar terms if
+/// there are none.
 std::vector<const Word*> explain(std::string_view word);
 
 }  // namespace sextant

@@ -15,16 +15,15 @@ std::string called(const std::vector<const Word*>& words) {
 }
 
 TEST(Words, TheirTablesInTheDocumentationAreThoseOfTheList) {
-  const std::string page = read_file(fs::path(SEXTANT_SOURCE) / "docs" / "metrics.md");
-  for (const auto& [kind, header] : {std::pair("word", "| word | meaning |\n|---|---|\n"),
-                                     std::pair("status", "| status | meaning |\n|---|---|\n")}) {
-    std::string table = header;
+  for (const auto& [kind, file] : {std::pair("word", "glossary.md"), std::pair("status", "metrics.md")}) {
+    const std::string page = read_file(fs::path(SEXTANT_SOURCE) / "docs" / file);
+    std::string table = fmt::format("| {} | meaning |\n|---|---|\n", kind);
     for (const Word& word : all_words()) {
       if (word.kind != kind) continue;
       const std::string name = word.kind == "status" ? "`" + word.word + "`" : word.word;
       table += fmt::format("| {} | {} |\n", name, word.meaning);
     }
-    EXPECT_NE(page.find(table), std::string::npos) << "docs/metrics.md: its table has to be\n\n" << table;
+    EXPECT_NE(page.find(table), std::string::npos) << "docs/" << file << ": its table has to be\n\n" << table;
   }
 }
 
@@ -46,9 +45,9 @@ TEST(Words, AreFoundByEveryNameThatTablesUse) {
 }
 
 TEST(Words, UnknownOnesNameTheNearest) {
-  expect_error([] { explain("coverge"); }, "nearest are coverage");
+  expect_error([] { explain("coverge"); }, "similar terms: coverage");
   expect_error([] { explain("split_nes"); }, "values.split_nees");
-  expect_error([] { explain("<script>\n"); }, "is explained nowhere");
+  expect_error([] { explain("<script>\n"); }, "is an unknown term");
 }
 
 }  // namespace

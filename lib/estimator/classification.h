@@ -1,6 +1,6 @@
 #pragma once
 
-// Dynamic or static (docs/classification.md).
+// Dynamic or static (docs/method.md).
 //
 // threshold, from scene flow (paper eq. (12)):  f = m_prev - T_prev_curr * m_curr  per point, with m_curr
 // from the current depth at p + phi. An object is dynamic when more than `min_moving_share` of its points

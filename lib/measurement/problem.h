@@ -68,7 +68,7 @@ struct MeasurementNoise {
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
 //   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none
-//   (docs/conventions.md, "Camera and measurements").
+//   (docs/method.md, "Camera and measurements").
 
 struct Correspondences {
   std::vector<double> u;           ///< px
