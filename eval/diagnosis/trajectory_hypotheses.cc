@@ -139,7 +139,7 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
     for (const auto& [factor, text] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")}) {
       table.add_of_pair("unit", fmt::format("'s positions are in {}", text),
                         fmt::format("multiply them by {}, or give --align sim3", factor), 0.1,
-                        [factor, side](TrajectoryPair& pair) {
+                        [factor = factor, side](TrajectoryPair& pair) {
                           for (Eigen::Vector3d& p : (pair.*side.poses).positions_m) p *= factor;
                           return has_same_extent(pair);
                         });
