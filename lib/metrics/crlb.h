@@ -1,7 +1,7 @@
 #pragma once
 
-// The limit: the Cramer-Rao bound of one body's motion over a frame pair (docs/method.md and
-// docs/metrics.md, "The limit").
+// The Cramér-Rao bound of one body's motion over a frame pair (docs/method.md and
+// docs/metrics.md, "The Cramér-Rao bound").
 //
 // Unknown are X = T_curr_prev and, per point i, its depth z_i; measured are flow and depth(s), with
 // independent Gaussian errors of the declared deviations (problem.h). Eliminating z_i from the
