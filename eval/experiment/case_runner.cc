@@ -130,38 +130,41 @@ std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<C
 
 namespace {
 
-std::optional<Eigen::Vector3d> position(const std::optional<SE3>& pose) {
-  if (!pose) return std::nullopt;
-  return pose->translation();
+TrackPoint track_point(int frame, const std::optional<SE3>& estimate, const std::optional<SE3>& truth) {
+  TrackPoint point{.frame = frame};
+  if (estimate) point.estimate_m = estimate->translation();
+  if (estimate) point.estimate_rotation = estimate->rotation();
+  if (truth) point.truth_m = truth->translation();
+  if (truth) point.truth_rotation = truth->rotation();
+  return point;
 }
 
-std::optional<Eigen::Vector3d> true_origin(const SequenceTruth& truth, int frame, int id) {
+/// T_world_object.
+std::optional<SE3> true_pose(const SequenceTruth& truth, int frame, int id) {
   const ObjectTruth* object = truth.find(frame, id);
   const std::optional<SE3> T_world_camera = truth.camera.pose(frame);
   if (object == nullptr || !T_world_camera) return std::nullopt;
-  return *T_world_camera * object->T_camera_object.translation();
+  return *T_world_camera * object->T_camera_object;
 }
 
 BodyTrack camera_track(const CaseMotions& motions, const SequenceTruth& truth, const SequenceInfo& info) {
   BodyTrack track{"ego", {}};
-  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
-    track.points.push_back(
-        {frame, position(motions.estimated.pose(frame)), position(truth.camera.pose(frame))});
-  }
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame)
+    track.points.push_back(track_point(frame, motions.estimated.pose(frame), truth.camera.pose(frame)));
   return track;
 }
 
 BodyTrack object_track(int id, const std::map<int, SE3>& motions, const SequenceTruth& truth,
                        const SequenceInfo& info) {
   BodyTrack track{object_body(id), {}};
-  std::optional<Eigen::Vector3d> estimate;
+  std::optional<SE3> estimate;
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
-    const std::optional<Eigen::Vector3d> true_m = true_origin(truth, frame, id);
+    const std::optional<SE3> truth_pose = true_pose(truth, frame, id);
     const auto motion = motions.find(frame);
     if (motion == motions.end()) estimate.reset();
     if (motion != motions.end() && estimate) estimate = motion->second * *estimate;
-    if (!estimate && motions.contains(frame + 1)) estimate = true_m;  // a stretch begins
-    if (estimate || true_m) track.points.push_back({frame, estimate, true_m});
+    if (!estimate && motions.contains(frame + 1)) estimate = truth_pose;  // a stretch begins
+    if (estimate || truth_pose) track.points.push_back(track_point(frame, estimate, truth_pose));
   }
   return track;
 }

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sextant/base/json.h"
 #include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 
@@ -31,6 +32,9 @@ constexpr PoseMessage messages[] = {
     {"geometry_msgs/TransformStamped", true, 0},
     {"nav_msgs/Odometry", true, 36 + 6 + 36},
 };
+
+/// Foxglove's schema of a pose, in JSON.
+constexpr std::string_view json_pose = "foxglove.PoseInFrame";
 
 const PoseMessage* pose_message(std::string_view type) {
   const auto* found = std::find_if(std::begin(messages), std::end(messages),
@@ -131,7 +135,7 @@ bool TopicPoses::announce(const std::string& topic, const std::string& type, con
   t.type = name;
   t.encoding = encoding;
   const bool known = encoding == "ros1" || encoding == "cdr";
-  t.readable = known && pose_message(name) != nullptr;
+  t.readable = known ? pose_message(name) != nullptr : encoding == "json" && name == json_pose;
   t.holds_transforms = known && is_transforms(name);
   if (t.holds_transforms) {
     return !wanted_.empty() && (plain(topic) == plain(wanted_) ||
@@ -163,6 +167,26 @@ double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
   return seconds + nanoseconds / 1e9;
 }
 
+/// What a message says of a pose.
+struct StampedPose {
+  double stamp_s = 0;
+  std::string frame_ids;
+  double v[7] = {};  ///< position x y z (m), quaternion x y z w
+};
+
+StampedPose read_json_pose(std::string_view message, const std::string& where) {
+  const Json json = parse_json(message, where);
+  const Json stamp = json_object(json, "timestamp", where), pose = json_object(json, "pose", where);
+  StampedPose read;
+  read.stamp_s = json_member<double>(stamp, "sec", where) + json_member<double>(stamp, "nsec", where) / 1e9;
+  read.frame_ids = json_member<std::string>(json, "frame_id", where);
+  size_t i = 0;
+  const Json position = json_object(pose, "position", where), rotation = json_object(pose, "orientation", where);
+  for (const char* key : {"x", "y", "z"}) read.v[i++] = json_member<double>(position, key, where);
+  for (const char* key : {"x", "y", "z", "w"}) read.v[i++] = json_member<double>(rotation, key, where);
+  return read;
+}
+
 }  // namespace
 
 void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view message) {
@@ -170,32 +194,38 @@ void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view me
   const std::string where = fmt::format("{}:{}", path, number);
   if (t.poses.size() == most_poses)
     fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses);
-  const PoseMessage& kind = *pose_message(t.type);
-  const bool cdr = t.encoding == "cdr";
-  MessageReader reader(message, cdr, where);
-  const double stamp_s = read_stamp(reader, cdr, where);
-  std::string frame_ids(reader.text());
-  if (kind.has_child) frame_ids.append(" -> ").append(reader.text());
-  if (number == 1) t.frame_ids = frame_ids;
-  if (frame_ids != t.frame_ids) {
+  StampedPose pose;
+  std::array<double, 36> covariance{};
+  bool has_covariance = false;
+  if (t.encoding == "json") {
+    pose = read_json_pose(message, where);
+  } else {
+    const PoseMessage& kind = *pose_message(t.type);
+    const bool cdr = t.encoding == "cdr";
+    MessageReader reader(message, cdr, where);
+    pose.stamp_s = read_stamp(reader, cdr, where);
+    pose.frame_ids = reader.text();
+    if (kind.has_child) pose.frame_ids.append(" -> ").append(reader.text());
+    for (double& value : pose.v) value = reader.number<double>();
+    has_covariance = kind.doubles_after >= covariance.size();
+    if (has_covariance) {
+      for (double& value : covariance) value = reader.number<double>();
+    }
+    reader.expect_left(kind.doubles_after - (has_covariance ? covariance.size() : 0));
+  }
+  if (number == 1) t.frame_ids = pose.frame_ids;
+  if (pose.frame_ids != t.frame_ids) {
     fail(
         "{}: its frame ids are '{}', those of the first message '{}': "
         "the topic holds poses of several bodies; record one alone",
-        where, frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
+        where, pose.frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
   }
-  double v[7];
-  for (double& value : v) value = reader.number<double>();
-  std::array<double, 36> covariance{};
-  const bool has_covariance = kind.doubles_after >= covariance.size();
-  if (has_covariance) {
-    for (double& value : covariance) value = reader.number<double>();
-  }
-  reader.expect_left(kind.doubles_after - (has_covariance ? covariance.size() : 0));
-  if (stamp_s == 0 && ++t.n_without_stamp > 1)
+  if (pose.stamp_s == 0 && ++t.n_without_stamp > 1)
     fail("{}: a second pose with the time stamp 0: the headers of this topic are not stamped", where);
+  const auto& v = pose.v;
   const Eigen::Vector3d p(v[0], v[1], v[2]);
   check_position(p, path, number);
-  t.poses.stamps_s.push_back(stamp_s);
+  t.poses.stamps_s.push_back(pose.stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
   if (!has_covariance) return;
   const bool is_unknown = covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
@@ -259,7 +289,8 @@ TrajectoryFile TopicPoses::finish_transforms() {
 
 TrajectoryFile TopicPoses::finish() {
   constexpr const char* expected_types =
-      "PoseStamped, PoseWithCovarianceStamped, TransformStamped (geometry_msgs) or Odometry (nav_msgs)";
+      "PoseStamped, PoseWithCovarianceStamped, TransformStamped (geometry_msgs), Odometry (nav_msgs) or "
+      "foxglove.PoseInFrame (JSON)";
   std::string topic = wanted_;
   if (topic.empty()) {
     size_t n = 0;
@@ -281,7 +312,7 @@ TrajectoryFile TopicPoses::finish() {
   if (!frames_.empty())
     fail("{}:{}: is of type {}, which has no frames to choose: give the topic alone", file_, topic, t.type);
   if (!t.readable)
-    fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding,
+    fail("{}:{}: is of type {} ({}): expected {}", file_, topic, t.type, t.encoding,
          expected_types);
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;

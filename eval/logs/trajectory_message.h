@@ -7,7 +7,9 @@
 //   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); the static transforms are
 //                                                 those of the topic of the same name and _static
 //
-// in ROS 1's serialisation or in CDR (ROS 2; either byte order). The stamp is the header's, not the time of
+//   foxglove       PoseInFrame                    in JSON, as `sextant export --format mcap` writes it
+//
+// The messages of ROS are in ROS 1's serialisation or in CDR (ROS 2; either byte order). The stamp is the header's, not the time of
 // recording. A topic on which the frame ids change holds the poses of several bodies: an Error, as are two
 // poses without a stamp (0). Covariances are those of pose_covariance.h; where a topic has some that are all zeros or
 // begin with -1 (unknown), none is used. Limits and repairs as in trajectory_files.h, the message's number in the topic

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace sextant {
 
@@ -20,6 +20,9 @@ struct TrackPoint {
   int frame = 0;
   std::optional<Eigen::Vector3d> estimate_m;
   std::optional<Eigen::Vector3d> truth_m;
+  /// Orientation of the body in the world where the position is known. Not in tracks.csv: absent when read.
+  std::optional<Eigen::Quaterniond> estimate_rotation{};
+  std::optional<Eigen::Quaterniond> truth_rotation{};
 };
 
 struct BodyTrack {

@@ -65,7 +65,7 @@ LAYERS = {
     "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
     "eval/export": ["base", "metrics", "eval/records"],
     "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
-                                 "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
+                                 "eval/logs", "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
     "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
     "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics", "eval/diagnosis"],
     "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/diagnosis", "eval/logs",
