@@ -8,12 +8,11 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_steps = 3;
 constexpr size_t fewest_of_shift = 8;  // different frames: smooth motions resemble their neighbours
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as
 // well.
-constexpr double price_of_two = 0.5, price_of_lag = 0.2, price_of_fit = 0.1;
+constexpr double price_of_two = 0.5, price_of_fit = 0.1;
 
 /// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample; those without a result are
 /// dropped.

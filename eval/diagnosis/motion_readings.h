@@ -33,6 +33,11 @@
 
 namespace sextant {
 
+/// Objects of fewer steps have no residual.
+inline constexpr size_t fewest_steps = 3;
+/// A shift of the clock is reported only where no single other mistake does as well.
+inline constexpr double price_of_lag = 0.2;
+
 enum class MotionFrame { world, body, camera };
 constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
 

@@ -5,9 +5,6 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_steps = 3;
-constexpr double price_of_lag = 0.2;
-
 using Poses = std::map<ObjectFrame, SE3>;
 
 /// Applies `change`, SE3 and frame -> std::optional<SE3>, to every pose; those without a result are dropped.

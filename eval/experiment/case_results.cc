@@ -286,7 +286,7 @@ void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
     throw;
   }
   files_.push_back(file);
-  for (const auto& [number, block] : journal.blocks()) mark(number);
+  for (const auto& [finished, block] : journal.blocks()) mark(finished);
   journal.clear();
 }
 

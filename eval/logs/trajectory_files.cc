@@ -26,8 +26,6 @@ int frame_number(const NumberFile& file, size_t i) {
   return static_cast<int>(value);
 }
 
-constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
-
 /// The reader behind every text format: `add` puts one record of `n` values into the file's series.
 class TextReader {
  public:

@@ -14,7 +14,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 

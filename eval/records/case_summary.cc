@@ -265,7 +265,7 @@ CaseSummary decode_case_summary(std::string_view bytes, const std::string& where
 
 namespace {
 
-constexpr int schema = 1;
+constexpr int summary_schema = 1;
 constexpr const char* kind = "case summaries";
 constexpr size_t digest_bytes = 8;
 constexpr size_t longest_header = 4096;
@@ -293,9 +293,11 @@ void check_keeps_records(const std::filesystem::path& records) {
 }
 
 SummaryWriter::SummaryWriter(const std::filesystem::path& path, uint64_t n_cases) : file_(path) {
-  file_.append(
-      json_line({{"sextant", kind}, {"schema", schema}, {"cases", n_cases}, {"errors", compared_errors()}}) +
-      "\n");
+  file_.append(json_line({{"sextant", kind},
+                          {"schema", summary_schema},
+                          {"cases", n_cases},
+                          {"errors", compared_errors()}}) +
+               "\n");
 }
 
 void SummaryWriter::append(uint64_t number, std::string_view bytes) {
@@ -327,8 +329,8 @@ SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.str
   const Json header = parse_json(line, name_);
   if (json_member<std::string>(header, "sextant", name_) != kind)
     fail("{}: not a file of case summaries", name_);
-  if (const int found = json_member<int>(header, "schema", name_); found != schema)
-    fail("{}: schema {}, but this program reads schema {}", name_, found, schema);
+  if (const int found = json_member<int>(header, "schema", name_); found != summary_schema)
+    fail("{}: schema {}, but this program reads schema {}", name_, found, summary_schema);
   if (const Json errors = json_list(header, "errors", name_); errors != compared_errors()) {
     fail("{}: sums up the errors {}, but this program compares {}; sweep again", name_, json_line(errors),
          json_line(compared_errors()));
