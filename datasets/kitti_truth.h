@@ -53,8 +53,8 @@ struct StepFloor {
 std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);
 
 struct CourseFit {
-  std::vector<double> slow_rad;  ///< by sample
-  double lever_m = 0;            ///< the unit's, ahead of the point that does not slip
+  std::vector<double> slow_rad;            ///< by sample
+  double lever_m = 0;                      ///< the unit's, ahead of the point that does not slip
   double lowest_deg = 0, highest_deg = 0;  ///< of slow
 };
 /// `step_s`: time between samples. Empty when no sample is faster than 1 m/s.
@@ -75,8 +75,8 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 //   ground_truth = authors:    A = Tr_velo_to_cam Tr_imu_to_velo, as the paper's authors have it in their
 //                              pose_gt.txt; object positions as labelled (rectified camera 0)
 //
-// That truth errs itself (see the heading, above). velocity says what becomes of the steps between positions, where
-// v > 1 m/s, v the mean speed at their ends and d their length:
+// That truth errs itself (see the heading, above). velocity says what becomes of the steps between positions,
+// where v > 1 m/s, v the mean speed at their ends and d their length:
 //
 //   raw                 as they are; their lengths jitter, since a sample is not taken exactly at its image
 //   velocity_corrected  as long as mean(d / v) v; the receiver's position corrections stay in their
@@ -136,7 +136,7 @@ struct KittiTruth {
   StereoCamera camera;
   SequenceTruth truth;  ///< all frames of the files
   TruthFloor floor;
-  int n_poses = 0;      ///< samples in oxts; 0 = there is no such file
+  int n_poses = 0;  ///< samples in oxts; 0 = there is no such file
   std::optional<int> last_labelled_frame;
   std::vector<std::string> warnings;
   std::vector<std::string> provenance;

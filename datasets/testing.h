@@ -19,6 +19,10 @@ inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json
   return open_source(spec);
 }
 
+inline std::unique_ptr<Sequence> open_uncached(const std::string& source) {
+  return open_with(source, {{"cache", ""}});
+}
+
 /// "vdo tiny@0-4, 320x96 px, 10 Hz".
 inline std::string text_of(const SequenceInfo& info) {
   return fmt::format("{} {}@{}-{}, {}x{} px, {} Hz", info.dataset, info.sequence, info.first_frame,

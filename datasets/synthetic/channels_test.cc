@@ -11,11 +11,9 @@ namespace sextant {
 namespace {
 
 /// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
-
 class RenderedChannels : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<Sequence> sequence_ = open("synthetic:" + GetParam());
+  std::unique_ptr<Sequence> sequence_ = open_uncached("synthetic:" + GetParam());
   const SequenceInfo& info_ = sequence_->info();
 };
 
@@ -39,7 +37,7 @@ std::optional<Flow> flow_at(const Frame& frame, const Image<Flow>& flow, double 
 
 TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
   const int k = info_.first_frame + 2;
-  const auto pair = open(fmt::format("synthetic:{}@{}-{}", GetParam(), k, k + 1));
+  const auto pair = open_uncached(fmt::format("synthetic:{}@{}-{}", GetParam(), k, k + 1));
   const Frame here = pair->read(k, {.depth = true, .flow = true, .mask = true, .occlusion = true});
   const Frame next = pair->read(k + 1, {.depth = true, .backward_flow = true, .mask = true});
   int n_visible = 0, n_back = 0, n_hidden = 0, n_covered = 0;

@@ -135,7 +135,7 @@ Vector3d usual_size_m(const std::string& type) {
   return it == sizes.end() ? Vector3d(1.65, 1.5, 3.9) : it->second;
 }
 
-Eigen::Vector3f paint(int id) {
+Eigen::Vector3f paint_of(int id) {
   static const std::vector<Eigen::Vector3f> colours = {
       {0.62F, 0.10F, 0.09F}, {0.52F, 0.54F, 0.56F}, {0.13F, 0.22F, 0.48F}, {0.80F, 0.80F, 0.79F},
       {0.10F, 0.10F, 0.11F}, {0.16F, 0.33F, 0.24F}, {0.75F, 0.62F, 0.16F}, {0.35F, 0.33F, 0.30F}};
@@ -145,7 +145,7 @@ Eigen::Vector3f paint(int id) {
 Actor make_actor(const ObjectTruth& object, int n_frames) {
   const Vector3d size_m = object.size_m.value_or(usual_size_m(object.type));
   Actor actor{.id = object.id, .type = object.type.empty() ? "Car" : object.type};
-  actor.shape = {paint(object.id),    size_m.z(),
+  actor.shape = {paint_of(object.id),    size_m.z(),
                  size_m.x(),          size_m.y(),
                  actor.type != "Car",
                  /*fills_box=*/true,  1000 + static_cast<uint32_t>(object.id)};

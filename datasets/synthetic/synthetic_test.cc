@@ -17,8 +17,6 @@ namespace {
 constexpr Channels all_channels = Channels::all();
 
 /// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
-
 /// NaN equals NaN: compares what is stored.
 template <typename T>
 bool same_bytes(const Image<T>& a, const Image<T>& b) {
@@ -43,7 +41,7 @@ class SyntheticScenario : public testing::TestWithParam<std::string> {
  protected:
   /// A few frames alone: the truth of all of a long scenario takes long.
   static std::unique_ptr<Sequence> open_frames(int first, int last) {
-    return open(fmt::format("synthetic:{}@{}-{}", GetParam(), first, last));
+    return open_uncached(fmt::format("synthetic:{}@{}-{}", GetParam(), first, last));
   }
   /// `n` frames, evenly spread from the first to the last but `after_last`.
   std::vector<int> some_frames(int n, int after_last) const {
@@ -53,7 +51,7 @@ class SyntheticScenario : public testing::TestWithParam<std::string> {
     for (int i = 0; i < n; ++i) frames.push_back(info.first_frame + (last - info.first_frame) * i / (n - 1));
     return frames;
   }
-  std::unique_ptr<Sequence> sequence_ = open("synthetic:" + GetParam());
+  std::unique_ptr<Sequence> sequence_ = open_uncached("synthetic:" + GetParam());
 };
 
 TEST_P(SyntheticScenario, DepthAndPosesExplainTheFlow) {
@@ -129,7 +127,7 @@ TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
 }
 
 TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
-  const auto again = open("synthetic:" + GetParam());
+  const auto again = open_uncached("synthetic:" + GetParam());
   const int k = sequence_->info().first_frame + 2;
   const Frame expected = again->read(k, all_channels);
   Frame one, two;
@@ -220,7 +218,7 @@ INSTANTIATE_TEST_SUITE_P(All, SyntheticScenario, testing::ValuesIn(synthetic::sc
                          });
 
 TEST(Synthetic, S18HasTheCarsOfThePaper) {
-  const auto sequence = open("synthetic:s18");
+  const auto sequence = open_uncached("synthetic:s18");
   EXPECT_EQ(sequence->info().first_frame, 0);
   EXPECT_EQ(sequence->info().last_frame, 10);
   const double distance_m[] = {8.4, 17.8, 26.3};
@@ -247,7 +245,7 @@ TEST(Synthetic, S18HasTheCarsOfThePaper) {
 }
 
 TEST(Synthetic, TurnTurnsAndCrossingStands) {
-  const auto turn = open("synthetic:s01-turn");
+  const auto turn = open_uncached("synthetic:s01-turn");
   for (int k = 1; k <= turn->info().last_frame; ++k) {
     const SE3 step = *turn->truth().camera.motion(k - 1, k);
     const double turn_deg = rotation_angle_rad(step.rotation()) * 57.29577951308232;
@@ -257,7 +255,7 @@ TEST(Synthetic, TurnTurnsAndCrossingStands) {
     EXPECT_LT(step.translation().norm(), 0.74) << k;
     EXPECT_NEAR(turn->truth().find(k, 1)->T_camera_object.translation().norm(), 13.0, 2.6);
   }
-  const auto crossing = open("synthetic:s01-crossing");
+  const auto crossing = open_uncached("synthetic:s01-crossing");
   for (int k = 1; k <= crossing->info().last_frame; ++k) {
     EXPECT_EQ(crossing->truth().camera.motion(k - 1, k)->translation().norm(), 0.0);
     EXPECT_NEAR(crossing->truth().find(k, 1)->T_camera_object.translation().norm(), 14.0, 2.8) << k;
@@ -265,24 +263,26 @@ TEST(Synthetic, TurnTurnsAndCrossingStands) {
 }
 
 TEST(Synthetic, LastFrameOfTheScenarioHasNoFlow) {
-  EXPECT_TRUE(open("synthetic:s18")->read(10, {.flow = true}).flow.empty());
-  EXPECT_FALSE(open("synthetic:s18")->true_flow(10).has_value());
-  EXPECT_FALSE(open("synthetic:s18@2-5")->read(5, {.flow = true}).flow.empty());
+  EXPECT_TRUE(open_uncached("synthetic:s18")->read(10, {.flow = true}).flow.empty());
+  EXPECT_FALSE(open_uncached("synthetic:s18")->true_flow(10).has_value());
+  EXPECT_FALSE(open_uncached("synthetic:s18@2-5")->read(5, {.flow = true}).flow.empty());
 }
 
 TEST(Synthetic, SkyHasNoDepthAndNoFlow) {
-  const Frame frame = open("synthetic:s18")->read(0, {.depth = true, .flow = true, .mask = true});
+  const Frame frame = open_uncached("synthetic:s18")->read(0, {.depth = true, .flow = true, .mask = true});
   EXPECT_TRUE(std::isnan(frame.depth_m(600, 60)));
   EXPECT_FALSE(frame.flow(600, 60).valid());
   EXPECT_EQ(frame.mask(600, 60), 0);
 }
 
 TEST(Synthetic, BadSourcesAreErrors) {
-  expect_error([] { open("synthetic:s01-tun"); }, "unknown scenario 's01-tun': did you mean 's01-turn'");
-  expect_error([] { open("synthetic:s18@3-11"); },
+  expect_error([] { open_uncached("synthetic:s01-tun"); },
+               "unknown scenario 's01-tun': did you mean 's01-turn'");
+  expect_error([] { open_uncached("synthetic:s18@3-11"); },
                "synthetic:s18: frames 3-11 asked for, it has frames 0-10");
-  expect_error([] { open("synthetic:s18#left"); }, "no '#'");
-  expect_error([] { open("synthetic:s18@2-4")->read(5, {.depth = true}); }, "no frame 5: it has frames 2-4");
+  expect_error([] { open_uncached("synthetic:s18#left"); }, "no '#'");
+  expect_error([] { open_uncached("synthetic:s18@2-4")->read(5, {.depth = true}); },
+               "no frame 5: it has frames 2-4");
 }
 
 }  // namespace

@@ -455,13 +455,13 @@ void surface_colours(const Look& look, const Footprints& f, int n, Colours& c) {
   }
   tint(look.colour, shade, whole, c);
   if (look.material != Material::road && look.material != Material::stripes) return;
-  Lane white;
+  Lane lines;
   if (look.material == Material::road) {
-    road_lines(f, look.extent, whole, white);
+    road_lines(f, look.extent, whole, lines);
   } else {
-    crossing_bars(f, whole, white);
+    crossing_bars(f, whole, lines);
   }
-  put_white(white, noise, whole, c);
+  put_white(lines, noise, whole, c);
 }
 
 void sky_colours(Footprints& directions, int n, Colours& c) {

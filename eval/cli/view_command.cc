@@ -46,7 +46,7 @@ struct OverlayFlags : CommonFlags {
   ShowcaseRequest request;
 };
 
-void draw(OverlayFlags& flags) {
+void draw_overlays(OverlayFlags& flags) {
   ShowcaseRequest& request = flags.request;
   request.source = find_source(flags.source, flags.data_root);
   request.options = options_tree(flags.options, flags.sets);
@@ -103,7 +103,7 @@ void add_overlay_command(CLI::App& app) {
   add_data_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress and no output");
   command->footer("Example:\n  sextant overlay synthetic:s18 --frame 5 --out overlay.png");
-  command->callback([flags] { draw(*flags); });
+  command->callback([flags] { draw_overlays(*flags); });
 }
 
 }  // namespace sextant

@@ -212,7 +212,7 @@ std::vector<ExactNoises> MergedCases::noises() const {
 
 namespace {
 
-constexpr const char* folder_name = ".finished";
+constexpr const char* results_folder = ".finished";
 constexpr size_t owner_digits = 16;
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -240,7 +240,7 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
 }  // namespace
 
 FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, bool of_any)
-    : folder_(folder / folder_name / owner.substr(0, owner_digits)) {
+    : folder_(folder / results_folder / owner.substr(0, owner_digits)) {
   for (const fs::path& file : files_in(of_any ? folder_.parent_path() : folder_)) {
     try {
       const std::vector<uint64_t> numbers = read_numbers(file);
@@ -267,7 +267,7 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
-  make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
+  make_folder_below(folder_.parent_path().parent_path(), fs::path(results_folder) / folder_.filename());
   size_t number = files_in(folder_).size() + 1;
   const auto numbered = [&] { return folder_ / fmt::format("{:06}.bin", number); };
   while (fs::exists(numbered(), error)) ++number;
@@ -286,13 +286,13 @@ void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
     throw;
   }
   files_.push_back(file);
-  for (const auto& [number, block] : journal.blocks()) mark(number);
+  for (const auto& [finished, block] : journal.blocks()) mark(finished);
   journal.clear();
 }
 
 uint64_t FinishedCases::count(const fs::path& folder) {
   uint64_t n = 0;
-  for (const fs::path& file : files_in(folder / folder_name)) n += SummaryReader(file).n_cases();
+  for (const fs::path& file : files_in(folder / results_folder)) n += SummaryReader(file).n_cases();
   return n;
 }
 
@@ -307,7 +307,7 @@ void FinishedCases::remove_others() const {
 
 void FinishedCases::remove(const fs::path& folder) {
   std::error_code ignored;
-  fs::remove_all(folder / folder_name, ignored);
+  fs::remove_all(folder / results_folder, ignored);
 }
 
 }  // namespace sextant

@@ -14,26 +14,27 @@
 namespace sextant {
 namespace {
 
-constexpr const char* file = "plan.json";
+constexpr const char* plan_file = "plan.json";
 
 }  // namespace
 
 NoiseOfCases::NoiseOfCases(Json plan) : plan_(std::move(plan)) {
-  const Json estimators = json_list(plan_, "estimators", file), levels = json_list(plan_, "noise", file);
-  const Json options = json_object(plan_, "options", file);
+  const Json estimators = json_list(plan_, "estimators", plan_file),
+             levels = json_list(plan_, "noise", plan_file);
+  const Json options = json_object(plan_, "options", plan_file);
   std::vector<std::string> extractions;  // what decides the points of an estimator
   for (const Json& estimator : estimators) {
     const Json& owner = estimator.contains("extraction") ? estimator : options;
-    const std::string extraction = json_line(json_object(owner, "extraction", file));
+    const std::string extraction = json_line(json_object(owner, "extraction", plan_file));
     kind_.push_back(static_cast<size_t>(std::ranges::find(extractions, extraction) - extractions.begin()));
     if (kind_.back() == extractions.size()) extractions.push_back(extraction);
   }
-  for (const Json& level : levels) is_noisy_.push_back(!json_object(level, "noise", file).empty());
+  for (const Json& level : levels) is_noisy_.push_back(!json_object(level, "noise", plan_file).empty());
   n_estimators_ = estimators.size();
   n_levels_ = levels.size();
-  n_seeds_ = planned_seeds(plan_, file);
+  n_seeds_ = planned_seeds(plan_, plan_file);
   n_kinds_ = extractions.size();
-  counted_.resize(json_list(plan_, "sources", file).size() * n_levels_ * n_seeds_ * n_kinds_);
+  counted_.resize(json_list(plan_, "sources", plan_file).size() * n_levels_ * n_seeds_ * n_kinds_);
 }
 
 NoiseOfCases::Place NoiseOfCases::place_of(uint64_t number) const {
@@ -78,9 +79,10 @@ Json NoiseOfCases::json() const {
   Json entries = Json::array();
   for (const auto& [place, achieved] : achieved_) {
     const Json& level = plan_["noise"][place.second];
-    entries.push_back({{"source", json_member<std::string>(plan_["sources"][place.first], "source", file)},
-                       {"level", json_member<double>(level, "level", file)},
-                       {"noise", achieved.json(level["noise"])}});
+    entries.push_back(
+        {{"source", json_member<std::string>(plan_["sources"][place.first], "source", plan_file)},
+         {"level", json_member<double>(level, "level", plan_file)},
+         {"noise", achieved.json(level["noise"])}});
   }
   return entries;
 }

@@ -345,7 +345,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       if (config.plan.keep == KeepOfCases::summary) {
         const NoiseVerification* added = noise.is_counted(c.number) ? &done.noise : nullptr;
         const std::string summary = encode_journal_case(summarize_case(done.records), added);
-        const std::scoped_lock lock(mutex);
+        const std::scoped_lock one_writer(mutex);
         journal.append_bytes(c.number, summary);
         if (journal.bytes() >= config.journal_bytes) finished.take_from(journal, noise);
       } else {

@@ -342,7 +342,8 @@ TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
   const std::string text =
       "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
       "estimators":["joint_flow",
-        {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},"pipeline":{"refine_on":"all"}}]})";
+        {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},
+         "pipeline":{"refine_on":"all"}}]})";
   SweepConfig sweep_config = config("own");
   sweep_config.plan = parse_plan(text, "plan.json", "");
   ASSERT_EQ(sweep_config.plan.estimators.size(), 2U);

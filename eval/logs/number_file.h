@@ -24,7 +24,8 @@ namespace sextant {
 struct ReadRules {
   std::optional<FileKind> kind = std::nullopt;  ///< empty: the reader's own
   bool whole_lines = false;  ///< a last line without its end, which may hold half a number, is left out
-  std::optional<CovarianceConvention> covariance = std::nullopt;  ///< of poses; empty: by how many numbers it has
+  std::optional<CovarianceConvention> covariance =
+      std::nullopt;  ///< of poses; empty: by how many numbers it has
 };
 
 class NumberFile {

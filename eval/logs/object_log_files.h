@@ -13,9 +13,7 @@
 
 namespace sextant {
 
-inline bool is_identity(const SE3& T) {
-  return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1;
-}
+inline bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
 
 inline int whole(const NumberFile& file, size_t i, const char* what) {
   const double value = file.values()[i];
@@ -90,12 +88,13 @@ inline SE3 matrix_pose(const NumberFile& file, size_t first, RepairLog& log) {
   if (v.size() == first + 16) {
     const auto last = v.subspan(first + 12, 4);
     constexpr double rounding = 1e-6;
-    const bool is_transposed = std::abs(v[first + 3]) + std::abs(v[first + 7]) + std::abs(v[first + 11]) < rounding &&
-                               std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > rounding;
+    const bool is_transposed =
+        std::abs(v[first + 3]) + std::abs(v[first + 7]) + std::abs(v[first + 11]) < rounding &&
+        std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > rounding;
     if (std::abs(last[0]) > rounding || std::abs(last[1]) > rounding || std::abs(last[2]) > rounding ||
         std::abs(last[3] - 1) > rounding) {
-      file.fail_here("the last row of the 4x4 matrix is {} {} {} {}, expected 0 0 0 1{}", last[0], last[1], last[2],
-                     last[3],
+      file.fail_here("the last row of the 4x4 matrix is {} {} {} {}, expected 0 0 0 1{}", last[0], last[1],
+                     last[2], last[3],
                      is_transposed ? ": the matrix looks transposed (written column by column): transpose it"
                                    : ": write the matrix row by row");
     }

@@ -98,8 +98,8 @@ std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
   return logs;
 }
 
-std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name,
-                                            ObjectLog& out, LogLines* lines = nullptr) {
+std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name, ObjectLog& out,
+                                            LogLines* lines = nullptr) {
   std::map<ObjectFrame, SE3> motions;
   FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
@@ -192,7 +192,8 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
     }
   }
   if (!files.cameras.empty()) read_vdo_cameras(folder, files.cameras, log.camera, log);
-  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log, &log.camera_lines);
+  if (!truth.cameras.empty())
+    read_vdo_cameras(folder, truth.cameras, log.true_camera, log, &log.camera_lines);
   return {log};
 }
 
@@ -301,7 +302,9 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
     motions[key] = {*H, motion.truth ? in_world(*motion.truth, of_truth, key.second) : std::nullopt};
   }
   if (motions.empty())
-    fail("--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are none");
+    fail(
+        "--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are "
+        "none");
   std::map<ObjectFrame, SE3> lost;
   for (const auto& [key, X] : log.lost_truth) {
     if (const auto H = in_world(X, of_truth, key.second)) lost.emplace(key, *H);
@@ -311,7 +314,8 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   log.frame = MotionFrame::world;
   if (log.motion_covariances.entries.empty()) return;
   log.motion_covariances = {};
-  log.warnings.push_back(log.estimator + ": covariances of motions in the camera frame are not used: no NEES");
+  log.warnings.push_back(log.estimator +
+                         ": covariances of motions in the camera frame are not used: no NEES");
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
@@ -343,7 +347,8 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
     PoseCovariance J = PoseCovariance::Zero();
     const Eigen::Matrix3d R = T.rotation().toRotationMatrix();
     J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R;
-    for (auto& [key, covariance] : log.pose_covariances.entries) covariance.P = J * covariance.P * J.transpose();
+    for (auto& [key, covariance] : log.pose_covariances.entries)
+      covariance.P = J * covariance.P * J.transpose();
     if (log.frame != MotionFrame::world) return;
     for (auto& [key, motion] : log.motions) motion.estimate = T * motion.estimate * T.inverse();
     for (auto& [key, covariance] : log.motion_covariances.entries) {
@@ -394,7 +399,8 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
   for (LogCovariances* covariances : {&log.motion_covariances, &log.pose_covariances}) {
     LogCovariances own;
-    for (const auto& [key, entry] : covariances->entries) own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
+    for (const auto& [key, entry] : covariances->entries)
+      own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
     for (const auto& [id, path] : covariances->paths) own.paths[new_id(id)] = path;
     *covariances = std::move(own);
   }

@@ -10,10 +10,11 @@
 //            <p>obj_mot_<what>_rf<what>.txt and <p>refined_<what>.txt. Motions: lines frame label and 16
 //            values, in the object's own frame at k-1; cameras: frame and 16 values. Truth:
 //            <p>obj_mot_gt.txt, <p>cam_pose_gt<what>.txt
-//   motions  a file an object, obj_<id>_motion.* or obj_<id>.*, as `sextant run` writes it: the motions from frame
-//            k-1 to k, of the frame that the request gives (the world, else). Truth: the same name with _gt
-//            before the extension. Lines "k" and 12 or 16 values (rows of [R|t]), or "t x y z qx qy qz qw" with
-//            the time or the frame k, and maybe 12, 21 or 36 values of a covariance (pose_covariance.h)
+//   motions  a file an object, obj_<id>_motion.* or obj_<id>.*, as `sextant run` writes it: the motions from
+//            frame k-1 to k, of the frame that the request gives (the world, else). Truth: the same name with
+//            _gt before the extension. Lines "k" and 12 or 16 values (rows of [R|t]), or "t x y z qx qy qz
+//            qw" with the time or the frame k, and maybe 12, 21 or 36 values of a covariance
+//            (pose_covariance.h)
 //   poses    a file an object, obj_<id>_pose.* or obj_<id>.*, in the same lines: T_world_object
 //            of both: cameras est_camera_tum.txt or camera.*, true ones gt_camera_tum.txt or camera_gt.*
 //
@@ -45,9 +46,9 @@ struct LoggedMotion {
 
 /// Where the entries of a file stand, for messages.
 struct LogLines {
-  std::string path;                       ///< of all objects
-  std::map<int, std::string> object_path; ///< where each has a file of its own
-  std::map<ObjectFrame, int64_t> lines;   ///< of cameras: object 0
+  std::string path;                        ///< of all objects
+  std::map<int, std::string> object_path;  ///< where each has a file of its own
+  std::map<ObjectFrame, int64_t> lines;    ///< of cameras: object 0
 
   std::string at(ObjectFrame key) const;  ///< "PATH:LINE"
 };
@@ -66,11 +67,11 @@ struct ObjectLog {
   std::string estimator;  ///< the module <m>, "vdo", or the name of the folder
   MotionFrame frame = MotionFrame::world;
   std::map<ObjectFrame, LoggedMotion> motions;
-  std::map<ObjectFrame, SE3> poses, true_poses;  ///< T_world_object
+  std::map<ObjectFrame, SE3> poses, true_poses;         ///< T_world_object
   LogCovariances motion_covariances, pose_covariances;  ///< of the estimates
-  Trajectory camera, true_camera;                ///< T_world_camera
-  std::map<ObjectFrame, SE3> lost_truth;         ///< true motions that have no estimate, in the frame of the log
-  std::optional<double> rate_hz;                 ///< of the log's time stamps
+  Trajectory camera, true_camera;                       ///< T_world_camera
+  std::map<ObjectFrame, SE3> lost_truth;  ///< true motions that have no estimate, in the frame of the log
+  std::optional<double> rate_hz;          ///< of the log's time stamps
   LogLines motion_lines, pose_lines, camera_lines;  ///< of the truth
   bool truth_of_source = false;                     ///< take_truth() has replaced the log's own
   std::vector<std::string> warnings;
@@ -86,10 +87,10 @@ constexpr Names<3> names_of(LogStage) { return {"any", "initial", "refined"}; }
 /// How logs are read.
 struct ObjectLogRequest {
   LogFormat format = LogFormat::vdo;
-  LogStage stage = LogStage::any;  ///< of vdo
+  LogStage stage = LogStage::any;                   ///< of vdo
   std::optional<MotionFrame> frame = std::nullopt;  ///< of motions, where it is not the format's own
   std::optional<double> rate_hz = std::nullopt;     ///< time stamps to frame numbers; empty: from the stamps
-  ReadRules rules;                 ///< of every file
+  ReadRules rules;                                  ///< of every file
   /// Which files of the folder count; empty: all.
   std::function<bool(const std::filesystem::path&)> accept;
 };
@@ -98,8 +99,8 @@ struct ObjectLogRequest {
 /// both stages when none is asked for.
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request);
 
-/// Turns motions that are declared in the camera frame (T_curr_prev) to the world, by the log's cameras, else by
-/// `truth`. Throws Error when no motion has its two camera poses. Other logs stay as they are.
+/// Turns motions that are declared in the camera frame (T_curr_prev) to the world, by the log's cameras, else
+/// by `truth`. Throws Error when no motion has its two camera poses. Other logs stay as they are.
 void camera_motions_to_world(ObjectLog& log, const Trajectory& truth = {});
 
 /// T_world_object of logs that hold motions alone: each stretch of steps chained from the true pose before

@@ -146,9 +146,11 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   EXPECT_NEAR((read("initial").camera.pose(2)->translation() - camera(2).translation()).norm(), 0.5, 1e-9);
   EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
   expect_error([&] { read("final"); }, "unknown stage 'final'");
-  expect_error([&] {
-                read_object_logs(folder.path(), {LogFormat::dynosam, LogStage::refined});
-              }, "only results of format vdo have stages");
+  expect_error(
+      [&] {
+        read_object_logs(folder.path(), {LogFormat::dynosam, LogStage::refined});
+      },
+      "only results of format vdo have stages");
   folder.write("b_refined_stereo_new.txt", late);
   expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run a folder");
   std::filesystem::remove(folder.path() / "b_refined_stereo_new.txt");
@@ -285,7 +287,8 @@ TEST(ObjectLogs, DamageIsTold) {
   folder.write("m_object_motion_log.csv",
                "frame_id,object_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
                "1,3,0,0,0,1,0,0,0,0,0,1,1,0,0,0\n");
-  EXPECT_THAT(error(LogFormat::dynosam), HasSubstr(":2: the header names other columns than frame_id,object_id"));
+  EXPECT_THAT(error(LogFormat::dynosam),
+              HasSubstr(":2: the header names other columns than frame_id,object_id"));
   folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(reported), matrix(reported)));
   EXPECT_THAT(error(LogFormat::vdo), HasSubstr(":2: label 3 is given twice in frame 1"));
   folder.write("a_refined_rgbd.txt", "");

@@ -42,13 +42,15 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
       row.key = static_cast<double>(file.rows.size());
       row.pose = matrix_pose(lines, 0, repairs);
     } else {
-      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values", n);
+      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values",
+                      n);
     }
     const Key key = tum ? Key::time : n == 12 || n == 16 ? Key::row : Key::frame;
-    if (!file.rows.empty() && key != file.key) lines.fail_here("expected as many values as in the lines before");
+    if (!file.rows.empty() && key != file.key)
+      lines.fail_here("expected as many values as in the lines before");
     if (!file.rows.empty() && !(row.key > file.rows.back().key)) {
-      lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once", tum ? "time" : "frame",
-                      row.key, file.rows.back().key);
+      lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once",
+                      tum ? "time" : "frame", row.key, file.rows.back().key);
     }
     file.key = key;
     is_tum = tum;
@@ -57,12 +59,14 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     if (!has_covariance) return;
     covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
     covered.lines.push_back(static_cast<int>(row.line));
-    add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(), lines.line());
+    add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(),
+                   lines.line());
   });
   file.path = (std::filesystem::path(folder.path()) / name).string();
   if (!covered.empty()) {
     if (covered.size() != file.rows.size())
-      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(), file.rows.size());
+      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(),
+           file.rows.size());
     RepairLog repairs;
     finish_covariances(covered, file.path, repairs);
     for (std::string& text : repairs.warnings(file.path)) out.warnings.push_back(std::move(text));
@@ -97,7 +101,8 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
     const double frame = std::round(at);
     constexpr double nearest = 0.25;
     if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
-      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line, file.key == Key::time ? "time" : "frame", row.key,
+      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line,
+           file.key == Key::time ? "time" : "frame", row.key,
            file.key == Key::time
                ? fmt::format(" at {:.6g} Hz: give --rate, or frame numbers in the first column", rate_hz)
                : ": expected a whole number from 0 to 1e9");
@@ -115,7 +120,8 @@ struct ObjectFile {
   bool is_truth = false;
 };
 
-/// "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt": those of the kind, "motion" or "pose".
+/// "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt": those of the kind, "motion" or
+/// "pose".
 std::optional<ObjectFile> object_file(const std::string& name, std::string_view kind) {
   std::string_view rest = name;
   if (rest.starts_with("object_"))
@@ -198,7 +204,8 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
         if (files[i].covariances.empty()) return;
         LogCovariances& covariances = poses ? log.pose_covariances : log.motion_covariances;
         const auto at = static_cast<size_t>(&row - files[i].rows.data());
-        covariances.entries.emplace(key, LogCovariances::Entry{files[i].covariances[at], static_cast<int>(row.line)});
+        covariances.entries.emplace(
+            key, LogCovariances::Entry{files[i].covariances[at], static_cast<int>(row.line)});
         covariances.paths[id] = files[i].path;
       }
     });
@@ -221,7 +228,8 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
       log.lost_truth.emplace(key, motion);
     }
   }
-  for_each_frame(files[n_objects], rate_hz, [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
+  for_each_frame(files[n_objects], rate_hz,
+                 [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
   for_each_frame(files[n_objects + 1], rate_hz, [&](int frame, const Row& row) {
     log.true_camera.set(frame, row.pose);
     log.camera_lines.path = files[n_objects + 1].path;

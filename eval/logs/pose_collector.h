@@ -11,6 +11,9 @@
 
 namespace sextant {
 
+/// Poses of one file at most: 2 GB in memory.
+inline constexpr size_t most_poses = 20'000'000;
+
 /// Counts of what had to be repaired, with the first line of each.
 class RepairLog {
  public:

@@ -68,15 +68,17 @@ class ByteCursor {
 /// The larger of what a block of a recording may hold, compressed or not.
 constexpr uint64_t largest_block = uint64_t{1} << 28;
 
-/// Decompresses the chunks of one file, which all together may unpack to 16 MB and 200 times the file: a recording of
-/// poses reaches a tenth of that, a decompression bomb several thousand times its size.
+/// Decompresses the chunks of one file, which all together may unpack to 16 MB and 200 times the file: a
+/// recording of poses reaches a tenth of that, a decompression bomb several thousand times its size.
 class Decompressor {
  public:
   explicit Decompressor(uint64_t file_bytes) : left_(uint64_t{16'000'000} + 200 * file_bytes) {}
 
   /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with what comes out, not with what `size` claims.
-  /// Throws Error "WHERE: ..." on damage, on another size than `size`, beyond largest_block and beyond the file's limit.
-  std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size, const std::string& where);
+  /// Throws Error "WHERE: ..." on damage, on another size than `size`, beyond largest_block and beyond the
+  /// file's limit.
+  std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                         const std::string& where);
 
  private:
   uint64_t left_;

@@ -111,9 +111,8 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
                                                          "pt11", "pt12", "pt13", "pt22", "pt23", "pt33"};
   std::array<size_t, 12> out{};
   for (size_t k = 0; k < expected.size(); ++k) {
-    const auto at = std::ranges::find_if(names, [&](const Name& name) {
-      return name.words.size() == 1 && name.words[0] == expected[k];
-    });
+    const auto at = std::ranges::find_if(
+        names, [&](const Name& name) { return name.words.size() == 1 && name.words[0] == expected[k]; });
     if (at == names.end()) return std::nullopt;
     out[k] = static_cast<size_t>(at - names.begin());
   }
@@ -124,7 +123,8 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
 
 bool PoseColumns::in_order(bool w_first) const {
   const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};
-  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} && quaternion == (w_first ? first : last);
+  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} &&
+         quaternion == (w_first ? first : last);
 }
 
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place) {

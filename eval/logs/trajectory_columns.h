@@ -31,8 +31,9 @@ struct PoseColumns {
   bool in_order(bool w_first) const;
 };
 
-/// Empty when the header does not name each of the eight once (of positions alone each of the four), or has another number of names than the table
-/// has columns. Throws Error where it says that positions are not in metres; `place` begins the message.
+/// Empty when the header does not name each of the eight once (of positions alone each of the four), or has
+/// another number of names than the table has columns. Throws Error where it says that positions are not in
+/// metres; `place` begins the message.
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place);
 
 /// Whether a header names as many columns as `names` ("a,b,c"), but others or in another order; blanks,

@@ -26,8 +26,6 @@ int frame_number(const NumberFile& file, size_t i) {
   return static_cast<int>(value);
 }
 
-constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
-
 /// The reader behind every text format: `add` puts one record of `n` values into the file's series.
 class TextReader {
  public:
@@ -141,11 +139,12 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
   if (!(std::abs(t_s) <= latest_s)) {
     const double epochs = std::abs(t) / 1.7e9;  // of today in s
     if (epochs > 1e8)
-      file.fail_here("time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
+      file.fail_here(
+          "time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
     const char* unit = epochs > 1e5 ? "us" : "ms";
     file.fail_here(
-        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the first "
-        "line, as '# t [{}] tx ty tz qx qy qz qw'",
+        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the "
+        "first line, as '# t [{}] tx ty tz qx qy qz qw'",
         t, unit, unit);
   }
   return t_s;
@@ -307,7 +306,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
             "its columns have no header with a name each, so it may be euroc "
             "(t in ns, quaternion w first) or tum (t in s, quaternion w last)"};
   if (n == 4) return {{"positions"}, ""};
-  if (!commas && (n == 8 || (n > 8 && is_covariance_size(n - 8)))) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
+  if (!commas && (n == 8 || (n > 8 && is_covariance_size(n - 8))))
+    return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
   if (!commas && n == 17) return {{"vdo"}, ""};
   if (n == 7) return {{"tartanair"}, ""};
@@ -323,7 +323,8 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
   if (is_bag(start)) return {{"bag"}, ""};
   if (is_mcap(start)) return {{"mcap"}, ""};
   if (is_rosbag2(start)) return {{"rosbag2"}, ""};
-  if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
+  if (!split.topic.empty())
+    fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
   NumberFile file(path, NumberFile::either, rules);
   FittingFormats fitting;
   try {

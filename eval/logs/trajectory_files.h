@@ -26,7 +26,8 @@
 //   not a finite number, too few or too many values, no pose at all     Error
 //   quaternion        normalised; a warning when its norm is off 1 by more than 1e-3, Error > 0.02
 //   rotation matrix   taken as it is; a warning when R R' is off I by more than 1e-5, Error > 1e-2
-//   stamps or frames out of order, or given twice  Error; stamps of recordings: sorted, the first kept, a warning
+//   stamps or frames out of order, or given twice  Error; stamps of recordings: sorted, the first kept, a
+//                                                  warning
 //   stamps beyond 1e11 s           Error: that is another unit
 // Positions must be within 1e7 m of 0.
 
@@ -77,7 +78,8 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules =
 /// The only one of these. Throws Error where none fits, or several: naming them and the flag.
 std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
 
-/// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row, without rotations t x y z.
+/// t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or the row, without rotations t x y
+/// z.
 std::string encode_tum(const PoseSeries& poses);
 
 }  // namespace sextant

@@ -132,17 +132,20 @@ TEST_F(TrajectoryFiles, StampsAndFramesMustRise) {
               HasSubstr(":2: time stamp 1 stands in line 1 too"));
   EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest + "1.403638e+09" + rest, "tum"),
               HasSubstr("as \"%.6e\" prints them"));
-  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest, "tum"), HasSubstr("as \"%.6e\" prints them"));
+  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest, "tum"),
+              HasSubstr("as \"%.6e\" prints them"));
   EXPECT_THAT(error("4.900000" + rest + "5.000000" + rest + "5.000000" + rest, "tum"),
               HasSubstr(":3: time stamp 5 stands in line 2 too: expected one pose each"));
   const std::string matrix = " 1 0 0 1 0 1 0 2 0 0 1 3\n";
-  EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 stands in line 1 too"));
+  EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"),
+              HasSubstr(":2: frame number 4 stands in line 1 too"));
   EXPECT_THAT(error("5" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 comes after 5"));
 }
 
 TEST_F(TrajectoryFiles, PositionsAlone) {
-  for (const char* text : {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
-                           "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
+  for (const char* text :
+       {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
+        "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_FALSE(file.poses.has_rotations()) << text;
     EXPECT_THAT(file.poses.stamps_s, ElementsAre(1, 2)) << text;
@@ -190,7 +193,8 @@ TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
   EXPECT_LT((openvins.poses.covariances.at(0).bottomRightCorner<3, 3>() - turned).norm(), 1e-12);
   const std::string header =
       "# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33\n";
-  EXPECT_EQ(read(header + pose + numbers(blocks) + "\n").poses.covariances.at(0), openvins.poses.covariances[0]);
+  EXPECT_EQ(read(header + pose + numbers(blocks) + "\n").poses.covariances.at(0),
+            openvins.poses.covariances[0]);
 }
 
 TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
@@ -202,9 +206,11 @@ TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
     return first + numbers(Eigen::Map<const Eigen::VectorXd>(a.data(), 36)) + "\n" + second +
            numbers(Eigen::Map<const Eigen::VectorXd>(b.data(), 36)) + "\n";
   };
-  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
+  EXPECT_THAT(error(lines(P, transposed), "tum"),
+              HasSubstr(":2: the covariance of the pose is not positive"));
   transposed.topRightCorner<3, 3>() = P.topRightCorner<3, 3>();
-  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not symmetric"));
+  EXPECT_THAT(error(lines(P, transposed), "tum"),
+              HasSubstr(":2: the covariance of the pose is not symmetric"));
   PoseCovariance negative = P;
   negative(4, 4) = -1e-3;
   EXPECT_THAT(error(lines(P, negative), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
@@ -238,8 +244,7 @@ TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
 TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
   for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
                            "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
-    EXPECT_THAT(error(text, "auto"),
-                AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+    EXPECT_THAT(error(text, "auto"), AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
         << text;
   }
   EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
@@ -288,9 +293,9 @@ TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {
 TEST_F(TrajectoryFiles, XmlThatIsCutOff) {
   EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item><frame_id>1</frame_id></item></val>", "vdo_xml"),
               HasSubstr(":2: frame 1 has no complete"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"), HasSubstr(":2: the file ends inside <item>: it is cut off"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"),
-              HasSubstr(":2: unexpected </wal>"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"),
+              HasSubstr(":2: the file ends inside <item>: it is cut off"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"), HasSubstr(":2: unexpected </wal>"));
 }
 
 TEST_F(TrajectoryFiles, TumRoundTrip) {

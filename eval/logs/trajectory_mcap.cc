@@ -11,9 +11,9 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view magic = "\x89MCAP0\r\n";
+constexpr std::string_view mcap_magic = "\x89MCAP0\r\n";
 
-enum Op : uint8_t {
+enum McapOp : uint8_t {
   op_schema = 0x03,
   op_channel = 0x04,
   op_message = 0x05,
@@ -115,13 +115,13 @@ class McapReader {
 
 }  // namespace
 
-bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
+bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(mcap_magic); }
 
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
-  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
+  if (bytes.size() < mcap_magic.size() || bytes.view(0, mcap_magic.size()) != mcap_magic)
     fail("{}: is no MCAP file of version 0", bytes.name());
   McapReader reader(bytes, topic, rules);
-  if (!reader.read(bytes, magic.size(), false))
+  if (!reader.read(bytes, mcap_magic.size(), false))
     fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
   return reader.finish();
 }

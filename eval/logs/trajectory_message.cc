@@ -15,12 +15,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of which the
-/// first 36 are its covariance.
+/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of
+/// which the first 36 are its covariance.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -228,7 +227,8 @@ void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view me
   t.poses.stamps_s.push_back(pose.stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
   if (!has_covariance) return;
-  const bool is_unknown = covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
+  const bool is_unknown =
+      covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
   if (is_unknown && t.n_unknown_covariances++ == 0) t.first_unknown = number;
   if (is_unknown)
     t.poses.covariances.push_back(PoseCovariance::Zero());
@@ -271,7 +271,8 @@ std::string TopicPoses::list(bool readable) const {
 namespace {
 
 std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -318,7 +319,8 @@ TrajectoryFile TopicPoses::finish() {
   TrajectoryFile out;
   out.poses = std::move(t.poses);
   if (t.n_unknown_covariances > 0 && t.n_unknown_covariances < out.poses.size())
-    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES", t.first_unknown);
+    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES",
+               t.first_unknown);
   if (t.n_unknown_covariances > 0) out.poses.covariances.clear();
   finish_covariances(out.poses, file_ + ":" + topic, t.log);
   sort_and_unite(out.poses, nullptr, t.log);

@@ -4,16 +4,17 @@
 //
 //   geometry_msgs  PoseStamped, PoseWithCovarianceStamped, TransformStamped
 //   nav_msgs       Odometry                       (its pose and covariance; the twist is left out)
-//   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); the static transforms are
-//                                                 those of the topic of the same name and _static
+//   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); the static
+//                                                 transforms are those of the topic of the same name and
+//                                                 _static
 //
 //   foxglove       PoseInFrame                    in JSON, as `sextant export --format mcap` writes it
 //
 // The messages of ROS are in ROS 1's serialisation or in CDR (ROS 2; either byte order). The stamp is the header's, not the time of
 // recording. A topic on which the frame ids change holds the poses of several bodies: an Error, as are two
-// poses without a stamp (0). Covariances are those of pose_covariance.h; where a topic has some that are all zeros or
-// begin with -1 (unknown), none is used. Limits and repairs as in trajectory_files.h, the message's number in the topic
-// (from 1) in place of the line.
+// poses without a stamp (0). Covariances are those of pose_covariance.h; where a topic has some that are all
+// zeros or begin with -1 (unknown), none is used. Limits and repairs as in trajectory_files.h, the message's
+// number in the topic (from 1) in place of the line.
 
 #include <map>
 #include <optional>
@@ -26,8 +27,8 @@
 
 namespace sextant {
 
-/// "FILE:/TOPIC" or "FILE:TOPIC" in its parts; a path that exists as it is has no topic. The slash with which a topic
-/// may begin does not count.
+/// "FILE:/TOPIC" or "FILE:TOPIC" in its parts; a path that exists as it is has no topic. The slash with which
+/// a topic may begin does not count.
 struct TopicPath {
   std::string file, topic;
 };
@@ -68,7 +69,8 @@ class TopicPoses {
   std::string list(bool readable) const;
 
   std::optional<CovarianceConvention> covariance_;  ///< empty: as the messages define it
-  std::string file_, wanted_, frames_;  ///< of "FILE:/tf:PARENT.CHILD"; the topic as its messages have it, or empty
+  std::string file_, wanted_,
+      frames_;  ///< of "FILE:/tf:PARENT.CHILD"; the topic as its messages have it, or empty
   TransformTree tree_;
   std::map<std::string, Topic> topics_;
 };

@@ -1,16 +1,17 @@
 #pragma once
 
-// Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). The records are read
-// one after the other, so an index is not needed. Memory: one chunk (256 MB at most, compressed and not) and 104 bytes a
-// pose.
+// Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). The
+// records are read one after the other, so an index is not needed. Memory: one chunk (256 MB at most,
+// compressed and not) and 104 bytes a pose.
 //
-//   bag    ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; one that ends within a record
-//          is an Error
-//   mcap   (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC where they have one; one without its end
-//          of data is an Error
-//   rosbag2  the SQLite file .db3 of a rosbag2 (ROS 2): the tables topics(id, name, type, serialization_format, ..) and
-//          messages(id, topic_id, timestamp, data), messages in CDR, each compressed with zstd or not. metadata.yaml is
-//          not needed. One that is cut off or was not closed is an Error; nothing in it is run or written
+//   bag    ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; one that ends
+//          within a record is an Error
+//   mcap   (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC where they have one; one
+//          without its end of data is an Error
+//   rosbag2  the SQLite file .db3 of a rosbag2 (ROS 2): the tables topics(id, name, type,
+//          serialization_format, ..) and messages(id, topic_id, timestamp, data), messages in CDR, each
+//          compressed with zstd or not. metadata.yaml is not needed. One that is cut off or was not closed is
+//          an Error; nothing in it is run or written
 
 #include <string>
 

@@ -57,7 +57,7 @@ def build_folder(interpreter):
     known = re.search(r"^Python3_EXECUTABLE:\w+=(.*)$", cache.read_text(), re.MULTILINE) if cache.is_file() else None
     if known and os.path.realpath(known[1]) == interpreter and (release / "python").is_dir():
         return release, []
-    return ROOT / "build" / "wheel", ["-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF"]
+    return ROOT / "build" / "wheel", ["--preset", "release", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF"]
 
 
 class CMakeBuild(build_ext):

@@ -50,8 +50,8 @@ class FolderLock {
   explicit FolderLock(const std::filesystem::path& folder);
 
  private:
-  struct
-      Held;  ///< ends with the last FolderLock of its folder, and removes the folders that it made and that are empty
+  /// Ends with the last FolderLock of its folder, and removes the folders that it made and that are empty.
+  struct Held;
   std::shared_ptr<Held> held_;
 };
 

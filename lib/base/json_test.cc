@@ -15,7 +15,8 @@ std::string nested(size_t levels) { return std::string(levels, '[') + std::strin
 
 TEST(ParseJson, IsWhatTheLibraryReads) {
   const std::string text =
-      R"( {"b":[1,-2,2.5,true,null,"\u0394\n",{"a":{}},[]],"a":18446744073709551615,"c":-9223372036854775808} )";
+      R"( {"b":[1,-2,2.5,true,null,"\u0394\n",{"a":{}},[]],"a":18446744073709551615,
+           "c":-9223372036854775808} )";
   EXPECT_EQ(parse_json(text, "f"), Json::parse(text));  // not the door: what it is compared with
   EXPECT_EQ(json_line(parse_json(text, "f")), Json::parse(text).dump());
   EXPECT_EQ(parse_json("3", "f"), Json(3));

@@ -7,15 +7,18 @@
 #include <unistd.h>
 
 #include <sys/wait.h>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <string>
 #include <string_view>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/philox.h"
 
 namespace sextant {
 
@@ -54,6 +57,10 @@ int status_of_child(const Action& action) {
   int status = 0;
   ::waitpid(child, &status, 0);
   return status;
+}
+
+inline double standard_normal(PhiloxStream& random) {
+  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * std::numbers::pi * random.uniform());
 }
 
 /// All files below a folder, by relative path.

@@ -46,7 +46,7 @@ std::vector<double> over_frames(const NoiseCorrelation& correlation, const Draws
   return values;
 }
 
-double correlation_of(const std::vector<double>& a, const std::vector<double>& b) {
+double uncentred_correlation(const std::vector<double>& a, const std::vector<double>& b) {
   double ab = 0, aa = 0, bb = 0;
   for (size_t i = 0; i < a.size(); ++i) ab += a[i] * b[i], aa += a[i] * a[i], bb += b[i] * b[i];
   return ab / std::sqrt(aa * bb);
@@ -119,12 +119,12 @@ TEST(NoiseCorrelation, SeedsFramesChannelsAndSequencesAreIndependent) {
     return over_frames(mixture, Draws(seed, dataset, sequence), channel, 100, 50, first_frame);
   };
   const std::vector<double> base = values(1, "vdo", "0003", NoiseChannel::depth, 0);
-  EXPECT_LT(std::abs(correlation_of(base, values(2, "vdo", "0003", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "kitti", "0003", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0004", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0003", NoiseChannel::depth, 1))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(2, "vdo", "0003", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "kitti", "0003", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0004", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0003", NoiseChannel::depth, 1))), 0.028);
   for (const NoiseChannel other : {NoiseChannel::flow, NoiseChannel::outlier, NoiseChannel::backward_flow})
-    EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0003", other, 0))), 0.028);
+    EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0003", other, 0))), 0.028);
 }
 
 TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
@@ -136,7 +136,7 @@ TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
     first.push_back(n.first[0]);
     second.push_back(n.second[0]);
   }
-  EXPECT_LT(std::abs(correlation_of(first, second)), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(first, second)), 0.028);
 }
 
 // Property: whichever pixels are asked for, in whatever order, singly or in batches, on any number of

@@ -11,15 +11,13 @@
 namespace sextant {
 namespace {
 
-double normal(PhiloxStream& random) {
-  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * std::numbers::pi * random.uniform());
-}
-
 /// `n_seeds` of 5 frames, errors around `size`; NEW has `factor` times BASE's, drawn again where
 /// `independent`.
 PairedSample sample(PhiloxStream& random, size_t stratum, size_t n_seeds, double size, double factor,
                     bool independent) {
-  const auto draw = [&] { return size * std::hypot(normal(random), normal(random), normal(random)); };
+  const auto draw = [&] {
+    return size * std::hypot(standard_normal(random), standard_normal(random), standard_normal(random));
+  };
   PairedSample out{.stratum = stratum, .cases = {}};
   for (uint64_t seed = 0; seed < n_seeds; ++seed) {
     for (int frame = 0; frame < 5; ++frame) {
@@ -107,7 +105,7 @@ TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
     for (size_t source = 0; source < 3; ++source) {
       samples.push_back(sample(random, source, 10, 1, 1, false));
       double factors[5];
-      for (double& factor : factors) factor = std::exp(0.3 * normal(random));
+      for (double& factor : factors) factor = std::exp(0.3 * standard_normal(random));
       for (PairedCase& one : samples.back().cases) one.fresh *= factors[one.frame];
     }
     n_false += change_of(samples).p.value() <= 0.05;

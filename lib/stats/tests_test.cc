@@ -214,10 +214,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-double normal(PhiloxStream& random) {
-  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * M_PI * random.uniform());
-}
-
 TEST(ChangePoints, ExactSeriesChangeWhereTheyStep) {
   const std::vector<double> values = {1, 1, 1, 1.2, 1.2, 1.2, 1.2, 0.9};
   EXPECT_THAT(change_points(values, 0.05), ElementsAre(3, 7));
@@ -233,7 +229,7 @@ TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
   for (uint64_t draw = 1; draw <= 50; ++draw) {
     PhiloxStream random(draw, 0);
     std::vector<double> values;
-    for (int i = 0; i < 30; ++i) values.push_back(100 + normal(random));
+    for (int i = 0; i < 30; ++i) values.push_back(100 + standard_normal(random));
     n_false += !change_points(values, 1).empty();
     for (size_t i = 18; i < values.size(); ++i) values[i] += 4;
     n_found += change_points(values, 1) == std::vector<size_t>{18};
@@ -245,7 +241,7 @@ TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
 TEST(ChangePoints, OneDisturbedValueIsNoChange) {
   std::vector<double> values;
   PhiloxStream random(3, 0);
-  for (int i = 0; i < 20; ++i) values.push_back(100 + normal(random));
+  for (int i = 0; i < 20; ++i) values.push_back(100 + standard_normal(random));
   values[9] += 8;
   EXPECT_THAT(change_points(values, 1), IsEmpty());
 }

@@ -34,7 +34,7 @@ struct LineSums {
   }
 };
 
-LineSums total(const std::vector<LineSums>& clusters, std::span<const size_t> chosen) {
+LineSums total_of_lines(const std::vector<LineSums>& clusters, std::span<const size_t> chosen) {
   LineSums sum;
   for (const size_t c : chosen) sum.add(clusters[c]);
   return sum;
@@ -80,7 +80,7 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
                                                         [](const auto& sums) { return sums.y_lowest > 0; });
   if (all.y_lowest > 0) result.relative_slope = result.slope / (all.y_lowest / all.n_lowest);
   const auto slopes = [&](std::span<const size_t> chosen, std::span<double> out) {
-    const LineSums sums = total(clusters, chosen);
+    const LineSums sums = total_of_lines(clusters, chosen);
     out[0] = sums.slope();
     if (out.size() > 1) out[1] = out[0] / (sums.y_lowest / sums.n_lowest);
   };
