@@ -18,8 +18,8 @@ constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of which the
-/// first 36 are its covariance.
+/// Layout of a message after its header: with or without a child's frame id, and the number of doubles after
+/// the seven of the pose, the first 36 of which are its covariance.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -40,13 +40,13 @@ const PoseMessage* pose_message(std::string_view type) {
 
 bool is_transforms(std::string_view type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
-/// Names of topics are compared without the slash with which they may begin.
+/// Returns the name of a topic without a leading slash, for comparisons.
 std::string_view plain(std::string_view topic) {
   if (topic.starts_with('/')) topic.remove_prefix(1);
   return topic;
 }
 
-/// One message, whatever its serialisation.
+/// Reads one message in either serialisation.
 class MessageReader {
  public:
   MessageReader(std::string_view message, bool cdr, const std::string& where)
@@ -79,7 +79,7 @@ class MessageReader {
     if (cdr_ && out.ends_with('\0')) out.remove_suffix(1);
     return out;
   }
-  /// Nothing may be left but `n` doubles (and padding in CDR).
+  /// Throws Error unless exactly `n` doubles (and padding in CDR) are left.
   void expect_left(size_t n) {
     if (cdr_ && n > 0) align(largest_alignment_);
     const uint64_t left = bytes_.remaining(), expected = 8 * n;
@@ -198,7 +198,8 @@ void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view me
   t.poses.stamps_s.push_back(stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
   if (!has_covariance) return;
-  const bool is_unknown = covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
+  const bool is_unknown =
+      covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
   if (is_unknown && t.n_unknown_covariances++ == 0) t.first_unknown = number;
   if (is_unknown)
     t.poses.covariances.push_back(PoseCovariance::Zero());
@@ -241,7 +242,8 @@ std::string TopicPoses::list(bool readable) const {
 namespace {
 
 std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -287,7 +289,8 @@ TrajectoryFile TopicPoses::finish() {
   TrajectoryFile out;
   out.poses = std::move(t.poses);
   if (t.n_unknown_covariances > 0 && t.n_unknown_covariances < out.poses.size())
-    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES", t.first_unknown);
+    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES",
+               t.first_unknown);
   if (t.n_unknown_covariances > 0) out.poses.covariances.clear();
   finish_covariances(out.poses, file_ + ":" + topic, t.log);
   sort_and_unite(out.poses, nullptr, t.log);
