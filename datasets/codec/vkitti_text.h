@@ -59,7 +59,7 @@ struct Vkitti1Object {
   int occluded = 0;                     ///< 0, 1, 2
   double alpha = 0;                     ///< ry - atan2(x3d, z3d)
   ImageBox box;                         ///< l, t, r, b
-  Eigen::Vector3d size_m{0, 0, 0};      ///< of the 3-D box: w3d, h3d, l3d
+  Eigen::Vector3d size_m{0, 0, 0};      ///< size of the 3-D box: w3d, h3d, l3d
   Eigen::Vector3d position_m{0, 0, 0};  ///< middle of its bottom face: x3d, y3d, z3d
   VkittiAngles angles;                  ///< ry, rx, rz
   double truncr = 0;                    ///< 0 not truncated .. 1

@@ -100,7 +100,7 @@ class Shader {
     Linear inverse_depth;  ///< 1 / m
     float distance_m = 0;  ///< distance of its plane
     float nearest_m = 0, farthest_m = 0;
-    Linear u, v;                       ///< of the ray, along the texture's axes
+    Linear u, v;                       ///< coordinates of the ray along the texture's axes
     float u_camera = 0, v_camera = 0;  ///< texture coordinates at the camera, m
     float n_x = 0, n_y = 0;            ///< normal in camera axes, divided by the focal length in pixels
     float normal_y = 0;                ///< normal in world axes

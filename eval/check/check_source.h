@@ -32,8 +32,8 @@ struct SourceCheck {
   std::optional<int> n_expected;
   std::string size_px;                     ///< such as "1242x375"
   std::optional<double> valid_share;       ///< 0..1, over all pixels of all frames
-  std::optional<double> min, median, max;  ///< of valid values; the median over every 16th of them
-  std::optional<double> value, limit;      ///< of a convention check, which passes up to the limit
+  std::optional<double> min, median, max;  ///< range of valid values; the median is over every 16th of them
+  std::optional<double> value, limit;      ///< result of a convention check, which passes up to the limit
   std::optional<int> n;                    ///< number of samples behind the value
   std::string counted;                     ///< unit of n: "points"
   std::string unit;                        ///< unit of the range, or of value and limit

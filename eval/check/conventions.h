@@ -28,12 +28,12 @@ struct GridFrame {
   Image<float> depth_m;
   Image<Flow> flow;
   Image<uint16_t> mask;
-  std::map<int, MaskOutline> outlines;  ///< of the full image
+  std::map<int, MaskOutline> outlines;  ///< outlines in the full image
 };
 
 struct ConventionData {
   StereoCamera camera;
-  int width = 0;  ///< of the full images, px
+  int width = 0;  ///< size of the full images, px
   int height = 0;
   double rate_hz = 0;
   int step = 1;  ///< px between samples

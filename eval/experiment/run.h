@@ -39,7 +39,7 @@ struct RunConfig {
   bool rescore = false;                  ///< reads such files again; no program is run
   RunJournal* journal =
       nullptr;           ///< sources that are in it are not run again; those that are done go into it
-  PairObserver on_pair;  ///< of the first seed; may be empty
+  PairObserver on_pair;  ///< observes the first seed; may be empty
 };
 
 /// Applies a procedure (plan.h) to a run: its options for the estimator are defaults for those of the run,

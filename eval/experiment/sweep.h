@@ -61,7 +61,7 @@ struct SweepOutcome {
   uint64_t n_stale =
       0;  ///< finished before by another version of an estimator: run again, or kept with reuse_stale
   uint64_t n_records = 0;
-  double wall_time_s = 0;             ///< of the cases run now, without filling the cache
+  double wall_time_s = 0;             ///< time of the cases run now, without filling the cache
   std::vector<std::string> problems;  ///< problems of the estimators in the cases run now, in order of case
 };
 

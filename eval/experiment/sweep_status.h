@@ -27,7 +27,7 @@ struct ShardStatus {
 constexpr Names<4> names_of(ShardStatus::State) { return {"missing", "stopped", "running", "done"}; }
 
 struct SweepStatus {
-  uint64_t n_cases = 0;  ///< of the whole plan; 0 until a shard has begun
+  uint64_t n_cases = 0;  ///< number of cases in the plan; 0 until a shard has begun
   std::vector<ShardStatus> shards;
 
   uint64_t count(ShardStatus::State state) const;

@@ -18,7 +18,7 @@ namespace sextant {
 
 /// Numbers of the frames in the sequence, in the program's input and in its results.
 struct FrameNumbers {
-  int first = 0, last = 0;  ///< of the sequence
+  int first = 0, last = 0;  ///< frame range of the sequence
   int in_files = 0;         ///< number of the first frame in the input
   int in_results = 0;       ///< number of the first frame in the results
   double rate_hz = 0;       ///< frame n of the input is at n / rate

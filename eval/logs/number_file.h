@@ -26,7 +26,7 @@ struct ReadRules {
   std::optional<FileKind> kind = std::nullopt;  ///< nullopt: the default of the reader
   /// leaves out a last line without its end of line, which may contain a truncated number
   bool whole_lines = false;
-  /// of poses; nullopt: determined by the number of values
+  /// Convention of pose covariances; nullopt: determined by the number of values.
   std::optional<CovarianceConvention> covariance = std::nullopt;
 };
 
@@ -50,7 +50,7 @@ class NumberFile {
   size_t expected_records() const;
   const std::string& path() const { return lines_.name(); }
   const std::string& header() const { return header_; }      ///< trimmed; may be empty
-  const std::string& comments() const { return comments_; }  ///< of the first lines, at most 4 kB
+  const std::string& comments() const { return comments_; }  ///< comments in the first lines, at most 4 kB
   /// Returns the header, otherwise the last comment before the first record: the line that may contain column
   /// names.
   const std::string& column_names() const { return header_.empty() ? last_comment_ : header_; }

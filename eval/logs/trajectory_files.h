@@ -43,10 +43,10 @@
 namespace sextant {
 
 struct TrajectoryFile {
-  PoseSeries poses;                   ///< of the estimate, if the file contains both
+  PoseSeries poses;                   ///< the estimate, if the file contains both
   std::optional<PoseSeries> truth;    ///< the log's own ground truth, as long as `poses`
   std::vector<std::string> warnings;  ///< repairs
-  std::string comments;               ///< of the first lines, lower case
+  std::string comments;               ///< comments in the first lines, lower case
   std::string format;                 ///< name in the table
 };
 

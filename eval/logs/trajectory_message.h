@@ -67,7 +67,7 @@ class TopicPoses {
   std::string list(bool readable) const;
 
   std::optional<CovarianceConvention> covariance_;  ///< nullopt: as defined by the messages
-  /// of "FILE:/tf:PARENT.CHILD"; the topic as spelled in its messages, or empty
+  /// Parts of "FILE:/tf:PARENT.CHILD"; the topic as spelled in its messages, or empty.
   std::string file_, wanted_, frames_;
   TransformTree tree_;
   std::map<std::string, Topic> topics_;

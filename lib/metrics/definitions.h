@@ -60,11 +60,12 @@ enum class Better { lower, higher, neither };
 /// Places where a number is shown or used besides its record; a bit mask.
 enum MetricUse : unsigned {
   unused = 0,
-  in_summary = 1,      ///< a column of a run's summary: the mean, or the preset's aggregate
-  compared = 2,        ///< an error that appears in every table and figure of noise, comparisons and trends
-  truth_only = 4,      ///< depends on the ground truth only: if two runs differ in it, so do their data
-  beside_speed = 8,    ///< in the summary, over the pairs that have the preset's E_v
-  recorded_only = 16,  ///< of trajectories recorded by other systems (`sextant reproduce`), not of runs
+  in_summary = 1,    ///< a column of a run's summary: the mean, or the preset's aggregate
+  compared = 2,      ///< an error that appears in every table and figure of noise, comparisons and trends
+  truth_only = 4,    ///< depends on the ground truth only: if two runs differ in it, so do their data
+  beside_speed = 8,  ///< in the summary, over the pairs that have the preset's E_v
+  /// computed for trajectories recorded by other systems (`sextant reproduce`), not for runs
+  recorded_only = 16,
 };
 
 struct MetricDefinition {

@@ -23,7 +23,7 @@ void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate
 struct CorrelatedEstimate {
   SE3 T_curr_prev;
   bool moved = false;                      ///< true if the motion differs from X
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist; infinite if the points do not determine it
+  Matrix6d covariance = Matrix6d::Zero();  ///< covariance of the left twist; infinite if not determined
   std::shared_ptr<const ErrorModel> errors;
 };
 /// Returns true if the problem declares its flow noise.

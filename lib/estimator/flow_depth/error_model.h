@@ -63,7 +63,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 struct ErrorModel {
   NoiseLevels levels;
   ErrorParts parts;
-  double squared_offset_px2 = 0;  ///< of o, minus the variance of its estimate
+  double squared_offset_px2 = 0;  ///< square of o minus the variance of its estimate
 
   std::vector<ErrorScore> scores;
   Vector6d by_offset = Vector6d::Zero();

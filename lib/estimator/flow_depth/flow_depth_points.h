@@ -23,7 +23,7 @@ struct NoiseLevels {
   double sigma_flow_u_px = 1;
   double sigma_flow_v_px = 1;
   double delta_d_px = 0;       ///< 0 = the depth is exact
-  double delta_d_curr_px = 0;  ///< of the current depth, if measured; 0 = do not use it
+  double delta_d_curr_px = 0;  ///< accuracy of the current depth, if measured; 0 = do not use it
   DepthErrors depth_noise = DepthErrors::depth;
   /// compute q and gradient to first order about the measured depths, which are kept
   bool as_measured = false;
