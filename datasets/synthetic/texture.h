@@ -21,7 +21,7 @@ class NoiseTile {
   NoiseTile(int finest, int coarsest, unsigned seed);
 
   /// Adds `weight` times the mean over round samples of about `width` texels at each of `n` positions (x, y),
-  /// in texels. `n` <= batch; all arrays have room for wide::whole(n).
+  /// in texels. `n` <= batch; all arrays have at least wide::whole(n) elements.
   void add_means(const float* x, const float* y, const float* width, const float* weight, int n,
                  float* sum) const;
 

@@ -214,7 +214,7 @@ TEST_F(PackTest, PruneTakesWhatKilledProcessesLeft) {
   {
     const std::optional<FileLock> making = FileLock::take(lock_file);
     ASSERT_TRUE(making);
-    EXPECT_EQ(cache_.prune(false), 0U) << "somebody makes a pack: these may be theirs";
+    EXPECT_EQ(cache_.prune(false), 0U) << "another process fills the cache: these may be its files";
     for (const fs::path& path : left) EXPECT_TRUE(fs::exists(path)) << path;
   }
   EXPECT_EQ(cache_.prune(false), 20U);

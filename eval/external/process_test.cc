@@ -51,10 +51,10 @@ class Process : public testing::Test {
 };
 
 TEST_F(Process, OutputAndExitCode) {
-  const ProcessOutcome outcome = run("echo said; echo wrong >&2; exit 3");
+  const ProcessOutcome outcome = run("echo hello; echo wrong >&2; exit 3");
   EXPECT_EQ(outcome.text(), "exit code 3");
   EXPECT_FALSE(outcome.survivors);
-  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stdout.txt"), "hello\n");
   EXPECT_EQ(text("stderr.txt"), "wrong\n");
   EXPECT_EQ(run("kill -SEGV $$").text(), "signal 11 (Segmentation fault)");
 }
@@ -62,10 +62,10 @@ TEST_F(Process, OutputAndExitCode) {
 TEST_F(Process, StandardStreamsMayBeClosed) {
   EXPECT_EQ(status_of_child([&] {
               for (const int stream : {0, 1, 2}) ::close(stream);
-              return run("cat; echo said; echo wrong >&2").ok() ? 0 : 1;
+              return run("cat; echo hello; echo wrong >&2").ok() ? 0 : 1;
             }),
             0);
-  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stdout.txt"), "hello\n");
   EXPECT_EQ(text("stderr.txt"), "wrong\n");
 }
 

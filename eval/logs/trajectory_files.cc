@@ -353,7 +353,7 @@ std::string detect_trajectory_format(const std::string& path, const ReadRules& r
   }
   std::vector<std::string> names;
   for (const TrajectoryFormat& f : trajectory_formats()) names.push_back(f.name);
-  fail("{}: cannot tell the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
+  fail("{}: cannot determine the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
        fmt::join(names, ", "));
 }
 

@@ -220,7 +220,7 @@ TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
 }
 
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
-  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
+  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot determine the format"));
   EXPECT_THAT(error(tum, "kitty"), HasSubstr("did you mean 'kitti'"));
 }
 

@@ -275,7 +275,7 @@ TrajectoryFile TopicPoses::finish() {
   }
   const auto is_it = [&](const auto& entry) { return plain(entry.first) == plain(topic); };
   if (std::ranges::count_if(topics_, is_it) > 1)
-    fail("{}: has the topic {} with and without its slash: they cannot be told apart", file_, topic);
+    fail("{}: has the topic {} with and without its slash: they are indistinguishable", file_, topic);
   const auto found = std::ranges::find_if(topics_, is_it);
   if (found == topics_.end()) fail("{}: has no topic {}; it has: {}", file_, topic, list(false));
   Topic& t = found->second;

@@ -131,11 +131,11 @@ TEST(FolderLock, OneProcessAtATime) {
   {
     const FolderLock lock(out);
     const FolderLock again(out / "." / "");  // shared with itself
-    EXPECT_THAT(from_another_process(out, temp / "said"), HasSubstr("out: another process is writing into "
+    EXPECT_THAT(from_another_process(out, temp / "message"), HasSubstr("out: another process is writing into "
                                                                     "this folder"));
-    EXPECT_EQ(from_another_process(temp.path() / "other", temp / "said"), "no error");
+    EXPECT_EQ(from_another_process(temp.path() / "other", temp / "message"), "no error");
   }
-  EXPECT_EQ(from_another_process(out, temp / "said"), "no error");
+  EXPECT_EQ(from_another_process(out, temp / "message"), "no error");
   EXPECT_THAT(files_below(temp.path()), testing::SizeIs(1)) << "the lock leaves no file";
 }
 
@@ -144,7 +144,7 @@ TEST(FolderLock, EndsWithTheLastHolder) {
   std::optional<FolderLock> first(temp.path());
   const std::optional<FolderLock> second(temp.path());
   first.reset();
-  EXPECT_THAT(from_another_process(temp.path(), temp / "said"), HasSubstr("is writing into this folder"));
+  EXPECT_THAT(from_another_process(temp.path(), temp / "message"), HasSubstr("is writing into this folder"));
 }
 
 TEST(FolderLock, RemovesTheEmptyFoldersThatItMade) {
