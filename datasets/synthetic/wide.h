@@ -10,7 +10,8 @@
 namespace sextant::synthetic::wide {
 
 constexpr int lanes = 8;
-/// Rounds up to a multiple of the lanes: loops may run that far past the end, and arrays are large enough for it.
+/// Rounds up to a multiple of the lanes: loops may run that far past the end, and arrays are large enough
+/// for it.
 constexpr int whole(int n) { return (n + lanes - 1) / lanes * lanes; }
 
 SEXTANT_INLINED float min(float a, float b) { return a < b ? a : b; }

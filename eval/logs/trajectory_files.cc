@@ -353,8 +353,10 @@ std::string detect_trajectory_format(const std::string& path, const ReadRules& r
   }
   std::vector<std::string> names;
   for (const TrajectoryFormat& f : trajectory_formats()) names.push_back(f.name);
-  fail("{}: cannot determine the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
-       fmt::join(names, ", "));
+  fail(
+      "{}: cannot determine the format of this trajectory ({}); give --format, one of "
+      "{}",
+      path, fitting.problem, fmt::join(names, ", "));
 }
 
 TrajectoryFile read_trajectory(const std::string& path, const std::string& format, const ReadRules& rules) {

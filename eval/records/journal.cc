@@ -148,8 +148,10 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
     const int reason = errno;
     // the next resume will find the end again
     if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;
-    fail("{}: cannot write: {}; {} cases are safe: free some disk space and give the same command again", path_.string(),
-         std::strerror(reason), blocks_.size());
+    fail(
+        "{}: cannot write: {}; {} cases are safe: free some disk space and give the same "
+        "command again",
+        path_.string(), std::strerror(reason), blocks_.size());
   };
   size_t done = 0;
   while (done < block.size()) {

@@ -22,7 +22,8 @@ struct FileKind {
 };
 inline constexpr FileKind data_file = {"a file of data", uint64_t{1} << 30U};
 inline constexpr FileKind json_file = {"a JSON file", uint64_t{1} << 28U};
-inline constexpr FileKind records_file = {"a file of records, a journal or cached correspondences", uint64_t{1} << 33U};
+inline constexpr FileKind records_file = {"a file of records, a journal or cached correspondences",
+                                          uint64_t{1} << 33U};
 /// Files that are read piece by piece and never held in memory as a whole.
 inline constexpr FileKind streamed_file = {"a file", uint64_t{1} << 50U};
 inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
