@@ -16,8 +16,7 @@ namespace {
 
 constexpr Channels all_channels = Channels::all();
 
-/// Rendered anew: nothing from the cache.
-/// NaN equals NaN: compares what is stored.
+/// Compares stored values; NaN equals NaN.
 template <typename T>
 bool same_bytes(const Image<T>& a, const Image<T>& b) {
   return a.width() == b.width() && a.height() == b.height() &&
@@ -39,11 +38,11 @@ std::map<int, double> area_shares(const Image<uint16_t>& mask) {
 
 class SyntheticScenario : public testing::TestWithParam<std::string> {
  protected:
-  /// A few frames alone: the truth of all of a long scenario takes long.
+  /// Opens a few frames only, because the truth of a long scenario takes long.
   static std::unique_ptr<Sequence> open_frames(int first, int last) {
     return open_uncached(fmt::format("synthetic:{}@{}-{}", GetParam(), first, last));
   }
-  /// `n` frames, evenly spread from the first to the last but `after_last`.
+  /// Returns `n` frames, evenly spaced from the first to the last minus `after_last`.
   std::vector<int> some_frames(int n, int after_last) const {
     const SequenceInfo& info = sequence_->info();
     const int last = info.last_frame - after_last;
@@ -74,7 +73,7 @@ TEST_P(SyntheticScenario, DepthAndPosesExplainTheFlow) {
         const Eigen::Vector2d to =
             info.camera.left.project(*motion * info.camera.left.backproject(x, y, depth_m));
         const Eigen::Vector2d flow(frame.flow(x, y).u, frame.flow(x, y).v);
-        // Flow is stored in single precision: near points move by thousands of pixels.
+        // Flow is stored in single precision, and near points move by thousands of pixels.
         const double error_px = (to - Eigen::Vector2d(x, y) - flow).norm() / std::max(1.0, flow.norm() / 500);
         worst_px = std::max(worst_px, error_px);
         ++(id == 0 ? n_static : n_object);
@@ -104,8 +103,8 @@ TEST_P(SyntheticScenario, HasManyCornersOffTheObjects) {
 }
 
 TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
-  // Texture is fixed to the surfaces: the gray value at the end of the flow is that of its start. Shadows of
-  // moving cars, occlusions and filters differ, so the median counts.
+  // Texture is fixed to the surfaces: the gray value at the end of the flow equals that at its start. Shadows
+  // of moving cars, occlusions and filters differ, so the median is tested.
   const SequenceInfo& info = sequence_->info();
   const int k = info.first_frame + 3;
   const Frame prev = sequence_->read(k, {.gray = true, .flow = true});
@@ -137,7 +136,7 @@ TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
   second.join();
   EXPECT_TRUE(same_bytes(one, expected));
   EXPECT_TRUE(same_bytes(two, expected));
-  // A channel does not depend on which others are read.
+  // A channel does not depend on which other channels are read.
   EXPECT_TRUE(same_bytes(sequence_->read(k, {.depth = true}).depth_m, expected.depth_m));
   EXPECT_TRUE(same_bytes(sequence_->read(k, {.mask = true}).mask, expected.mask));
   EXPECT_TRUE(same_bytes(*sequence_->true_flow(k), expected.flow));
@@ -163,7 +162,7 @@ TEST_P(SyntheticScenario, TruthHasTheBoxesOfTheMasks) {
   }
 }
 
-/// Largest error of a motion: metres and degrees, whichever is more.
+/// Returns the largest error of a motion in metres or degrees.
 double motion_error(const SE3& truth, const SE3& estimate) {
   const SE3 error = truth.inverse() * estimate;
   return std::max(error.translation().norm(), rotation_angle_rad(error.rotation()) * 57.29577951308232);
@@ -203,7 +202,7 @@ TEST_P(SyntheticScenario, EstimatorsOnExactDataFindTheTruth) {
       }
     }
   }
-  EXPECT_GE(n_objects, n_pairs);  // one in every second pair at least, for each estimator
+  EXPECT_GE(n_objects, n_pairs);  // at least one in every second pair, for each estimator
   RecordProperty("worst_ego", fmt::format("{:.2e}", worst_ego));
   RecordProperty("worst_object", fmt::format("{:.2e}", worst_object));
   RecordProperty("n_objects", n_objects);

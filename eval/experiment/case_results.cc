@@ -29,7 +29,7 @@ class RecordsReader : public CaseResultReader {
       const std::string where = fmt::format("{}:{}", index_name_, line_);
       CaseResult result;
       result.number = json_member<uint64_t>(json, "case", where);
-      if (last_ && result.number == *last_) fail("{}: case {} is there twice", where, result.number);
+      if (last_ && result.number == *last_) fail("{}: case {} is repeated", where, result.number);
       if (last_ && result.number < *last_)
         fail("{}: case {} stands after case {}", where, result.number, *last_);
       last_ = result.number;
@@ -229,7 +229,7 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
   std::vector<uint64_t> numbers;
   SummaryReader reader(file);
   while (const auto block = reader.next()) {
-    constexpr uint64_t most_cases = 10'000'000;  // of a plan
+    constexpr uint64_t most_cases = 10'000'000;  // per plan
     if (block->number >= most_cases)
       fail("{}: case {}: expected at most {} cases", file.string(), block->number, most_cases);
     numbers.push_back(block->number);
@@ -248,7 +248,7 @@ FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, b
       for (const uint64_t number : numbers) mark(number);
       files_.push_back(file);
     } catch (const Error&) {
-      continue;  // damaged: its cases are done again
+      continue;  // damaged: its cases are computed again
     }
   }
 }
@@ -273,7 +273,7 @@ void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   while (fs::exists(numbered(), error)) ++number;
   const fs::path file = numbered();
   const fs::path temporary = folder_ / "next.tmp";
-  fs::remove(temporary, error);  // of a process that was killed
+  fs::remove(temporary, error);  // left by a killed process
   try {
     SummaryWriter writer(temporary, journal.blocks().size());
     const auto reader = open_journal(journal, KeepOfCases::summary, noise);

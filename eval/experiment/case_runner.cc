@@ -53,12 +53,12 @@ class CaseRunner {
 
  private:
   struct Result {
-    std::string label;  ///< in records
+    std::string label;  ///< label in records
     std::unique_ptr<PairSolver> solver;
     CaseMotions motions;
   };
 
-  /// At the first pair: an estimator may look at the whole sequence.
+  /// Called at the first pair, because an estimator may use the whole sequence.
   void begin() {
     std::vector<NamedSolver> solvers =
         settings_.estimator->begin({sequence_, settings_.pipeline, settings_.noise, settings_.seed,
@@ -72,7 +72,7 @@ class CaseRunner {
   const Sequence& sequence_;
   const CaseSettings& settings_;
   Noise point_noise_;
-  std::optional<Draws> draws_;  ///< with noise only
+  std::optional<Draws> draws_;  ///< only with noise
   CaseMotions start_;           ///< before the first pair
   std::vector<Result> results_;
   CaseOutcome out_;
@@ -163,7 +163,7 @@ BodyTrack object_track(int id, const std::map<int, SE3>& motions, const Sequence
     const auto motion = motions.find(frame);
     if (motion == motions.end()) estimate.reset();
     if (motion != motions.end() && estimate) estimate = motion->second * *estimate;
-    if (!estimate && motions.contains(frame + 1)) estimate = truth_pose;  // a stretch begins
+    if (!estimate && motions.contains(frame + 1)) estimate = truth_pose;  // a new sequence of estimates begins
     if (estimate || truth_pose) track.points.push_back(track_point(frame, estimate, truth_pose));
   }
   return track;
@@ -187,7 +187,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   const auto tell = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
       std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
-      // A flag or an edit elsewhere is a key of the configuration of a program.
+      // What is a flag or an edit elsewhere is a key in the configuration of an external program.
       using Key = std::pair<std::string_view, std::string_view>;
       for (const auto& [edit, key] :
            {Key("give --frame ", "declare objects.frame as "),
@@ -203,7 +203,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   for (const auto& [frame, pose] : truth.camera.poses())
     cameras.reference.emplace(ObjectFrame(0, frame), pose);
   tell(explain_poses(cameras), "estimated camera");
-  // Motions of objects are kept in the world of the estimated camera: no judgement without it.
+  // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
 
   MotionData data{MotionFrame::world, {}, {}};

@@ -29,7 +29,7 @@ Correspondences exact_points(const SE3& T_curr_prev, double u0, double z0, int n
   return points;
 }
 
-/// A pair with the background and one object, noise on it, and what the pipeline makes of it.
+/// A pair with the background and one object, with noise, and the pipeline's results for it.
 class Limits : public testing::Test {
  protected:
   Limits() {
@@ -74,7 +74,7 @@ const char* const gaussian = R"({"depth": {"delta_d_px": 0.3}, "flow": {"epe_x_p
 const MeasurementNoise declared{0.4, 0.2, 0.3 / 350};
 
 TEST_F(Limits, BoundsAreThoseOfTheCleanPointsThatWereOffered) {
-  max_object_distance_m_ = 10;  // leaves points of the object out
+  max_object_distance_m_ = 10;  // excludes some points of the object
   const std::vector<Record> records = evaluate(gaussian);
   ASSERT_EQ(records.size(), 2U);
   ASSERT_EQ(records[1].status, Status::ok);

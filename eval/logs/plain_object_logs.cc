@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// What a line begins with.
+/// First value of a line.
 enum class Key { frame, time, row };
 
 struct Row {
@@ -72,12 +72,12 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     for (std::string& text : repairs.warnings(file.path)) out.warnings.push_back(std::move(text));
     file.covariances = std::move(covered.covariances);
   }
-  // Whole numbers in the place of the time are frame numbers.
+  // Whole numbers in the column of the time are frame numbers.
   if (is_tum && whole_numbers) file.key = Key::frame;
   return file;
 }
 
-/// The rate at which all times are those of frames: 1 / the least step.
+/// Returns the rate for which all times are those of frames: 1 / the smallest step.
 std::optional<double> rate_of(const std::vector<PlainFile>& files) {
   double least_s = std::numeric_limits<double>::infinity();
   for (const PlainFile& file : files) {
@@ -120,7 +120,7 @@ struct ObjectFile {
   bool is_truth = false;
 };
 
-/// "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt": those of the kind, "motion" or
+/// Parses "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt", for the kind "motion" or
 /// "pose".
 std::optional<ObjectFile> object_file(const std::string& name, std::string_view kind) {
   std::string_view rest = name;
@@ -146,7 +146,7 @@ std::optional<ObjectFile> object_file(const std::string& name, std::string_view 
   return file;
 }
 
-/// Of the cameras; empty: none.
+/// Returns the first existing file of the cameras; empty: none.
 std::string first_of(const LogFolder& folder, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (folder.has(name)) return name;
@@ -211,7 +211,7 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
     });
   }
   const auto before = [](ObjectFrame key) { return ObjectFrame(key.first, key.second - 1); };
-  for (const auto& [key, pose] : log.poses) {  // format poses
+  for (const auto& [key, pose] : log.poses) {  // only in format poses
     const auto previous = log.poses.find(before(key));
     if (previous != log.poses.end()) motions.emplace(key, pose * previous->second.inverse());
   }

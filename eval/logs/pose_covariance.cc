@@ -9,11 +9,11 @@
 namespace sextant {
 namespace {
 
-constexpr double largest_asymmetry = 1e-6;  // of the square root of the product of variances
+constexpr double largest_asymmetry = 1e-6;  // relative to the square root of the product of the variances
 constexpr double least_eigenvalue = -1e-9;  // of the correlation matrix
-constexpr double singular = 1e-12;          // the same
+constexpr double singular = 1e-12;          // eigenvalue of the correlation matrix
 
-/// Upper triangle of n x n row by row, to both triangles from (at, at) on.
+/// Copies the upper triangle of an n x n matrix, given row by row, to both triangles from (at, at) on.
 void put_triangle(PoseCovariance& P, std::span<const double> numbers, int at, int n) {
   size_t k = 0;
   for (int i = 0; i < n; ++i) {
@@ -35,7 +35,7 @@ PoseCovariance matrix_of(std::span<const double> numbers) {
   return P;
 }
 
-/// Unit diagonal, so that metres and radians compare; 0 where a variance is 0.
+/// Scales to a unit diagonal, so that metres and radians are comparable; 0 for a variance of 0.
 PoseCovariance correlation_of(const PoseCovariance& P) {
   PoseCovariance C = P;
   for (int i = 0; i < 6; ++i) {
@@ -72,7 +72,7 @@ void check(const PoseCovariance& P, const std::string& path, int64_t number) {
   }
 }
 
-/// See covariance_convention.h.
+/// Converts a covariance to the axes of the world; see covariance_convention.h.
 PoseCovariance in_world(const PoseCovariance& P, const Eigen::Matrix3d& R, CovarianceConvention convention) {
   if (convention == CovarianceConvention::ros) return P;
   PoseCovariance J = PoseCovariance::Zero();

@@ -1,7 +1,7 @@
 #pragma once
 
-// Recordings for tests, written after their formats' specifications: ROS 1 bags, MCAP files and the SQLite
-// files of rosbag2, with messages of poses and of transforms.
+// Recordings for tests, written according to the specifications of the formats: ROS 1 bags, MCAP files and
+// the SQLite files of rosbag2, with messages of poses and of transforms.
 
 #include <bzlib.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ inline std::string ros1_message(const std::string& type, const Sample& s, const 
   return out + doubles(s.covariance.data(), 36) + doubles(twist.data(), twist.size());
 }
 
-/// CDR, either byte order.
+/// Writer of CDR in either byte order.
 class CdrWriter {
  public:
   explicit CdrWriter(bool big) : big_(big) {}
@@ -167,7 +167,7 @@ inline std::string mcap_of(const std::vector<Channel>& channels, const std::stri
          end;
 }
 
-/// A rosbag2 as its SQLite storage lays it out (schema version 3).
+/// Returns a rosbag2 in its SQLite storage (schema version 3).
 inline std::string rosbag2_of(const std::vector<Channel>& channels, const std::string& more_sql = "") {
   const ScratchFolder folder("sextant_rosbag2_");
   const std::string path = (folder.path() / "bag_0.db3").string();

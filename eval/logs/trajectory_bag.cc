@@ -117,7 +117,7 @@ class BagReader {
   std::string file_;
   TopicPoses poses_;
   Decompressor decompressor_;
-  std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; empty: not wanted
+  std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; nullopt: not wanted
 };
 
 }  // namespace

@@ -26,13 +26,16 @@ int frame_number(const NumberFile& file, size_t i) {
   return static_cast<int>(value);
 }
 
-/// The reader behind every text format: `add` puts one record of `n` values into the file's series.
+constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
+
+/// Reader of all text formats: `add` appends one record of `n` values to the file's series.
 class TextReader {
  public:
   TextReader(const std::string& path, char separator, const ReadRules& rules)
       : file_(path, separator, rules) {}
 
-  /// `accepts(n, separator)`: whether records may have n values; all must have as many as the first.
+  /// `accepts(n, separator)` returns true if records may have n values; all must have as many as the first
+  /// one.
   template <typename Accepts, typename Add>
   TrajectoryFile read(const char* expected, const Accepts& accepts, const Add& add) {
     size_t n = 0;
@@ -67,13 +70,13 @@ class TextReader {
   RepairLog log_;
 };
 
-/// tum, tum_ns, euroc and table: time, position and quaternion, in the columns that a header names or else in
-/// the format's own order.
+/// The formats tum, tum_ns, euroc and table: time, position and quaternion, in the columns named by a header
+/// or otherwise in the format's own order.
 struct StampedFormat {
   const char* name;
   const char* expected;
-  std::optional<bool> w_first;  ///< empty: by the header alone
-  double seconds_per_unit;      ///< 0: by the header
+  std::optional<bool> w_first;  ///< nullopt: only determined by the header
+  double seconds_per_unit;      ///< 0: determined by the header
   bool has_quaternion = true;
 };
 constexpr StampedFormat tum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
@@ -83,7 +86,7 @@ constexpr StampedFormat table_format = {"table", "a header that names time, x y 
                                         0};
 constexpr StampedFormat positions = {"positions", "t x y z", std::nullopt, 1, false};
 
-/// From here on stamps can only be nanoseconds: in microseconds they lie beyond the year 5000.
+/// From here on stamps can only be nanoseconds: as microseconds they would be after the year 5000.
 constexpr double only_nanoseconds = 1e17;
 
 std::optional<PoseColumns> named_columns(const NumberFile& file) {
@@ -91,7 +94,7 @@ std::optional<PoseColumns> named_columns(const NumberFile& file) {
                     fmt::format("{}:{}", file.path(), file.line()));
 }
 
-/// Of a first record.
+/// Determines the columns from a first record.
 PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   const auto named = named_columns(file);
   if (!named) {
@@ -134,10 +137,10 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
   const double t = file.values()[columns.time];
   if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < least_ns)  // seconds, or a frame number
     file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, least_ns);
-  // A division where it is one: 1e-9 has no exact double.
+  // A division, because 1e-9 has no exact double.
   const double t_s = columns.seconds_per_unit == 1 ? t : t / std::round(1 / columns.seconds_per_unit);
   if (!(std::abs(t_s) <= latest_s)) {
-    const double epochs = std::abs(t) / 1.7e9;  // of today in s
+    const double epochs = std::abs(t) / 1.7e9;  // of the present time in s
     if (epochs > 1e8)
       file.fail_here(
           "time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
@@ -193,7 +196,7 @@ TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
           });
 }
 
-/// Seven values alone: the row is the time, or --rate gives one.
+/// Seven values without time: the row is the time, or --rate determines it.
 TrajectoryFile read_tartanair(const std::string& path, const ReadRules& rules) {
   static constexpr const char* columns = "tx,ty,tz,qx,qy,qz,qw";
   return TextReader(path, NumberFile::either, rules)
@@ -287,7 +290,7 @@ std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
 
 namespace {
 
-/// Of a first record with time, position and quaternion, or of one that nothing names.
+/// Returns the formats of a first record with time, position and quaternion, or without column names.
 FittingFormats formats_of_record(const NumberFile& file) {
   const size_t n = file.values().size();
   const bool commas = file.separator() == ',';
@@ -350,8 +353,10 @@ std::string detect_trajectory_format(const std::string& path, const ReadRules& r
   }
   std::vector<std::string> names;
   for (const TrajectoryFormat& f : trajectory_formats()) names.push_back(f.name);
-  fail("{}: cannot tell the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
-       fmt::join(names, ", "));
+  fail(
+      "{}: cannot determine the format of this trajectory ({}); give --format, one of "
+      "{}",
+      path, fitting.problem, fmt::join(names, ", "));
 }
 
 TrajectoryFile read_trajectory(const std::string& path, const std::string& format, const ReadRules& rules) {

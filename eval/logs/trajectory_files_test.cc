@@ -97,7 +97,7 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
   EXPECT_THAT(error("# only a comment\n\n", "kitti"), HasSubstr("holds no pose"));
   EXPECT_THAT(error("1 9e9 2 3 0 0 0 1\n", "tum"), HasSubstr("expected metres"));
   EXPECT_THAT(error("1,,2,3,1,0,0,0\n", "euroc"), HasSubstr("value 2 is empty"));
-  EXPECT_THAT(error(std::string("\0\1\2\3", 4), "tum"), HasSubstr("no text file"));
+  EXPECT_THAT(error(std::string("\0\1\2\3", 4), "tum"), HasSubstr("expected a text file"));
   EXPECT_THAT(error(std::string(100000, '1'), "tum"), HasSubstr(":1:"));
   EXPECT_THAT(error("\xff\xfe"
                     "1\0",
@@ -160,7 +160,7 @@ std::string numbers(const Eigen::VectorXd& v) {
   return text;
 }
 
-/// Positive definite, with all elements different.
+/// Positive definite, with distinct elements.
 PoseCovariance covariance() {
   PoseCovariance A;
   for (int i = 0; i < 36; ++i) A(i / 6, i % 6) = std::sin(1.0 + i * i);
@@ -169,7 +169,7 @@ PoseCovariance covariance() {
 
 TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
   const PoseCovariance P = covariance();
-  const std::string pose = "1 1 2 3 0 0 0.6 0.8";  // a turn about z
+  const std::string pose = "1 1 2 3 0 0 0.6 0.8";  // rotated about z
   Eigen::VectorXd triangle(21), blocks(12), full(36);
   int k = 0, b = 0;
   for (int i = 0; i < 6; ++i) {
@@ -220,11 +220,11 @@ TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
 }
 
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
-  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
+  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot determine the format"));
   EXPECT_THAT(error(tum, "kitty"), HasSubstr("did you mean 'kitti'"));
 }
 
-// The table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
+// A table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
 TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
   const TrajectoryFile lab = read(
       "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw\n1403636579763555584,1,2,3,0,0,0.6,0.8\n"

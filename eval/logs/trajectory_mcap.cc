@@ -26,12 +26,12 @@ class McapReader {
   McapReader(const ByteSource& bytes, const std::string& topic, const ReadRules& rules)
       : file_(bytes.name()), poses_(file_, topic, rules), decompressor_(bytes.size()) {}
 
-  /// Records from `at` on; true when the end of data was met.
+  /// Reads records from `at` on; returns true if the end of data was found.
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
     constexpr uint64_t head_bytes = 1 + 8;
     while (at < bytes.size()) {
       check_interrupt();
-      // Only where it is needed: a chunk may hold millions of records that are passed over.
+      // Evaluated only when needed: a chunk may contain millions of records that are skipped.
       const auto where = [&, begin = at] {
         return fmt::format("{}: record at byte {}{}", file_, begin, in_chunk ? " of its chunk" : "");
       };
@@ -67,7 +67,7 @@ class McapReader {
     } else if (op == op_message) {
       const auto channel = channels_.find(cursor.number<uint16_t>());
       if (channel == channels_.end()) fail("{}: a message before its channel: damaged", where);
-      cursor.take(4 + 8 + 8);  // number, time of recording, time of publication
+      cursor.take(4 + 8 + 8);  // sequence number, time of recording, time of publication
       if (channel->second) poses_.add(*channel->second, cursor.take(cursor.remaining()));
     } else {
       if (in_chunk) fail("{}: a chunk within a chunk: damaged", where);
@@ -110,7 +110,7 @@ class McapReader {
   TopicPoses poses_;
   Decompressor decompressor_;
   std::map<uint16_t, std::string> schemas_;                  // names
-  std::map<uint16_t, std::optional<std::string>> channels_;  // topics; empty: not wanted
+  std::map<uint16_t, std::optional<std::string>> channels_;  // topics; nullopt: not wanted
 };
 
 }  // namespace

@@ -18,8 +18,8 @@ static_assert(std::endian::native == std::endian::little);
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of
-/// which the first 36 are its covariance.
+/// Layout of a message after its header: with or without a child's frame id, and the number of doubles after
+/// the seven of the pose, the first 36 of which are its covariance.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -43,13 +43,13 @@ const PoseMessage* pose_message(std::string_view type) {
 
 bool is_transforms(std::string_view type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
-/// Names of topics are compared without the slash with which they may begin.
+/// Returns the name of a topic without a leading slash, for comparisons.
 std::string_view plain(std::string_view topic) {
   if (topic.starts_with('/')) topic.remove_prefix(1);
   return topic;
 }
 
-/// One message, whatever its serialisation.
+/// Reads one message in either serialisation.
 class MessageReader {
  public:
   MessageReader(std::string_view message, bool cdr, const std::string& where)
@@ -82,7 +82,7 @@ class MessageReader {
     if (cdr_ && out.ends_with('\0')) out.remove_suffix(1);
     return out;
   }
-  /// Nothing may be left but `n` doubles (and padding in CDR).
+  /// Throws Error unless exactly `n` doubles (and padding in CDR) are left.
   void expect_left(size_t n) {
     if (cdr_ && n > 0) align(largest_alignment_);
     const uint64_t left = bytes_.remaining(), expected = 8 * n;
@@ -305,7 +305,7 @@ TrajectoryFile TopicPoses::finish() {
   }
   const auto is_it = [&](const auto& entry) { return plain(entry.first) == plain(topic); };
   if (std::ranges::count_if(topics_, is_it) > 1)
-    fail("{}: has the topic {} with and without its slash: they cannot be told apart", file_, topic);
+    fail("{}: has the topic {} with and without its slash: they are indistinguishable", file_, topic);
   const auto found = std::ranges::find_if(topics_, is_it);
   if (found == topics_.end()) fail("{}: has no topic {}; it has: {}", file_, topic, list(false));
   Topic& t = found->second;

@@ -26,7 +26,7 @@ void expect_samples(const TrajectoryFile& file) {
   EXPECT_NEAR(file.poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15) << "x y z w";
 }
 
-// ---- what is read
+// ---- accepted recordings
 
 TEST(Bag, EveryTypeAndCompression) {
   for (const char* type : {"geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped",
@@ -119,8 +119,7 @@ TEST(Rosbag2, IsReadFromItsFileAlone) {
   expect_error([&] { read_trajectory(path + ":/a"); }, "the recording was not closed");
 }
 
-// A topic may stand in a recording as "pose", as evo's example has it, and be asked for as /pose, or the
-// other way.
+// A topic may be stored as "pose", as in evo's example, and requested as /pose, or vice versa.
 TEST(Recordings, TheSlashOfATopicDoesNotCount) {
   TempFolder folder;
   for (const char* stored : {"pose", "/pose"}) {
@@ -155,7 +154,7 @@ TEST(Recordings, AreFoundByTheirFirstBytesAndTakeATopic) {
   expect_error([&] { read_trajectory(text + ":/a"); }, "only recordings");
 }
 
-// ---- what is refused
+// ---- rejected recordings
 
 std::string bag_error(const std::string& b, const std::string& topic = "") {
   return error_of([&] { decode_trajectory(b, "bag", topic); });
@@ -196,7 +195,7 @@ TEST(Recordings, CutOffAnywhereIsAnError) {
       bag.size() -
       bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0')).size();
   for (size_t n = 0; n < bag.size(); ++n) {
-    if (n == index) continue;  // a whole chunk, without its index
+    if (n == index) continue;  // a complete chunk, without its index
     EXPECT_NE(bag_error(bag.substr(0, n)), "no error") << n;
   }
   EXPECT_EQ(bag_error(bag.substr(0, index)), "no error");

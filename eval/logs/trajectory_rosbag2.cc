@@ -25,14 +25,15 @@ struct Close {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-/// What a statement of ours may do: read. Views, triggers and functions of the file's schema are never run.
+/// Authorizer that allows statements to read only. Views, triggers and functions of the file's schema never
+/// run.
 int allow_reading(void* /*context*/, int action, const char* /*a*/, const char* /*b*/,
                   const char* /*database*/, const char* view) {
   const bool reads = action == SQLITE_SELECT || action == SQLITE_READ;
   return reads && view == nullptr ? SQLITE_OK : SQLITE_DENY;
 }
 
-/// A database that is read, whatever it holds. All messages begin with its name.
+/// An untrusted database, opened for reading. All messages begin with its name.
 class Database {
  public:
   Database(ByteSource& bytes, bool in_memory) : name_(bytes.name()) {
@@ -53,7 +54,7 @@ class Database {
     expect(sqlite3_prepare_v2(db_.get(), sql, -1, &statement, nullptr));
     return std::unique_ptr<sqlite3_stmt, Close>(statement);
   }
-  /// False at the end.
+  /// Returns false at the end.
   bool step(sqlite3_stmt* statement) {
     const int code = sqlite3_step(statement);
     if (code != SQLITE_ROW && code != SQLITE_DONE) expect(code);
@@ -64,7 +65,7 @@ class Database {
   static int flags(bool in_memory) {
     return SQLITE_OPEN_URI | (in_memory ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
   }
-  /// `immutable`: no lock and no journal is looked for, which are none of a recording that is finished.
+  /// `immutable`: neither locks nor journals are used, which a finished recording does not have.
   static std::string uri_of(const std::string& path) {
     std::string uri = "file:";
     for (const char c : fs::absolute(path).lexically_normal().string()) {
@@ -100,7 +101,7 @@ std::string text_at(sqlite3_stmt* row, int column) {
   return text == nullptr ? "" : std::string(text, static_cast<size_t>(sqlite3_column_bytes(row, column)));
 }
 
-/// Throws Error on a file that ends before the pages that its header counts, or that is not finished.
+/// Throws Error on a file that is shorter than the pages counted in its header, or not finished.
 void check_whole(ByteSource& bytes, bool in_memory) {
   constexpr uint64_t header_bytes = 100;
   if (bytes.size() < sqlite_magic.size() || bytes.view(0, sqlite_magic.size()) != sqlite_magic)
@@ -115,8 +116,8 @@ void check_whole(ByteSource& bytes, bool in_memory) {
   const uint64_t pages = big_endian32(std::string_view(header).substr(28));
   if (count_holds && pages * page > bytes.size()) {
     fail(
-        "{}: has {} bytes where its header counts {} pages of {}: it is cut off; `ros2 bag reindex` or "
-        "`sqlite3 FILE .recover` may repair it",
+        "{}: has {} bytes where its header counts {} pages of {}: it is cut off; `ros2 bag reindex` or `sqlite3 FILE "
+        ".recover` may repair it",
         bytes.name(), bytes.size(), pages, page);
   }
   if (in_memory) return;
@@ -125,14 +126,13 @@ void check_whole(ByteSource& bytes, bool in_memory) {
     const uint64_t size = fs::file_size(bytes.name() + ending, none);
     if (!none && size > 0) {
       fail(
-          "{}: the recording was not closed, {}{} holds a part of it: run `sqlite3 {} 'PRAGMA "
-          "journal_mode=DELETE'`",
+          "{}: the recording was not closed, {}{} holds a part of it: run `sqlite3 {} 'PRAGMA journal_mode=DELETE'`",
           bytes.name(), bytes.name(), ending, bytes.name());
     }
   }
 }
 
-/// Messages that were compressed one by one (compression mode MESSAGE).
+/// Decompresses a message (compression mode MESSAGE).
 std::string decompressed(Decompressor& decompressor, std::string_view message, const std::string& where) {
   const unsigned long long size = ZSTD_getFrameContentSize(message.data(), message.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
@@ -150,7 +150,7 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const R
   Database db(bytes, in_memory);
   TopicPoses poses(bytes.name(), topic, rules);
   Decompressor decompressor(bytes.size());
-  std::map<int64_t, std::optional<std::string>> topics;  // by id; empty: not wanted
+  std::map<int64_t, std::optional<std::string>> topics;  // by id; nullopt: not wanted
   const auto rows = db.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
   while (db.step(rows.get())) {
     const std::string name = text_at(rows.get(), 1);

@@ -45,7 +45,7 @@ void TransformTree::add(const std::string& given_parent, const std::string& give
          path, number, shown_frame(child), shown_frame(parent));
   }
   if (is_static && !is_new) {
-    // Static transforms are repeated for late listeners; the last one holds.
+    // Static transforms are repeated for late listeners; the last one is valid.
     const bool same = edge.poses.rotations.back() == R && edge.poses.positions_m.back() == position_m;
     if (!same) log_.note("static transforms that change: the last one is taken", number);
     edge.poses = {};
@@ -65,7 +65,7 @@ std::string TransformTree::list() const {
   return n > 0 ? out : "none";
 }
 
-/// The frame, its parent, and so on up to a root.
+/// Returns the frame, its parent, and so on up to a root.
 std::vector<std::string> TransformTree::way_up(const std::string& frame, const std::string& where) const {
   std::vector<std::string> way = {frame};
   std::set<std::string> seen = {frame};
@@ -77,7 +77,7 @@ std::vector<std::string> TransformTree::way_up(const std::string& frame, const s
   return way;
 }
 
-/// "parent.child" in its parts. Names may hold dots themselves: the one split at which both sides are frames.
+/// Splits "parent.child". Names may contain dots: finds the only split with frames on both sides.
 TransformTree::Pair TransformTree::pair_of(const std::string& frames, const std::string& where) const {
   std::set<std::string> known;
   for (const auto& [child, edge] : edges_) known.insert({child, edge.parent});

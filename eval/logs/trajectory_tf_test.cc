@@ -12,8 +12,8 @@ namespace {
 
 using namespace recordings;  // NOLINT: this file is written in their terms
 
-// map -> odom (slow) -> base (fast) -> mount (static, turned by 90 deg about z) -> camera (static); lidar
-// beside it.
+// map -> odom (slow) -> base (fast) -> mount (static, rotated by 90 deg about z) -> camera (static); lidar
+// next to it.
 Sample at(uint32_t sec, uint32_t nsec, double x, double y = 0, double z = 0, double half_turn_z = 0) {
   return {sec, nsec, {x, y, z, 0, 0, std::sin(half_turn_z), std::cos(half_turn_z)}, {}};
 }

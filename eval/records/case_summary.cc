@@ -49,8 +49,8 @@ void write_sums(const MeanSums& mean, ByteWriter& out) {
   if (mean.n > 0) out.put(mean.sum);
 }
 
-/// The bins' distances, from that of 0 on, doubled; odd where a bin has more than one value, and then their
-/// number.
+/// Encodes the bins: doubled distances between bins, from bin 0 on; odd if a bin has more than one value,
+/// followed by their number.
 void write_sums(const SampleSums& sums, ByteWriter& out) {
   out.varint(sums.n);
   if (sums.n == 0) return;
@@ -100,7 +100,7 @@ void write_sums(const BodySums& body, ByteWriter& out) {
   for (const MeanSums* mean : {&body.nees, &body.epe_initial_px, &body.distance_gt_m}) write_sums(*mean, out);
 }
 
-/// What ByteReader trusts and this file cannot.
+/// Decoder with the checks that ByteReader does not make.
 class SummaryDecoder {
  public:
   SummaryDecoder(std::string_view bytes, const std::string& where) : in_(bytes, where), where_(where) {}
@@ -317,7 +317,7 @@ void SummaryWriter::close(std::string_view noise) {
 }
 
 SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.string()) {
-  // Says what is wrong with a path, and how large the file is.
+  // Reports problems with the path, and determines the size of the file.
   left_bytes_ = FileReader(path, recording_file).size();
   file_.open(path, std::ios::binary);
   std::string line;

@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Two bodies that have other numbers, in turn.
+/// Alternating records of two bodies with different numbers.
 std::vector<Record> many_records(int n) {
   std::vector<Record> records;
   for (int i = 0; i < n; ++i) {
@@ -67,7 +67,7 @@ TEST(RecordStream, RefusesALineThatIsNoRecord) {
   const TempFolder folder;
   const std::filesystem::path path = folder.path() / "records.jsonl";
   const std::string good = write_records(many_records(1));
-  for (const char* end : {"", "\n"}) {  // also where no line ends any more
+  for (const char* end : {"", "\n"}) {  // also if no line end follows
     write_file(path, good + std::string(2 * max_record_bytes, 'x') + end);
     expect_file_refused(path, "records.jsonl:2: the line has more than 1048576 bytes");
   }

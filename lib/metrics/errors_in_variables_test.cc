@@ -1,7 +1,7 @@
-// The errors-in-variables effect (docs/method.md): a turn of an object about its own centre is seen by how
-// the flow changes with depth over the object. An estimator that takes the measured depths for true shrinks
-// that turn by lambda = s^2 / (s^2 + sigma^2), s = spread of the true depths, sigma = their errors. Its turn
-// then scatters less than any unbiased estimator's can.
+// The errors-in-variables effect (docs/method.md): the rotation of an object about its own centre is observed
+// through the change of flow with depth over the object. An estimator that treats measured depths as exact
+// underestimates this rotation by the factor lambda = s^2 / (s^2 + sigma^2), s = spread of the true depths,
+// sigma = their errors. Its estimate then scatters less than that of any unbiased estimator.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr double rad_per_deg = std::numbers::pi / 180;
 constexpr int n_points = 300;
 constexpr double distance_m = 20;
-constexpr double relief_m = 1;         // depths are uniform within +- this
+constexpr double relief_m = 1;         // depths are uniform within +- relief_m
 constexpr double depth_sigma_m = 0.5;  // at `distance_m`
 const StereoCamera stereo{{700, 700, 600, 180}, 350};
 const MeasurementNoise noise{0.3, 0.3, depth_sigma_m / (distance_m * distance_m)};
@@ -52,14 +52,15 @@ struct Motion {
   Matrix6d covariance;
 };
 
-/// d project(exp(xi) p) / d xi at xi = 0.
+/// Returns d project(exp(xi) p) / d xi at xi = 0.
 Eigen::Matrix<double, 2, 6> motion_jacobian(const Eigen::Vector3d& p) {
   Eigen::Matrix<double, 2, 6> J;
   J << stereo.left.project_jacobian(p), -stereo.left.project_jacobian(p) * skew(p);
   return J;
 }
 
-/// The structured estimate: every depth an unknown, residual and Jacobian at the refined depth. Gauss-Newton.
+/// The structured estimate: every depth is an unknown, with residual and Jacobian at the refined depth.
+/// Gauss-Newton.
 class Structured {
  public:
   Structured(const Problem& problem, const SE3& start) : problem_(problem), X(start) {
@@ -69,7 +70,7 @@ class Structured {
     }
     linearise();
   }
-  /// (H - B)^-1 H (H - B)^-1, see docs/method.md.
+  /// Returns (H - B)^-1 H (H - B)^-1, see docs/method.md.
   Matrix6d covariance() const {
     const Matrix6d N_inverse = (H_ - B_).inverse();
     return N_inverse * H_ * N_inverse;
@@ -134,8 +135,8 @@ Motion structured(const Problem& problem, const SE3& start) {
 struct Estimated {
   double mean_turn_rad = 0;
   double rms_error_rad = 0;
-  double bound_rad = 0;      ///< RMS of the bound on the turn
-  double predicted_rad = 0;  ///< RMS of the deviation that the estimate claims
+  double bound_rad = 0;      ///< RMS of the bound on the rotation
+  double predicted_rad = 0;  ///< RMS of the standard deviation that the estimate predicts
 };
 
 Estimated estimate(const FitFunction& fit, double turn_rad, int n_trials) {
@@ -162,7 +163,7 @@ Estimated estimate(const FitFunction& fit, double turn_rad, int n_trials) {
   return {sum / n_trials, rms(squares), rms(bound), rms(predicted)};
 }
 
-/// d mean estimate / d truth, about no turn.
+/// Returns d mean estimate / d truth, at zero rotation.
 double slope(const FitFunction& fit, int n_trials) {
   const double turn = 2 * rad_per_deg;
   return (estimate(fit, turn, n_trials).mean_turn_rad - estimate(fit, -turn, n_trials).mean_turn_rad) /

@@ -1,4 +1,4 @@
-// Each model by itself against its declared moments, over 10^6 draws, and by hand on small cases.
+// Tests of each model against its declared moments over 10^6 draws, and against small cases worked by hand.
 
 #include <cmath>
 #include <numbers>
@@ -80,7 +80,7 @@ TEST(Quantisation, RoundsDisparityToTheStep) {
   model->corrupt_depth({draws_of_s18, Correlation::independent, camera}, pixels.batch(), depth);
   EXPECT_DOUBLE_EQ(depth[0], 10);          // disparity 35
   EXPECT_DOUBLE_EQ(depth[1], 350 / 0.25);  // 0.3 -> 0.25
-  EXPECT_TRUE(std::isnan(depth[2]));       // 0.12 -> 0: no depth
+  EXPECT_TRUE(std::isnan(depth[2]));       // 0.12 -> 0: invalid
   EXPECT_TRUE(std::isnan(depth[3]));
   EXPECT_DOUBLE_EQ(depth[4], 14);  // disparity 25
 }
@@ -187,7 +187,7 @@ TEST(FlowOutliers, HaveTheShareAndFillTheDisc) {
   const auto model = make("outliers", R"({"share": 0.3, "radius_px": 50})");
   const FlowSums sums = flow_deviations(*model, 0);
   EXPECT_NEAR(static_cast<double>(sums.n_outliers), 3e5, 4 * std::sqrt(1e6 * 0.3 * 0.7));
-  // Uniform over a disc of radius R: E r = 2R/3, E x = 0, E x^2 = R^2/4; all weighted by the share.
+  // Uniform over a disc of radius R: E r = 2R/3, E x = 0, E x^2 = R^2/4; all multiplied by the share.
   EXPECT_NEAR(*sums.epe.mean(), 0.3 * 100 / 3, 0.005 * 10);
   EXPECT_NEAR(sums.x.sum_squares / 1e6, 0.3 * 2500 / 4, 0.01 * 187.5);
   EXPECT_NEAR(sums.y.sum_squares / 1e6, 0.3 * 2500 / 4, 0.01 * 187.5);
@@ -260,7 +260,7 @@ TEST(NoiseOptions, RefuseNonsenseNamingTheOption) {
   EXPECT_THAT(error_of_model("depth", R"({"baseline_m": -1})"), HasSubstr("baseline_m"));
   EXPECT_THAT(error_of_model("quantisation", R"({"step_px": -1})"), HasSubstr("step_px"));
   EXPECT_THAT(error_of_model("flow", R"({"epe_px": 1, "epe_x_px": 1})"),
-              HasSubstr("0 where epe_x_px or epe_y_px"));
+              HasSubstr("0 if epe_x_px or epe_y_px"));
   EXPECT_THAT(error_of_model("flow", R"({"epe_x_px": -1})"), HasSubstr("flow.epe_x_px"));
   EXPECT_THAT(error_of_model("flow", R"({"reading": "sigma"})"), HasSubstr("epe_is_mean_error"));
   EXPECT_THAT(error_of_model("flow", R"({"scale": -1})"), HasSubstr("flow.scale"));

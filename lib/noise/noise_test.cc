@@ -1,4 +1,4 @@
-// Combinations of models on points and on dense frames.
+// Tests of combinations of models on points and on dense frames.
 
 #include "sextant/base/testing.h"
 #include "sextant/noise/noise.h"
@@ -40,7 +40,7 @@ Frame make_frame(int index) {
   return frame;
 }
 
-/// Points at every `step`-th pixel, as extraction makes them.
+/// Points at every `step`-th pixel, as extraction creates them.
 FramePair make_pair(const Frame& prev, const Frame& curr, int step) {
   FramePair pair;
   pair.prev = prev.index;
@@ -136,7 +136,7 @@ TEST(Noise, ThreadsAndMergingInOrderGiveTheSameBits) {
     });
     NoiseVerification total;
     for (const NoisyPair& result : results) {
-      const Json sums = parse_json(json_line(result.achieved.sums()), "sums");  // as a file keeps them
+      const Json sums = parse_json(json_line(result.achieved.sums()), "sums");  // as stored in files
       total.merge(NoiseVerification::from_sums(sums, "sums"));
     }
     const std::string text = total.json(some.options()).dump();
@@ -170,7 +170,7 @@ TEST(Noise, NoneChangesNothing) {
   }
 }
 
-// delta_d of 30 px makes about half of the depths beyond 12 m negative: they go, and are counted.
+// A delta_d of 30 px makes about half of the depths beyond 12 m negative: these are dropped and counted.
 TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
   const Frame prev = make_frame(1), curr = make_frame(2);
   const FramePair pair = make_pair(prev, curr, 1);

@@ -11,8 +11,8 @@
 namespace sextant {
 namespace {
 
-/// `n_seeds` of 5 frames, errors around `size`; NEW has `factor` times BASE's, drawn again where
-/// `independent`.
+/// A sample of `n_seeds` seeds with 5 frames each and errors around `size`. NEW has `factor` times the errors
+/// of BASE, resampled if `independent`.
 PairedSample sample(PhiloxStream& random, size_t stratum, size_t n_seeds, double size, double factor,
                     bool independent) {
   const auto draw = [&] {
@@ -47,12 +47,12 @@ TEST(RatioOfMeans, AFactorIsFoundExactlyWhateverTheErrorsAre) {
 }
 
 TEST(RatioOfMeans, OneSampleIsTheRatioEstimatorOfCochran) {
-  // By hand: B = (1, 2, 3), N = (2, 2, 5); ratio 9/6, influences (0.5, -1, 0.5) / 6, v = 3/2 * 1.5/36.
+  // Worked by hand: B = (1, 2, 3), N = (2, 2, 5); ratio 9/6, influences (0.5, -1, 0.5) / 6, v = 3/2 * 1.5/36.
   PairedSample one{.stratum = 0, .cases = {{0, 7, 1, 2}, {1, 7, 2, 2}, {2, 7, 3, 5}}};
   const RatioChange change = change_of({one});
   EXPECT_NEAR(change.change, 0.5, 1e-12);
   const double half = (change.interval->high - change.interval->low) / 2;
-  EXPECT_NEAR(half, 4.302652729911275 * 0.25, 1e-6);  // t of 2 degrees of freedom
+  EXPECT_NEAR(half, 4.302652729911275 * 0.25, 1e-6);  // t quantile for 2 degrees of freedom
   EXPECT_EQ(change.p.value(), 0.5);                   // t = 2: 0.18, but two cases changed: 2^(1 - 2)
 }
 
@@ -97,7 +97,7 @@ TEST(RatioOfMeans, HasNominalSizeForRedrawnErrorsAndFindsPlantedOnes) {
 }
 
 TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
-  // Every frame is better or worse by a factor of its own in all seeds, as after points in another order.
+  // In all seeds, each frame is better or worse by its own factor, as after a change of the order of points.
   int n_false = 0;
   for (int draw = 0; draw < 1000; ++draw) {
     PhiloxStream random(5, static_cast<uint64_t>(draw));
@@ -158,7 +158,7 @@ TEST(PairedComparison, SeesWhatPairingRemoves) {
 
 TEST(PairedComparison, TestsTheMeansOfTheClusters) {
   const Values differences = {1, 3, -2, 0, 4, 4, 1, -1};
-  const Labels seeds = {7, 7, 2, 2, 9, 9, 5, 5};  // means, by label: -1, 0, 2, 4
+  const Labels seeds = {7, 7, 2, 2, 9, 9, 5, 5};  // means by label: -1, 0, 2, 4
   const Values means = {-1, 0, 2, 4};
   const PairedComparison ranks = compare_pairs(differences, seeds);
   EXPECT_EQ(ranks.n_clusters, 4);

@@ -1,4 +1,5 @@
-// Against scipy 1.10.1, against counts over all outcomes (itertools), and by hand.
+// Tests against scipy 1.10.1, against enumeration of all outcomes (itertools), and against examples worked by
+// hand.
 
 #include <cmath>
 #include <gmock/gmock.h>
@@ -86,7 +87,7 @@ TEST(SignFlip, SamplesAgreeWithTheNormalApproximationAndRepeat) {
   EXPECT_FALSE(test.exact);
   EXPECT_NEAR(test.p, expected, 4 * std::sqrt(expected / 20000) + 0.002);
   EXPECT_EQ(test.p, sign_flip_test(d, 20000, 3).p);
-  // Never 0, however clear.
+  // Never 0, however extreme the sample.
   EXPECT_DOUBLE_EQ(sign_flip_test(Values(40, 1.0), 1000).p, 1.0 / 1001);
 }
 
@@ -129,7 +130,7 @@ TEST(MannWhitney, OfEqualSamplesIsOne) {
   EXPECT_EQ(mann_whitney_test(Values(30, 1.0), Values(30, 1.0)).p, 1);
 }
 
-// By hand: sorted 0.005 0.01 0.03 0.04 0.2 of m = 5.
+// Worked by hand: m = 5, sorted p-values 0.005 0.01 0.03 0.04 0.2.
 TEST(Corrections, AreThoseOfHolm) {
   const Values p = {0.01, 0.04, 0.03, 0.005, 0.2};
   EXPECT_THAT(holm(p), ElementsAre(DoubleNear(0.04, 1e-15), DoubleNear(0.09, 1e-15), DoubleNear(0.09, 1e-15),
@@ -140,7 +141,7 @@ TEST(Corrections, AreThoseOfHolm) {
   EXPECT_THROW(holm(Values{NAN}), Error);
 }
 
-// Under the null no test may reject more often than it says.
+// Under the null hypothesis no test may reject more often than its level.
 TEST(Tests, KeepTheirLevel) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -159,7 +160,7 @@ TEST(Tests, KeepTheirLevel) {
   }
   for (const int rejections : {wilcoxon, sign_flip, mann_whitney}) {
     EXPECT_LE(rejections, 0.05 * experiments + 4 * std::sqrt(0.0475 * experiments));
-    EXPECT_GE(rejections, 0.02 * experiments);  // and not never
+    EXPECT_GE(rejections, 0.02 * experiments);  // and it does reject sometimes
   }
 }
 
