@@ -16,9 +16,10 @@ struct ExportFlags : CommonFlags {
 
 /// The recording of one case for other viewers.
 void export_recording(const ExportFlags& flags) {
-  const ViewedRun run = flags.images.empty()
-                            ? view_run(flags.folder, flags.choice, flags.data_root, flags.jobs, flags.quiet)
-                            : view_records(flags.folder, flags.choice, find_source(flags.images, flags.data_root));
+  const ViewedRun run =
+      flags.images.empty()
+          ? view_run(flags.folder, flags.choice, flags.data_root, flags.jobs, flags.quiet)
+          : view_records(flags.folder, flags.choice, find_source(flags.images, flags.data_root));
   const uint64_t n = write_recording(run, flags.out, {.images = !flags.no_images, .quiet = flags.quiet});
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"out", flags.out}, {"messages", n}}));
@@ -44,8 +45,8 @@ void export_table(const ExportFlags& flags) {
 
 void add_export_command(CLI::App& app) {
   const auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command = app.add_subcommand(
-      "export", "A run or sweep as one file for other programs: CSV, numpy, SQLite, MCAP");
+  CLI::App* command =
+      app.add_subcommand("export", "A run or sweep as one file for other programs: CSV, numpy, SQLite, MCAP");
   add_value(*command, "dir", flags->folder, "DIR", "Folder of a run or sweep")->required();
   add_value(*command, "--format", flags->format, "csv|npz|sqlite|mcap", "Format of the file")->required();
   add_value(*command, "--out", flags->out, "FILE", "The file; an existing one is replaced")->required();
@@ -58,9 +59,9 @@ void add_export_command(CLI::App& app) {
   command->add_flag("--quiet", flags->quiet, "No progress, nothing printed");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(
-      "csv, npz and sqlite: one row per record, one column per field (dataset, .., errors_Et_m, values_v_kmh,\n"
-      "bound_Et_m, time_ms_total). mcap: poses, paths, object boxes and images of one case as a recording for\n"
-      "Foxglove; --source, --estimator, --level and --seed choose the case.\n"
+      "csv, npz and sqlite: one row per record, one column per field (dataset, .., errors_Et_m,\n"
+      "values_v_kmh, bound_Et_m, time_ms_total). mcap: poses, paths, object boxes and images of one\n"
+      "case as a recording for Foxglove; --source, --estimator, --level and --seed choose the case.\n"
       "Examples:\n  sextant export out --format csv --out records.csv\n"
       "  sextant export out --format sqlite --out records.db\n"
       "  sextant export out --format mcap --out run.mcap");

@@ -163,7 +163,8 @@ BodyTrack object_track(int id, const std::map<int, SE3>& motions, const Sequence
     const auto motion = motions.find(frame);
     if (motion == motions.end()) estimate.reset();
     if (motion != motions.end() && estimate) estimate = motion->second * *estimate;
-    if (!estimate && motions.contains(frame + 1)) estimate = truth_pose;  // a new sequence of estimates begins
+    if (!estimate && motions.contains(frame + 1))
+      estimate = truth_pose;  // a new sequence of estimates begins
     if (estimate || truth_pose) track.points.push_back(track_point(frame, estimate, truth_pose));
   }
   return track;

@@ -2,8 +2,8 @@
 
 // Writes an MCAP recording (version 0, https://mcap.dev/spec) of JSON messages.
 //
-// Messages are collected in uncompressed chunks of about 1 MB with an index each, so that viewers seek without
-// reading the whole file. The summary section at the end repeats schemas and channels and holds the chunk
+// Messages are collected in uncompressed chunks of about 1 MB with an index each, so that viewers seek
+// without reading the whole file. The summary section at the end repeats schemas and channels and holds chunk
 // indexes and the statistics. All sizes and times are little-endian; times are nanoseconds.
 
 #include <cstdint>

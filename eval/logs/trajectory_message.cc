@@ -180,7 +180,8 @@ StampedPose read_json_pose(std::string_view message, const std::string& where) {
   read.stamp_s = json_member<double>(stamp, "sec", where) + json_member<double>(stamp, "nsec", where) / 1e9;
   read.frame_ids = json_member<std::string>(json, "frame_id", where);
   size_t i = 0;
-  const Json position = json_object(pose, "position", where), rotation = json_object(pose, "orientation", where);
+  const Json position = json_object(pose, "position", where),
+             rotation = json_object(pose, "orientation", where);
   for (const char* key : {"x", "y", "z"}) read.v[i++] = json_member<double>(position, key, where);
   for (const char* key : {"x", "y", "z", "w"}) read.v[i++] = json_member<double>(rotation, key, where);
   return read;
@@ -313,8 +314,7 @@ TrajectoryFile TopicPoses::finish() {
   if (!frames_.empty())
     fail("{}:{}: is of type {}, which has no frames to choose: give the topic alone", file_, topic, t.type);
   if (!t.readable)
-    fail("{}:{}: is of type {} ({}): expected {}", file_, topic, t.type, t.encoding,
-         expected_types);
+    fail("{}:{}: is of type {} ({}): expected {}", file_, topic, t.type, t.encoding, expected_types);
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);

@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* world = "world";
 
-/// The schemas of the messages written here, by name: properties as a list "name:type", where a type is a JSON
-/// schema type or the name of another one of this table.
+/// Schemas of the messages written here: properties as a list "name:type", where a type is a JSON schema type
+/// or the name of another schema of this table.
 struct SchemaText {
   std::string_view name, properties;
 };
@@ -31,8 +31,8 @@ constexpr SchemaText schemas[] = {
     {"pose", "position:vector orientation:quaternion"},
     {"cube", "pose:pose size:vector color:colour"},
     {"entity",
-     "timestamp:time frame_id:string id:string lifetime:time frame_locked:boolean metadata:[] arrows:[] cubes:[cube] "
-     "spheres:[] cylinders:[] lines:[] triangles:[] texts:[] models:[]"},
+     "timestamp:time frame_id:string id:string lifetime:time frame_locked:boolean metadata:[] arrows:[] "
+     "cubes:[cube] spheres:[] cylinders:[] lines:[] triangles:[] texts:[] models:[]"},
     {"foxglove.PoseInFrame", "timestamp:time frame_id:string pose:pose"},
     {"foxglove.PosesInFrame", "timestamp:time frame_id:string poses:[pose]"},
     {"foxglove.FrameTransform",
@@ -40,8 +40,8 @@ constexpr SchemaText schemas[] = {
     {"foxglove.SceneUpdate", "deletions:[] entities:[entity]"},
     {"foxglove.CompressedImage", "timestamp:time frame_id:string data:base64 format:string"},
     {"foxglove.CameraCalibration",
-     "timestamp:time frame_id:string width:integer height:integer distortion_model:string D:[number] K:[number] "
-     "R:[number] P:[number]"},
+     "timestamp:time frame_id:string width:integer height:integer distortion_model:string D:[number] "
+     "K:[number] R:[number] P:[number]"},
 };
 
 Json schema(std::string_view name);
@@ -217,7 +217,8 @@ class Recording {
   }
 
   std::optional<Eigen::Vector3d> box_size_m(const std::string& body, int frame) const {
-    const ObjectTruth* object = run_.sequence->truth().find(frame, std::stoi(body.substr(body.find(':') + 1)));
+    const ObjectTruth* object =
+        run_.sequence->truth().find(frame, std::stoi(body.substr(body.find(':') + 1)));
     return object == nullptr ? std::nullopt : object->size_m;
   }
 
@@ -228,12 +229,9 @@ class Recording {
     const Json cube = {{"pose", pose_json(T_world_object * T_object_centre)},
                        {"size", vector_json(size_m)},
                        {"color", colour}};
-    Json entity = {{"timestamp", time_json(ns)},
-                   {"frame_id", world},
-                   {"id", body},
-                   {"lifetime", time_json(time_ns(1))},
-                   {"frame_locked", false},
-                   {"cubes", Json::array({cube})}};
+    Json entity = {
+        {"timestamp", time_json(ns)},        {"frame_id", world},     {"id", body},
+        {"lifetime", time_json(time_ns(1))}, {"frame_locked", false}, {"cubes", Json::array({cube})}};
     for (const char* none :
          {"metadata", "arrows", "spheres", "cylinders", "lines", "triangles", "texts", "models"})
       entity[none] = Json::array();
