@@ -13,21 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::string_view magic = "\x89MCAP0\r\n";
 constexpr size_t chunk_bytes = 1 << 20;
-
-enum Op : uint8_t {
-  op_header = 0x01,
-  op_footer = 0x02,
-  op_schema = 0x03,
-  op_channel = 0x04,
-  op_message = 0x05,
-  op_chunk = 0x06,
-  op_message_index = 0x07,
-  op_chunk_index = 0x08,
-  op_statistics = 0x0b,
-  op_data_end = 0x0f
-};
 
 void put(std::string& out, std::integral auto value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -47,7 +33,7 @@ void put_map(std::string& out, const std::map<uint16_t, uint64_t>& map) {
   }
 }
 
-std::string record(Op op, std::string_view content) {
+std::string record(McapOp op, std::string_view content) {
   std::string out;
   put(out, static_cast<uint8_t>(op));
   put(out, static_cast<uint64_t>(content.size()));
@@ -57,7 +43,7 @@ std::string record(Op op, std::string_view content) {
 }  // namespace
 
 McapWriter::McapWriter(const std::filesystem::path& path, std::string_view library) : file_(path) {
-  write(magic);
+  write(mcap_magic);
   std::string header;
   put_text(header, "");  // no profile
   put_text(header, library);
@@ -183,7 +169,7 @@ void McapWriter::finish() {
   put(footer, uint64_t{0});  // no summary offsets
   put(footer, uint32_t{0});  // no checksum of the summary
   write(record(op_footer, footer));
-  write(magic);
+  write(mcap_magic);
   file_.commit();
 }
 

@@ -6,20 +6,11 @@
 #include <optional>
 
 #include "sextant/base/interrupt.h"
+#include "sextant/eval/logs/mcap_writer.h"
 #include "sextant/eval/logs/trajectory_message.h"
 
 namespace sextant {
 namespace {
-
-constexpr std::string_view mcap_magic = "\x89MCAP0\r\n";
-
-enum McapOp : uint8_t {
-  op_schema = 0x03,
-  op_channel = 0x04,
-  op_message = 0x05,
-  op_chunk = 0x06,
-  op_data_end = 0x0f
-};
 
 class McapReader {
  public:
