@@ -47,7 +47,7 @@ McapWriter::McapWriter(const std::filesystem::path& path, std::string_view libra
   std::string header;
   put_text(header, "");  // no profile
   put_text(header, library);
-  write(record(op_header, header));
+  write(record(McapOp::header, header));
 }
 
 void McapWriter::write(std::string_view bytes) {
@@ -65,7 +65,7 @@ uint16_t McapWriter::add_channel(const std::string& topic, const std::string& sc
     put_text(content, schema_name);
     put_text(content, "jsonschema");
     put_text(content, schema);
-    schemas_.push_back(record(op_schema, content));
+    schemas_.push_back(record(McapOp::schema, content));
   }
   const auto id = static_cast<uint16_t>(channels_.size());
   std::string content;
@@ -74,7 +74,7 @@ uint16_t McapWriter::add_channel(const std::string& topic, const std::string& sc
   put_text(content, topic);
   put_text(content, "json");
   put(content, uint32_t{0});  // no metadata
-  channels_.push_back(record(op_channel, content));
+  channels_.push_back(record(McapOp::channel, content));
   return id;
 }
 
@@ -94,7 +94,7 @@ void McapWriter::add(uint16_t channel, uint64_t time_ns, std::string_view json) 
   put(content, time_ns);  // of recording
   put(content, time_ns);  // of publication
   content += json;
-  records_ += record(op_message, content);
+  records_ += record(McapOp::message, content);
   if (records_.size() >= chunk_bytes) finish_chunk();
 }
 
@@ -109,7 +109,7 @@ void McapWriter::finish_chunk() {
   put_text(content, "");  // not compressed
   put(content, chunk.size);
   content += records_;
-  write(record(op_chunk, content));
+  write(record(McapOp::chunk, content));
   chunk.length = position_ - chunk.offset;
   for (auto& [channel, entries] : entries_) {
     std::ranges::stable_sort(entries, {}, &Entry::time_ns);
@@ -121,7 +121,7 @@ void McapWriter::finish_chunk() {
       put(index, entry.offset);
     }
     chunk.indexes[channel] = position_;
-    write(record(op_message_index, index));
+    write(record(McapOp::message_index, index));
   }
   chunk.indexes_length = position_ - chunk.offset - chunk.length;
   chunks_.push_back(std::move(chunk));
@@ -131,7 +131,7 @@ void McapWriter::finish_chunk() {
 
 void McapWriter::finish() {
   finish_chunk();
-  write(record(op_data_end, std::string(4, '\0')));  // no checksum of the data section
+  write(record(McapOp::data_end, std::string(4, '\0')));  // no checksum of the data section
   const uint64_t summary_start = position_;
   for (const std::string& schema : schemas_) write(schema);
   for (const std::string& channel : channels_) write(channel);
@@ -151,7 +151,7 @@ void McapWriter::finish() {
     put_text(index, "");  // not compressed
     put(index, chunk.size);
     put(index, chunk.size);
-    write(record(op_chunk_index, index));
+    write(record(McapOp::chunk_index, index));
   }
   std::string statistics;
   put(statistics, n_messages);
@@ -163,12 +163,12 @@ void McapWriter::finish() {
   put(statistics, first_ns);
   put(statistics, last_ns);
   put_map(statistics, counts_);
-  write(record(op_statistics, statistics));
+  write(record(McapOp::statistics, statistics));
   std::string footer;
   put(footer, summary_start);
   put(footer, uint64_t{0});  // no summary offsets
   put(footer, uint32_t{0});  // no checksum of the summary
-  write(record(op_footer, footer));
+  write(record(McapOp::footer, footer));
   write(mcap_magic);
   file_.commit();
 }

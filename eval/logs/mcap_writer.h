@@ -20,17 +20,17 @@ namespace sextant {
 inline constexpr std::string_view mcap_magic = "\x89MCAP0\r\n";
 
 /// The kind of a record, its first byte.
-enum McapOp : uint8_t {
-  op_header = 0x01,
-  op_footer = 0x02,
-  op_schema = 0x03,
-  op_channel = 0x04,
-  op_message = 0x05,
-  op_chunk = 0x06,
-  op_message_index = 0x07,
-  op_chunk_index = 0x08,
-  op_statistics = 0x0b,
-  op_data_end = 0x0f
+enum class McapOp : uint8_t {
+  header = 0x01,
+  footer = 0x02,
+  schema = 0x03,
+  channel = 0x04,
+  message = 0x05,
+  chunk = 0x06,
+  message_index = 0x07,
+  chunk_index = 0x08,
+  statistics = 0x0b,
+  data_end = 0x0f
 };
 
 class McapWriter {

@@ -27,7 +27,7 @@ class McapReader {
         return fmt::format("{}: record at byte {}{}", file_, begin, in_chunk ? " of its chunk" : "");
       };
       const std::string_view head = bytes.view(at, head_bytes);
-      const auto op = static_cast<uint8_t>(head[0]);
+      const auto op = static_cast<McapOp>(head[0]);
       uint64_t n = 0;
       std::memcpy(&n, head.data() + 1, sizeof n);
       at += head_bytes;
@@ -37,8 +37,8 @@ class McapReader {
             "it",
             where(), n, bytes.size() - at);
       }
-      if (op == op_data_end && !in_chunk) return true;
-      if (op == op_schema || op == op_channel || op == op_message || op == op_chunk)
+      if (op == McapOp::data_end && !in_chunk) return true;
+      if (op == McapOp::schema || op == McapOp::channel || op == McapOp::message || op == McapOp::chunk)
         take(op, bytes.view(at, n), in_chunk, where());
       at += n;
     }
@@ -48,14 +48,14 @@ class McapReader {
   TrajectoryFile finish() { return poses_.finish(); }
 
  private:
-  void take(uint8_t op, std::string_view content, bool in_chunk, const std::string& where) {
+  void take(McapOp op, std::string_view content, bool in_chunk, const std::string& where) {
     ByteCursor cursor(content, where);
-    if (op == op_schema) {
+    if (op == McapOp::schema) {
       const auto id = cursor.number<uint16_t>();
       schemas_[id] = cursor.text();
-    } else if (op == op_channel) {
+    } else if (op == McapOp::channel) {
       add_channel(cursor, where);
-    } else if (op == op_message) {
+    } else if (op == McapOp::message) {
       const auto channel = channels_.find(cursor.number<uint16_t>());
       if (channel == channels_.end()) fail("{}: a message before its channel: damaged", where);
       cursor.take(4 + 8 + 8);  // sequence number, time of recording, time of publication
