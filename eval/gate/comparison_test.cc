@@ -327,9 +327,11 @@ TEST_F(Gate, NoPContradictsAVerdict) {
       const auto check = [&](const auto& row, double change) {
         const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
         if (!decided) return;
-        if (row.p_corrected) EXPECT_LE(*row.p_corrected, policy.accuracy.alpha);
-        if (row.p_corrected && row.interval && &policy != &exact)  // the interval is on the verdict's side of 0
-          EXPECT_GT((row.verdict == GateVerdict::regressed ? row.interval->low : -row.interval->high), 0) << change;
+        if (!row.p_corrected) return;
+        EXPECT_LE(*row.p_corrected, policy.accuracy.alpha);
+        if (!row.interval || &policy == &exact) return;
+        const bool is_worse = row.verdict == GateVerdict::regressed;
+        EXPECT_GT(is_worse ? row.interval->low : -row.interval->high, 0) << change;  // on the verdict's side of 0
       };
       for (const FamilyRow& row : c.families) check(row, row.change);
       for (const AccuracyRow& row : c.accuracy) check(row, row.difference);

@@ -10,6 +10,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"

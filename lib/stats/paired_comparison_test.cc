@@ -4,6 +4,7 @@
 #include <random>
 
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/stats/paired_comparison.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"

@@ -8,6 +8,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/stats/tests.h"
 
 namespace sextant {
