@@ -110,7 +110,7 @@ struct BodyStep {
 /// Huber's weights from `L0` on.
 SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   constexpr int n_rounds = 15;
-  constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5;
+  constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5, converged = 1e-6;
   for (int round = 0; round < n_rounds; ++round) {
     std::vector<double> sizes;
     for (const BodyStep& step : steps) sizes.push_back(step.error(L0).norm());
@@ -132,6 +132,7 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
     const Vector6d xi = N.ldlt().solve(b);
     if (!xi.allFinite()) break;
     L0 = L0 * SE3::exp(xi);
+    if (xi.norm() < converged) break;
   }
   return L0;
 }
