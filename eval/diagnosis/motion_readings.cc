@@ -116,7 +116,7 @@ struct BodyStep {
 /// with Huber's weights from `L0` on.
 SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   constexpr int n_rounds = 15;
-  constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5;
+  constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5, converged = 1e-6;
   for (int round = 0; round < n_rounds; ++round) {
     std::vector<double> sizes;
     for (const BodyStep& step : steps) sizes.push_back(step.error(L0).norm());
@@ -138,36 +138,65 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
     const Vector6d xi = N.ldlt().solve(b);
     if (!xi.allFinite()) break;
     L0 = L0 * SE3::exp(xi);
+    if (xi.norm() < converged) break;
   }
   return L0;
 }
 
 }  // namespace
 
-void fit_object_poses(MotionData& data,
-                      const std::function<std::optional<SE3>(const MotionSample&)>& in_world) {
+namespace {
+
+/// Calls use(first, last) for stretches of ten samples or more of one object in successive frames.
+template <typename Use>
+void for_each_stretch(const std::vector<MotionSample>& samples, const Use& use) {
   constexpr size_t fewest_of_stretch = 10;
-  for (size_t first = 0; first < data.samples.size();) {
-    std::vector<SE3> P = {SE3()};  // L_{k-1} = L_0 P
-    std::vector<std::pair<SE3, SE3>> pairs;
-    std::vector<BodyStep> steps;
-    size_t last = first;
-    for (; last < data.samples.size(); ++last) {
-      const MotionSample& s = data.samples[last];
-      const auto H = in_world(s);
-      if (!H || s.key != ObjectFrame(data.samples[first].key.first,
-                                     data.samples[first].key.second + static_cast<int>(last - first)))
-        break;
-      pairs.emplace_back(*H, P.back() * s.reference * P.back().inverse());
-      steps.push_back({*H, s.reference, P.back()});
-      P.push_back(P.back() * s.reference);
-    }
-    if (pairs.size() >= fewest_of_stretch) {
-      const SE3 L = refine_object_pose(steps, solve_conjugation(pairs));
-      for (size_t i = 0; i < pairs.size(); ++i) data.samples[first + i].T_world_object = L * P[i];
-    }
-    first = std::max(last, first + 1);
+  for (size_t first = 0, last = 0; first < samples.size(); first = last) {
+    const auto follows = [&](size_t i) {
+      return samples[i].key == ObjectFrame(samples[i - 1].key.first, samples[i - 1].key.second + 1);
+    };
+    for (last = first + 1; last < samples.size() && follows(last);) ++last;
+    if (last - first >= fewest_of_stretch) use(first, last);
   }
+}
+
+SE3 fit_object_pose(const std::vector<BodyStep>& steps) {
+  std::vector<std::pair<SE3, SE3>> pairs;
+  for (const BodyStep& step : steps) pairs.emplace_back(step.A, step.P * step.B * step.P.inverse());
+  return refine_object_pose(steps, solve_conjugation(pairs));
+}
+
+}  // namespace
+
+void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world) {
+  for_each_stretch(data.samples, [&](size_t first, size_t last) {
+    std::vector<BodyStep> steps;
+    SE3 P;
+    for (size_t i = first; i < last; ++i) {
+      const std::optional<SE3> H = in_world(data.samples[i]);
+      if (!H) return;
+      steps.push_back({*H, data.samples[i].reference, P});
+      P = P * data.samples[i].reference;
+    }
+    const SE3 L0 = fit_object_pose(steps);
+    for (size_t i = first; i < last; ++i) data.samples[i].T_world_object = L0 * steps[i - first].P;
+  });
+}
+
+void fit_poses_to_world_reference(MotionData& data) {
+  for_each_stretch(data.samples, [&](size_t first, size_t last) {
+    std::vector<BodyStep> steps;
+    std::vector<SE3> moved;  // L_{k-1} = moved L_0
+    SE3 Q;
+    for (size_t i = first; i < last; ++i) {
+      const SE3& H = data.samples[i].reference;
+      steps.push_back({Q.inverse() * H * Q, data.samples[i].given, SE3()});
+      moved.push_back(Q);
+      Q = H * Q;
+    }
+    const SE3 L0 = fit_object_pose(steps);
+    for (size_t i = first; i < last; ++i) data.samples[i].T_world_object = moved[i - first] * L0;
+  });
 }
 
 double explains_times_of(size_t n_steps) {
@@ -240,28 +269,47 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   };
   using S = const MotionSample&;
   using Result = std::optional<SE3>;
+  // Logs often hold no poses of the objects.
+  const auto knows_poses = [](const MotionData& data) {
+    return std::ranges::any_of(data.samples, [](S s) { return s.T_world_object.has_value(); });
+  };
+  const auto fit_poses_first = [&table, knows_poses](const WorldMotion& in_world) {
+    auto& undo = table.back().undo;
+    undo = [=, plain = undo](MotionData& data, double& ignored) {
+      if (!knows_poses(data)) fit_poses_to_body_reference(data, in_world);
+      return plain(data, ignored);
+    };
+    table.back().price = price_of_fit;
+  };
   for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
     if (frame == declared) continue;
     add("frame_" + std::string(to_string(frame)),
         fmt::format("the motions look like those in {}, not in {}", words(frame), words(declared)),
         fmt::format("give --frame {}", to_string(frame)),
         [=](const SE3& m, S s) { return change_frame(m, frame, declared, s); });
-    if (declared != MotionFrame::body) continue;
-    // Logs in the body frame often hold no poses of the objects.
-    auto& undo = table.back().undo;
-    undo = [frame, plain = undo](MotionData& data, double& ignored) {
-      if (std::ranges::none_of(data.samples, [](S s) { return s.T_world_object.has_value(); }))
-        fit_object_poses(data, [&](S s) { return change_frame(s.given, frame, MotionFrame::world, s); });
-      return plain(data, ignored);
-    };
-    table.back().price = price_of_fit;
+    if (declared == MotionFrame::body) {
+      fit_poses_first([=](S s) { return change_frame(s.given, frame, MotionFrame::world, s); });
+    } else if (declared == MotionFrame::world && frame == MotionFrame::body) {
+      auto& undo = table.back().undo;
+      undo = [knows_poses, plain = undo](MotionData& data, double& ignored) {
+        if (knows_poses(data)) return plain(data, ignored);
+        fit_poses_to_world_reference(data);
+        const bool applies = plain(data, ignored);
+        // The residual is about the camera, as that of the declared reading.
+        for (MotionSample& sample : data.samples) sample.T_world_object.reset();
+        return applies;
+      };
+      table.back().price = price_of_fit;
+    }
   }
   add(
       "frame_camera_axes",
       fmt::format("the motions look like those in the axes of the camera at frame k-1, not in {}",
                   words(declared)),
       "write C H inverse(C) with C = T_world_camera at frame k-1",
-      [=](const SE3& m, S s) { return from_camera_axes(m, declared, s); }, 0.1);
+      [=](const SE3& m, S s) { return from_camera_axes(m, declared, s); }, price_of_fit);
+  if (declared == MotionFrame::body)
+    fit_poses_first([](S s) { return from_camera_axes(s.given, MotionFrame::world, s); });
   add("inverse", "the motions look inverted, from frame k to k-1", "invert each motion",
       [](const SE3& m, S) { return Result(m.inverse()); });
   for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
@@ -351,7 +399,8 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
   std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
   const std::vector<Reading> read = read_as(table, data, motion_residual);
-  if (read.empty()) return std::nullopt;
+  // A shift that makes the errors larger is no explanation.
+  if (read.empty() || read.front().residual > *declared) return std::nullopt;
   return found->explanation(read.front(), *declared);
 }
 

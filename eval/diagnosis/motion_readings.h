@@ -74,11 +74,14 @@ struct MotionData {
 /// `motion` of the frame `from`, in the frame `to`; empty where a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
 
-/// Finds the poses of objects that are not known: with motions H of an object in the world and its reference
-/// motions B in the body frame, L_0 with H_k L_{k-1} = L_{k-1} B_k and L_k = L_{k-1} B_k, in least squares
-/// over each stretch of ten steps or more. Other samples keep no pose. `in_world` returns H of a sample.
-void fit_object_poses(MotionData& data,
-                      const std::function<std::optional<SE3>(const MotionSample&)>& in_world);
+/// The motion of a sample in the world, where the poses that it needs are known.
+using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
+
+/// Fits poses of objects that are not known to motions H in the world and B in the body frame, in least squares over each
+/// stretch of ten steps or more: L_0 with H_k L_{k-1} = L_{k-1} B_k. The reference carries L_0 from frame to frame, as
+/// L_k = L_{k-1} B_k where it is in the body frame and as L_k = H_k L_{k-1} where it is in the world. Other samples keep no pose.
+void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world);
+void fit_poses_to_world_reference(MotionData& data);  ///< `given` is B
 
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);

@@ -188,6 +188,31 @@ TEST(MotionReadings, MotionsInTheWorldAreNamedWithoutPosesOfObjects) {
   EXPECT_EQ(found[0].code(), "frame_world") << found[0].text("log");
 }
 
+TEST(MotionReadings, OtherFramesAreNamedWithoutPosesOfObjects) {
+  const auto without_poses = [](MotionData data) {
+    for (MotionSample& s : data.samples) s.T_world_object.reset();
+    return data;
+  };
+  const auto body = [](const SE3& m, const MotionSample& s) { return *change_frame(m, MotionFrame::world, MotionFrame::body, s); };
+  const auto camera_axes = [](const SE3& m, const MotionSample& s) {
+    const SE3 H = *change_frame(m, MotionFrame::body, MotionFrame::world, s);
+    return s.T_world_prev->inverse() * H * *s.T_world_prev;
+  };
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Scene seen = scene(2, 40, 0.5);
+    MotionData in_body = data_of(seen, MotionFrame::world, 0.1, seed), in_axes = data_of(seen, MotionFrame::body, 0.1, seed);
+    EXPECT_TRUE(explain_motions(without_poses(in_body)).empty()) << seed;
+    EXPECT_TRUE(explain_motions(without_poses(in_axes)).empty()) << seed;
+    plant(in_body, body);
+    plant(in_axes, camera_axes);
+    const auto of_body = explain_motions(without_poses(in_body)), of_axes = explain_motions(without_poses(in_axes));
+    ASSERT_FALSE(of_body.empty()) << seed;
+    EXPECT_EQ(of_body[0].code(), "frame_body") << of_body[0].text("log");
+    ASSERT_FALSE(of_axes.empty()) << seed;
+    EXPECT_TRUE(of_axes[0].allows("frame_camera_axes")) << of_axes[0].text("log");
+  }
+}
+
 TEST(MotionReadings, ObjectsThatReverseInAllOfTheLogAreListed) {
   const MotionData data = data_of(scene(3, 30, 0.5), MotionFrame::body, 0.05);
   const std::vector<Eigen::Vector3d> forward = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()};

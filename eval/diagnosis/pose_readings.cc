@@ -178,7 +178,8 @@ std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
   std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
   std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
   const std::vector<Reading> read = read_as(table, data, pose_residual);
-  if (read.empty()) return std::nullopt;
+  // A shift that makes the errors larger is no explanation.
+  if (read.empty() || read.front().residual > *declared) return std::nullopt;
   return found->explanation(read.front(), *declared);
 }
 

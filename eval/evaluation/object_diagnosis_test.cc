@@ -250,6 +250,22 @@ TEST_P(ObjectDiagnosis, StructuralFaultsAreErrors) {
 INSTANTIATE_TEST_SUITE_P(Formats, ObjectDiagnosis, testing::Values(LogFormat::dynosam, LogFormat::vdo),
                          [](const auto& info) { return std::string(to_string(info.param)); });
 
+TEST(DiagnosisByTruth, AnInvertedCameraIsNamedInAnyWorld) {
+  const Drive drive;
+  const SE3 world = about_y(1.3, {5, 0, 3});
+  SequenceTruth truth;
+  ObjectLog right, inverse;
+  for (const auto& [k, C] : drive.camera.poses()) {
+    truth.camera.set(k, world * C);
+    right.camera.set(k, C);
+    inverse.camera.set(k, (world * C).inverse());
+  }
+  EXPECT_TRUE(diagnose_log(right, truth).empty());
+  const auto found = diagnose_log(inverse, truth);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "inverse") << found[0].text;
+}
+
 TEST(QuaternionOrder, ShowsInBothColumnsAtOnce) {
   const TempFolder folder;
   std::string motions;

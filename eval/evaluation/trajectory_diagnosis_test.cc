@@ -43,9 +43,9 @@ class Wave {
   std::vector<double> rates_, phases_;
 };
 
-enum class Scene { drive, reverse, walk, sideways, orbit, pure_rotation, standing };
-constexpr Scene scenes[] = {Scene::drive,    Scene::reverse,       Scene::walk,    Scene::sideways,
-                            Scene::orbit, Scene::pure_rotation, Scene::standing};
+enum class Scene { drive, reverse, walk, sideways, orbit, highway, pure_rotation, standing };
+constexpr Scene scenes[] = {Scene::drive, Scene::reverse, Scene::walk,          Scene::sideways,
+                            Scene::orbit, Scene::highway, Scene::pure_rotation, Scene::standing};
 
 /// True poses of a camera in opencv axes, 10 Hz.
 PoseSeries truth(Scene scene, unsigned seed, int n = 400) {
@@ -73,6 +73,9 @@ PoseSeries truth(Scene scene, unsigned seed, int n = 400) {
       const double angle = 0.15 * t;
       R = turn(-angle, 0.03 * c(t), 0);
       p = R * Eigen::Vector3d(0, 0, -5 + 0.3 * b(t));
+    } else if (scene == Scene::highway) {
+      R = turn(0.004 * a(t), 0.001 * c(t), 0.001 * d(t));
+      p += R * Eigen::Vector3d(0, 0, 1.5 + 0.3 * b(t));
     } else if (scene == Scene::pure_rotation) {
       R = turn(2 * a(t), 0.3 * b(t), 0.1 * c(t));
       p = {10, 2, -5};
@@ -222,6 +225,21 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
           }
         }
       }
+    }
+  }
+}
+
+/// Positions on a line leave the rotation about it open: the rotations of the poses decide.
+TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    for (const Plant& plant : plants()) {
+      const std::string_view code = plant.code;
+      if (std::string(plant.name).starts_with("both") || (code != "inverse" && code != "columns" && code != "axes")) continue;
+      SCOPED_TRACE(fmt::format("{}, seed {}", plant.name, seed));
+      PoseSeries reference = truth(Scene::highway, seed), estimate = estimate_of(reference, seed);
+      plant.plant(reference, estimate);
+      const EgoResult r = evaluate(reference, estimate, Alignment::se3);
+      EXPECT_THAT(r.warnings, Contains(Field("code", &TrajectoryWarning::code, plant.code))) << codes(r);
     }
   }
 }

@@ -65,16 +65,49 @@ Eigen::Vector3d mean_position(const PoseSeries& series) {
   return mean;
 }
 
+/// Positions on a line leave the rotation about it open after an alignment to them: the rotations of the poses close it,
+/// with the angle that leaves the least of them in the sense of chordal distances.
+void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
+  constexpr double flat = 1e-3;
+  if (!reference.has_rotations() || !estimate.has_rotations()) return;
+  const auto u = umeyama(reference.positions_m, reference.positions_m, false);
+  if (u && u->flatness >= flat) return;
+  const Eigen::Vector3d mean = mean_position(reference);
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), M = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < reference.size(); ++i) {
+    const Eigen::Vector3d d = reference.positions_m[i] - mean;
+    spread += d * d.transpose();
+    M += reference.rotations[i] * estimate.rotations[i].transpose();
+  }
+  const Eigen::Vector3d line = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+  const Eigen::Vector3d w(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
+  const double along = line.dot(M * line);
+  const Eigen::AngleAxisd roll(std::atan2(line.dot(w), M.trace() - along), line);
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    estimate.rotations[i] = roll * estimate.rotations[i];
+    estimate.positions_m[i] = mean + roll * (estimate.positions_m[i] - mean);
+  }
+}
+
+bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
+
+/// Aligns as chosen; false where that is not determined.
+bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice) {
+  try {
+    align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
+  } catch (const Error&) {
+    return false;
+  }
+  if (turns_world(choice.alignment)) close_roll(estimate, reference);
+  return true;
+}
+
 /// After alignment; empty where that is not determined.
 std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
                                            const AlignmentChoice& choice) {
   const PoseSeries reference = thinned(all_reference);
   PoseSeries estimate = thinned(all_estimate);
-  try {
-    align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  if (!try_align(estimate, reference, choice)) return std::nullopt;
   return agreement(reference, estimate);
 }
 
@@ -169,16 +202,7 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
 
 // ---- conventions, by the rule of hypothesis.h
 
-bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
 bool scales(Alignment a) { return a == Alignment::sim3 || a == Alignment::scale; }
-
-/// Whether the positions leave the rotation about their line open after an alignment to them.
-bool leaves_roll_open(const PoseSeries& reference, Alignment alignment) {
-  constexpr double flat = 1e-3;
-  if (!turns_world(alignment)) return false;
-  const auto u = umeyama(reference.positions_m, reference.positions_m, false);
-  return !u || u->flatness < flat;
-}
 
 /// Squares of the position error over the path's extent and of the rotation error in rad.
 double residual(const Agreement& agreement, const PoseSeries& reference, bool with_rotations) {
@@ -197,11 +221,7 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
   constexpr double least_rad = 10 * std::numbers::pi / 180;
   constexpr double price = 0.6;
   PoseSeries estimate = pair.estimate;
-  try {
-    align(estimate, pair.reference, choice.alignment, choice.n_to_align, choice.up);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (size_t i = 0; i < estimate.size(); ++i)
     sum += estimate.rotations[i].transpose() * pair.reference.rotations[i];
@@ -246,8 +266,7 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   constexpr double negligible = 0.03, explained = 0.05;  // 3 %: 17 % of the extent, or 10 deg
   const auto now = aligned_agreement(pair.reference, pair.estimate, choice);
   if (!now) return std::nullopt;
-  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations() &&
-                         !leaves_roll_open(pair.reference, choice.alignment);
+  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
   const double declared = residual(*now, pair.reference, rotations);
   if (declared <= negligible) return std::nullopt;
   const auto residual_of = [&](const TrajectoryPair& read) -> std::optional<double> {

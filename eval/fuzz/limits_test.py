@@ -22,6 +22,7 @@ from program_testing import PROGRAM_MB, REFUSED_MB, Program, printed_faults
 
 MB = 1e6
 TEXT_RATIO = 20
+REPORT_RATIO = 60  # reached where every record is of another body, with a row in every table
 
 
 class Limits(unittest.TestCase):
@@ -139,6 +140,11 @@ class Memory(Limits):
         run = self.records(files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, 50_000))
         size = (run / "records.jsonl").stat().st_size / MB
         self.good("compare", run, run, "--quiet", most_mb=PROGRAM_MB + TEXT_RATIO * size, codes=(0, 3))
+
+    def test_report(self):
+        run = self.records(files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, 20_000))
+        size = (run / "records.jsonl").stat().st_size / MB
+        self.good("report", run, "--out", self.here / "r", "--quiet", "--jobs", 1, most_mb=PROGRAM_MB + REPORT_RATIO * size)
 
     def test_too_little_memory_is_bad_input(self):
         import resource

@@ -132,7 +132,8 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   return columns;
 }
 
-double stamp_at(const NumberFile& file, const PoseColumns& columns) {
+/// `before_s`: the stamps of the lines before.
+double stamp_at(const NumberFile& file, const PoseColumns& columns, const std::vector<double>& before_s) {
   constexpr double latest_s = 1e11, least_ns = 1e6;
   const double t = file.values()[columns.time];
   if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < least_ns)  // seconds, or a frame number
@@ -145,6 +146,14 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
       file.fail_here(
           "time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
     const char* unit = epochs > 1e5 ? "us" : "ms";
+    // Stamps that do not count from 1970: poses are at most some seconds apart.
+    constexpr double longest_step_s = 3;
+    const double step = before_s.empty() ? 0 : std::abs(t_s - before_s.back());
+    if (step > longest_step_s * 1e6) {
+      unit = "ns";
+    } else if (step > longest_step_s * 1e3) {
+      unit = "us";
+    }
     file.fail_here(
         "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the "
         "first line, as '# t [{}] tx ty tz qx qy qz qw'",
@@ -170,7 +179,7 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
             const auto& [x, y, z] = columns.position;
             const auto& [qx, qy, qz, qw] = columns.quaternion;
             const Eigen::Vector3d p(v[x], v[y], v[z]);
-            out.poses.stamps_s.push_back(stamp_at(file, columns));
+            out.poses.stamps_s.push_back(stamp_at(file, columns, out.poses.stamps_s));
             check_position(p, file.path(), file.line());
             if (!columns.has_quaternion) return out.poses.positions_m.push_back(p);
             out.poses.add(checked_rotation({v[qw], v[qx], v[qy], v[qz]}, file.path(), file.line(), log), p);

@@ -279,6 +279,10 @@ TEST_F(TrajectoryFiles, UnitsOfTimeAreNotGuessed) {
   EXPECT_THAT(error(orb_slam3, "tum"), HasSubstr("the format is tum_ns"));
   EXPECT_THAT(error("1403636579763.5 1 2 3 0 0 0 1\n", "auto"), HasSubstr("no number of seconds"))
       << "milliseconds";
+  // Counted from the start of the recording: the steps decide.
+  EXPECT_THAT(error("99900000000 1 2 3 0 0 0 1\n100000000000 1 2 3 0 0 0 1\n100100000000 1 2 3 0 0 0 1\n", "tum"),
+              HasSubstr("it seems to be ns"));
+  EXPECT_THAT(error("100000000000 1 2 3 0 0 0 1\n100000100000 1 2 3 0 0 0 1\n", "tum"), HasSubstr("it seems to be us"));
 }
 
 TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {
