@@ -27,7 +27,9 @@ std::optional<Interval> percent_of(const std::optional<Interval>& interval, doub
 /// The ends of an interval, as two columns.
 template <typename Row, typename Find>
 void add_percent_range(int decimals, const Find& find, Fields<Row>& fields) {
-  fields.add_range({Column::number("low_percent", "low", decimals), Column::number("high_percent", "high", decimals)}, find);
+  fields.add_range({Column::number("low_percent", "low", decimals),
+                    Column::number("high_percent", "high", decimals)},
+                   find);
 }
 
 void add_part(std::string& line, int n, const std::string& text) {

@@ -3,7 +3,9 @@
 // Records in columns: a row is a case, one seed and frame of what one estimator made of one body. Noise levels
 // (noise_level.h) and the series of a comparison (eval/gate/subject_cases.h) keep their numbers beside these.
 
+#include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -24,7 +26,14 @@ struct CaseColumns {
     frames.push_back(frame);
   }
   /// The rows in order of case; rows of one case keep their order. Nothing where they are in order already.
-  std::optional<std::vector<size_t>> sorting_order() const;
+  std::optional<std::vector<size_t>> sorting_order() const {
+    std::vector<size_t> order(size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    const auto case_at = [&](size_t row) { return case_of(row); };
+    if (std::ranges::is_sorted(order, {}, case_at)) return std::nullopt;
+    std::ranges::stable_sort(order, {}, case_at);
+    return order;
+  }
 };
 
 /// Puts a column into another order.

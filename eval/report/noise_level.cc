@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -15,15 +14,6 @@ namespace {
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
-
-std::optional<std::vector<size_t>> CaseColumns::sorting_order() const {
-  std::vector<size_t> order(size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  const auto case_at = [&](size_t row) { return case_of(row); };
-  if (std::ranges::is_sorted(order, {}, case_at)) return std::nullopt;
-  std::ranges::stable_sort(order, {}, case_at);
-  return order;
-}
 
 const std::vector<const MetricDefinition*>& compared_errors() {
   static const std::vector<const MetricDefinition*> errors = metrics_for(compared);
@@ -170,7 +160,8 @@ NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_boun
     const double value = errors_[error][row];
     if (std::isnan(value) || (only_bounded && !has_bound_[error][row])) continue;
     sample.values.push_back(value);
-    sample.clusters.push_back(by == ClusterBy::seeds ? cases_.seeds[row] : static_cast<uint64_t>(cases_.frames[row]));
+    const auto [seed, frame] = case_of(row);
+    sample.clusters.push_back(by == ClusterBy::seeds ? seed : static_cast<uint64_t>(frame));
   }
   return sample;
 }
