@@ -1,11 +1,8 @@
 #include <memory>
 
-#include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
-#include "sextant/eval/records/output.h"
-#include "sextant/eval/report/claims/noise_document.h"
-#include "sextant/eval/report/html/html.h"
+#include "sextant/eval/workflow/noise_document.h"
 
 namespace sextant {
 namespace {
@@ -39,13 +36,8 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
 }
 
 void run_report(const ReportFlags& flags) {
-  const auto lock = lock_folder(flags.out);
-  const ReportDocument document = noise_document({flags.folders.begin(), flags.folders.end()}, flags.jobs,
-                                                flags.quiet || flags.json, flags.out);
-  if (document.sections.empty())
-    fail("no pair with truth in any of the {} folders: nothing to report", flags.folders.size());
-  if (!flags.out.empty())
-    write_output_folder(flags.out, report_folder(document, {!flags.no_figures, flags.jobs, flags.quiet || flags.json}));
+  const ReportDocument document = report_sweeps({flags.folders.begin(), flags.folders.end()}, flags.out,
+                                                {!flags.no_figures, flags.jobs, flags.quiet || flags.json});
   if (flags.json || !flags.quiet) print(flags, document);
   if (flags.json || flags.quiet || flags.out.empty() || flags.no_figures) return;
   fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.html").string());

@@ -104,31 +104,24 @@ struct PairedErrors {
   const NumberColumn& fresh;
 };
 
-/// One error of one case that both sides have estimated.
-struct ErrorPair {
-  uint64_t seed = 0;
-  int frame = 0;
-  double before = 0;
-  double difference = 0;  ///< 0 where it is rounding
-};
-
-template <typename Visit>
-void for_each_pair(const PairedErrors& errors, const MetricPolicy& rules, Visit visit) {
+/// The cases that both sides have estimated, in order.
+std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
+  std::vector<ErrorPair> pairs;
   for (const auto& [b, f] : errors.cases.rows) {
-    if (!base.is_estimated(b) || !fresh.is_estimated(f) || !errors.base.has(b) || !errors.fresh.has(f)) continue;
-    const double before = errors.base.numbers[b], difference = errors.fresh.numbers[f] - before;
-    const bool changed = std::abs(difference) > std::max(rules.absolute, rules.relative * std::abs(before));
-    visit(ErrorPair{base.seeds[b], base.frames[b], before, changed ? difference : 0});
+    if (base.is_estimated(b) && fresh.is_estimated(f) && errors.base.has(b) && errors.fresh.has(f))
+      pairs.push_back({base.case_of(b), errors.base.numbers[b], errors.fresh.numbers[f], base.lines[b],
+                       fresh.lines[f]});
   }
+  return pairs;
 }
 
 /// Fewer seeds cannot reach p = 0.05 by signed ranks.
 constexpr size_t enough_seeds = 6;
 
 struct Measured {
-  AccuracyRow row;  ///< but for the corrected p and the verdict
-  PairedError error;
+  AccuracyRow row;  ///< without the corrected p and the verdict
+  std::optional<PairedError> error;  ///< none for the exact gate
 };
 
 /// Seeds with different errors; cases come in order of their seeds.
@@ -170,43 +163,42 @@ PairedComparison compare_by_seeds(const PairedError& error, double base, const M
 
 /// Nothing where no case has it on both sides.
 std::optional<Measured> measure(const PairedErrors& errors, size_t source, const AccuracyPolicy& policy) {
-  Measured out{.row = {.subject = errors.cases.base.subject, .metric = errors.base.name}, .error = {}};
+  const std::vector<ErrorPair> pairs = pairs_of(errors);
+  if (pairs.empty()) return std::nullopt;
+  Measured out;
   AccuracyRow& row = out.row;
-  PairedError& error = out.error;
+  row.subject = errors.cases.base.subject;
+  row.metric = errors.base.name.str();
+  row.n = static_cast<int>(pairs.size());
   const MetricPolicy rules = policy.of(row.metric);
-  const bool exact = rules.minimum_effect == 0;
+  const auto rise = [](const ErrorPair& pair) { return pair.fresh - pair.base; };
+  row.largest_rise = *std::ranges::max_element(pairs, {}, rise);
+  row.largest_fall = *std::ranges::min_element(pairs, {}, rise);
   std::vector<double> differences;
   std::vector<uint64_t> clusters;
-  double sum = 0;
-  for_each_pair(errors, rules, [&](const ErrorPair& pair) {
-    if (pair.difference != 0)
-      ((pair.difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
-    if (exact) {
-      differences.push_back(pair.difference);
-      clusters.push_back(pair.seed);
-    } else {
-      error.cases.cases.push_back({pair.seed, pair.frame, pair.before, pair.before + pair.difference});
-    }
-    ++row.n;
-    sum += pair.before;
-  });
-  if (row.n == 0) return std::nullopt;
-  row.base = sum / row.n;
+  PairedSample sample{source, {}};
+  for (const ErrorPair& pair : pairs) {
+    const bool changed = std::abs(rise(pair)) > std::max(rules.absolute, rules.relative * std::abs(pair.base));
+    const double difference = changed ? rise(pair) : 0;
+    if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
+    differences.push_back(difference);
+    clusters.push_back(pair.at.first);
+    sample.cases.push_back({pair.at.first, pair.at.second, pair.base, pair.base + difference});
+    row.base += pair.base;
+  }
+  row.base /= row.n;
   PairedComparison& comparison = row;
-  const bool is_changed = row.n_worse + row.n_better > 0;
-  if (!is_changed) comparison.interval = Interval{0, 0};
-  if (exact) {
-    if (is_changed) comparison = compare_exactly(differences, std::move(clusters), policy);
+  if (!row.is_changed()) comparison.interval = Interval{0, 0};
+  if (rules.minimum_effect == 0) {
+    if (row.is_changed()) comparison = compare_exactly(differences, std::move(clusters), policy);
     return out;
   }
+  PairedError& error = out.error.emplace();
+  static_cast<JudgedError&>(error) = row;
   error.subject = row.subject;
-  error.metric = row.metric;
-  error.n = row.n;
-  error.n_worse = row.n_worse;
-  error.n_better = row.n_better;
+  error.cases = std::move(sample);
   error.n_seeds = count_different_seeds(error.cases.cases);
-  error.cases.stratum = source;
-  if (is_changed) comparison = compare_by_seeds(error, row.base, rules, policy);
+  if (row.is_changed()) comparison = compare_by_seeds(error, row.base, rules, policy);
   row.too_few = error.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
   return out;
 }
@@ -217,7 +209,7 @@ double worsening(const AccuracyRow& row, const MetricPolicy& rules) {
 }
 
 bool is_too_small(const AccuracyRow& row, const MetricPolicy& rules) {
-  return row.n_worse + row.n_better == 0 || std::abs(row.difference) <= rules.minimum_effect * std::abs(row.base);
+  return !row.is_changed() || std::abs(row.difference) <= rules.minimum_effect * std::abs(row.base);
 }
 
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
@@ -252,11 +244,17 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
 
 }  // namespace
 
-std::string AccuracyRow::word() const { return too_few ? "too few to judge" : std::string(to_string(verdict)); }
+GateVerdict AccuracyComparison::worst_verdict() const {
+  GateVerdict worst = GateVerdict::ok;
+  for (const Mismatch& f : findings) worst = f.invalidates ? GateVerdict::invalid : worst;
+  for (const FamilyRow& row : families) worst = std::min(worst, row.verdict);
+  for (const AccuracyRow& row : accuracy) worst = std::min(worst, row.verdict);
+  for (const StatusRow& row : statuses) worst = std::min(worst, row.verdict);
+  return worst;
+}
 
-AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
-                                    const std::vector<SubjectCases>& fresh, const Policy& policy, int jobs) {
-  AccuracyComparison out;
+void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
+                      const Policy& policy, int jobs, AccuracyComparison& out) {
   Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
       added("new_cases", policy.same.new_cases);
   const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
@@ -265,7 +263,7 @@ AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
     out.n_cases += static_cast<int>(cases.rows.size());
     check_truth(cases, truth);
     const StatusRow statuses = compare_statuses(cases, policy.accuracy);
-    if (!statuses.example.empty()) out.statuses.push_back(statuses);
+    if (policy.accuracy.judge && !statuses.example.empty()) out.statuses.push_back(statuses);
     const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
     check_which_errors(cases, errors, missing, added);
     for (const auto& [name, before, after] : errors) {
@@ -276,6 +274,7 @@ AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
   truth.move_to(out.findings);
   missing.move_to(out.findings);
   added.move_to(out.findings);
+  if (!policy.accuracy.judge) return;
   std::vector<size_t> sources;
   std::map<std::pair<std::string, std::string>, size_t> known;
   for (const PairedErrors& task : tasks) {
@@ -290,12 +289,11 @@ AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
   std::vector<PairedError> pooled;
   for (std::optional<Measured>& one : measured) {
     if (!one) continue;
-    out.rows.push_back(std::move(one->row));
-    if (one->error.n > 0) pooled.push_back(std::move(one->error));
+    out.accuracy.push_back(std::move(one->row));
+    if (one->error) pooled.push_back(std::move(*one->error));
   }
-  judge_rows(policy.accuracy, out.rows);
+  judge_rows(policy.accuracy, out.accuracy);
   out.families = judge_families(pooled, policy.accuracy);
-  return out;
 }
 
 }  // namespace sextant

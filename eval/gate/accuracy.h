@@ -32,19 +32,23 @@
 
 namespace sextant {
 
-/// p is none where nothing changed, p_corrected also where p could never reach alpha.
-struct AccuracyRow : PairedComparison {
-  Subject subject;
-  std::string metric;
-  int n = 0;         ///< cases estimated on both sides
-  int n_worse = 0;   ///< beyond rounding
-  int n_better = 0;  ///< beyond rounding
-  double base = 0;   ///< mean
-  GateVerdict verdict = GateVerdict::ok;
-  bool too_few = false;  ///< its mean changed by more than counts; its seeds or cases are too few to judge
+/// One case of one error on both sides, and where its records stand.
+struct ErrorPair {
+  SeedFrame at;
+  double base = 0, fresh = 0;
+  size_t base_line = 0, fresh_line = 0;  ///< of records.jsonl
+};
 
-  /// The verdict, or "too few to judge".
-  std::string word() const;
+/// p is none where nothing changed, p_corrected also where p could never reach alpha.
+struct AccuracyRow : JudgedError, PairedComparison {
+  Subject subject;
+  double base = 0;                          ///< mean
+  ErrorPair largest_rise, largest_fall;  ///< of all cases, rounding included
+
+  /// The case that shows the change best.
+  const ErrorPair& largest_change() const {
+    return verdict == GateVerdict::improved ? largest_fall : largest_rise;
+  }
 };
 
 struct StatusRow {
@@ -58,15 +62,17 @@ struct StatusRow {
 };
 
 struct AccuracyComparison {
-  std::vector<FamilyRow> families;  ///< in order of weight
-  std::vector<AccuracyRow> rows;
-  std::vector<StatusRow> statuses;  ///< of subjects where any changed
+  std::vector<FamilyRow> families;    ///< in order of weight
+  std::vector<AccuracyRow> accuracy;  ///< in order of subject
+  std::vector<StatusRow> statuses;    ///< of subjects where any changed
   std::vector<Mismatch> findings;
   int n_cases = 0;  ///< on both sides
+
+  GateVerdict worst_verdict() const;
 };
 
-/// Rows are in order of subject.
-AccuracyComparison compare_accuracy(const std::vector<SubjectCases>& base,
-                                    const std::vector<SubjectCases>& fresh, const Policy& policy, int jobs);
+/// Adds to `out` the findings, and, where the policy judges errors, the rows.
+void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
+                      const Policy& policy, int jobs, AccuracyComparison& out);
 
 }  // namespace sextant

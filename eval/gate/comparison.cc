@@ -25,34 +25,18 @@ void compare_records(const Side& base, const Side& fresh, const Policy& policy, 
     out.findings.push_back(mismatch(Strictness::must, "cases", "records.jsonl", said(base), said(fresh)));
   }
   if (base.runs.empty() || fresh.runs.empty()) return;
-  out.n_runs = static_cast<int>(std::min(base.runs.size(), fresh.runs.size()));
   check_repetitions(base, policy, out.findings);
   check_repetitions(fresh, policy, out.findings);
-  AccuracyComparison accuracy =
-      compare_accuracy(base.runs.front().subjects, fresh.runs.front().subjects, policy, jobs);
-  out.n_cases = accuracy.n_cases;
-  std::ranges::move(accuracy.findings, std::back_inserter(out.findings));
-  if (!policy.accuracy.judge) return;
-  out.families = std::move(accuracy.families);
-  out.accuracy = std::move(accuracy.rows);
-  out.statuses = std::move(accuracy.statuses);
-}
-
-GateVerdict verdict_of(const Comparison& c) {
-  GateVerdict verdict = GateVerdict::ok;
-  for (const Mismatch& f : c.findings) verdict = f.invalidates ? GateVerdict::invalid : verdict;
-  for (const FamilyRow& row : c.families) verdict = std::min(verdict, row.verdict);  // the worse
-  for (const AccuracyRow& row : c.accuracy) verdict = std::min(verdict, row.verdict);
-  for (const StatusRow& row : c.statuses) verdict = std::min(verdict, row.verdict);
-  for (const SpeedRow& row : c.speed) verdict = std::min(verdict, row.verdict);
-  return verdict;
+  compare_accuracy(base.runs.front().subjects, fresh.runs.front().subjects, policy, jobs, out);
 }
 
 }  // namespace
 
 Comparison compare_paths(const std::filesystem::path& base, const std::filesystem::path& fresh,
                          const Policy& policy, int jobs) {
-  Comparison out{.base = base.string(), .fresh = fresh.string()};
+  Comparison out;
+  out.base = base.string();
+  out.fresh = fresh.string();
   try {
     // Both at once: reading is most of the work.
     std::future<Side> reading =
@@ -72,7 +56,8 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
   } catch (const Error& error) {
     out.findings.insert(out.findings.begin(), mismatch(Strictness::must, "input", error.what(), "", ""));
   }
-  out.verdict = verdict_of(out);
+  out.verdict = out.worst_verdict();
+  for (const SpeedRow& row : out.speed) out.verdict = std::min(out.verdict, row.verdict);
   return out;
 }
 

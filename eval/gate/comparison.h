@@ -13,16 +13,10 @@
 
 namespace sextant {
 
-struct Comparison {
+struct Comparison : AccuracyComparison {
   std::string base;  ///< path
   std::string fresh;
-  std::vector<Mismatch> findings;
-  std::vector<FamilyRow> families;  ///< in order of weight
-  std::vector<AccuracyRow> accuracy;
-  std::vector<StatusRow> statuses;
   std::vector<SpeedRow> speed;
-  int n_cases = 0;  ///< records paired
-  int n_runs = 1;   ///< repetitions of runs on the side that has fewer
   GateVerdict verdict = GateVerdict::invalid;
 };
 
@@ -50,18 +44,17 @@ Table speed_table(const Comparison& comparison, bool changed_only);
 /// will lie in `out`. Frames are named where both sides are one folder with records each.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
 
-template <typename Row>
-bool is_shown(const Row& row) {
-  return row.verdict != GateVerdict::ok;
-}
-inline bool is_shown(const AccuracyRow& row) { return row.verdict != GateVerdict::ok || row.too_few; }
+/// Where a row was measured, in tables of one row a subject.
+Fields<Subject> subject_fields();
 
-/// The rows, worst first, otherwise in their order.
+/// The rows, worst first, otherwise in their order; `changed_only` as above.
 template <typename Row>
 std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
   std::vector<const Row*> sorted;
   for (const Row& row : rows) {
-    if (!changed_only || is_shown(row)) sorted.push_back(&row);
+    bool is_shown = !changed_only || row.verdict != GateVerdict::ok;
+    if constexpr (requires { row.too_few; }) is_shown = is_shown || row.too_few;
+    if (is_shown) sorted.push_back(&row);
   }
   std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
   return sorted;

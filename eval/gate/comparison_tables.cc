@@ -11,22 +11,25 @@ int count(const std::vector<Row>& rows, GateVerdict verdict) {
   return static_cast<int>(std::ranges::count(rows, verdict, &Row::verdict));
 }
 
-Cell percent_of(const std::optional<double>& value, double base) {
-  return value && base > 0 ? Cell(100 * *value / base) : Cell();
+/// A share of `base` in percent; none where that is 0.
+std::optional<double> percent_of(const std::optional<double>& value, double base) {
+  return value && base > 0 ? std::optional(100 * *value / base) : std::nullopt;
 }
 
-Table subject_table(const std::string& title, const std::string& caption) {
-  Table table{title, caption, folded_columns({"dataset", "sequence", "estimator"})};
-  table.add_columns({Column::text("noise").folded().only_in_files(), Column::number("level", 3).folded(),
-                     Column::text("body")});
-  return table;
+std::optional<double> percent(const std::optional<double>& share) { return percent_of(share, 1); }
+
+/// An interval as percentages of `base`; none where that is 0.
+std::optional<Interval> percent_of(const std::optional<Interval>& interval, double base) {
+  if (!interval || !(base > 0)) return std::nullopt;
+  return Interval{100 * interval->low / base, 100 * interval->high / base};
 }
 
-/// The subject's cells, then these.
-void add_row(const Subject& s, std::vector<Cell> more, Table& table) {
-  std::vector<Cell> cells = {s.dataset.str(), s.sequence.str(), s.estimator.str(), s.noise.str(), s.level, s.body.str()};
-  std::ranges::move(more, std::back_inserter(cells));
-  table.add_row(std::move(cells));
+/// The ends of an interval, as two columns.
+template <typename Row, typename Find>
+void add_percent_range(int decimals, const Find& find, Fields<Row>& fields) {
+  fields.add_range({Column::number("low_percent", "low", decimals),
+                    Column::number("high_percent", "high", decimals)},
+                   find);
 }
 
 void add_part(std::string& line, int n, const std::string& text) {
@@ -43,7 +46,7 @@ std::string largest_change(const Comparison& c) {
   };
   const FamilyRow* first = nullptr;
   for (const FamilyRow& row : c.families) {
-    if (row.n_worse + row.n_better == 0) continue;
+    if (!row.is_changed()) continue;
     const bool is_larger = first == nullptr || (row.verdict == GateVerdict::ok && first->verdict == row.verdict &&
                                                 std::abs(row.worse) > std::abs(first->worse));
     if (is_larger) first = &row;
@@ -57,7 +60,7 @@ std::string largest_change(const Comparison& c) {
   const AccuracyRow* row = nullptr;
   const auto change_of = [](const AccuracyRow& r) { return r.base > 0 ? r.difference / r.base : 0; };
   for (const AccuracyRow& r : c.accuracy) {
-    if (r.n_worse + r.n_better == 0) continue;
+    if (!r.is_changed()) continue;
     if (row == nullptr || r.verdict < row->verdict ||
         (r.verdict == row->verdict && std::abs(change_of(r)) > std::abs(change_of(*row))))
       row = &r;
@@ -88,105 +91,123 @@ std::string headline(const Comparison& c) {
                      scope.empty() ? "" : fmt::format(" ({} compared)", scope));
 }
 
+Fields<Subject> subject_fields() {
+  return {{Column::text("dataset").folded(), &Subject::dataset},
+          {Column::text("sequence").folded(), &Subject::sequence},
+          {Column::text("estimator").folded(), &Subject::estimator},
+          {Column::text("noise").folded().only_in_files(), &Subject::noise},
+          {Column::number("level", 3).folded(), &Subject::level},
+          {Column::text("body"), &Subject::body}};
+}
+
 Table findings_table(const Comparison& c) {
-  Table table{"What differs besides the numbers",
-              "",
-              {Column::text("verdict", ""), Column::text("what"), Column::text("subject", "where"),
-               Column::text("base", "BASE"), Column::text("new", "NEW")}};
   std::vector<const Mismatch*> sorted;
   for (const Mismatch& f : c.findings) sorted.push_back(&f);
   std::stable_partition(sorted.begin(), sorted.end(), [](const Mismatch* f) { return f->invalidates; });
-  for (const Mismatch* f : sorted)
-    table.add_row({f->invalidates ? "invalid" : "note", f->what, f->subject, f->base, f->fresh});
-  return table;
+  const Fields<Mismatch> fields = {
+      {Column::text("verdict", ""), [](const Mismatch& f) { return f.invalidates ? "invalid" : "note"; }},
+      {Column::text("what"), &Mismatch::what},
+      {Column::text("subject", "where"), &Mismatch::subject},
+      {Column::text("base", "BASE"), &Mismatch::base},
+      {Column::text("new", "NEW"), &Mismatch::fresh}};
+  return table_of("What differs besides the numbers", "", fields, sorted);
 }
 
 Table family_table(const Comparison& c, bool changed_only) {
-  Table table{"Errors, pooled over sources and bodies",
-              "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; detectable: found with "
-              "probability 80 %.",
-              {Column::text("estimator").folded(), Column::text("body", "of"), Column::text("metric", "error"),
-               Column::number("change_percent", "change [%]", 2), Column::number("low_percent", "low", 2),
-               Column::number("high_percent", "high", 2), Column::text("verdict"), Column::count("n", "cases"),
-               Column::count("n_worse", "worse"), Column::count("n_better", "better"), Column::count("n_seeds", "seeds"),
-               Column::count("n_sources", "sources").only_in_files(), Column::p_value("p").only_in_files(),
-               Column::p_value("p_corrected"), Column::number("detectable_percent", "detectable [%]", 2)}};
-  const auto percent = [](std::optional<double> share) { return share ? Cell(100 * *share) : Cell(); };
-  for (const FamilyRow& row : c.families) {
-    if (changed_only && row.n_worse + row.n_better == 0) continue;
-    const auto end = [&](double Interval::*which) {
-      return row.interval ? std::optional<double>((*row.interval).*which) : std::nullopt;
-    };
-    table.add_row({row.estimator, row.body, row.metric, 100 * row.change, percent(end(&Interval::low)),
-                   percent(end(&Interval::high)),
-                   row.too_few && row.verdict == GateVerdict::ok ? "too few to judge" : std::string(to_string(row.verdict)),
-                   row.n, row.n_worse, row.n_better, row.n_seeds, row.n_sources, row.p, row.p_corrected,
-                   percent(row.detectable)});
+  using Row = FamilyRow;
+  std::vector<const Row*> rows;
+  for (const Row& row : c.families) {
+    if (!changed_only || row.is_changed()) rows.push_back(&row);
   }
-  return table;
+  Fields<Row> fields = {
+      {Column::text("estimator").folded(), &Row::estimator},
+      {Column::text("body", "of"), &Row::body},
+      {Column::text("metric", "error"), &Row::metric},
+      {Column::number("change_percent", "change [%]", 2), [](const Row& row) { return 100 * row.change; }}};
+  add_percent_range(2, [](const Row& row) { return percent_of(row.interval, 1); }, fields);
+  fields.add({{Column::text("verdict"), &Row::word},
+              {Column::count("n", "cases"), &Row::n},
+              {Column::count("n_worse", "worse"), &Row::n_worse},
+              {Column::count("n_better", "better"), &Row::n_better},
+              {Column::count("n_seeds", "seeds"), &Row::n_seeds},
+              {Column::count("n_sources", "sources").only_in_files(), &Row::n_sources},
+              {Column::p_value("p").only_in_files(), &Row::p},
+              {Column::p_value("p_corrected"), &Row::p_corrected},
+              {Column::number("detectable_percent", "detectable [%]", 2),
+               [](const Row& row) { return percent(row.detectable); }}});
+  return table_of("Errors, pooled over sources and bodies",
+                  "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; detectable: "
+                  "found with probability 80 %.",
+                  fields, rows);
 }
 
 Table accuracy_table(const Comparison& c, bool changed_only) {
-  Table table = subject_table(
-      "Errors, case by case",
-      "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % interval, p corrected by Holm; "
-      "detectable: found with probability 80 %.");
-  table.add_columns({Column::text("metric", "error"), Column::count("n", "cases"),
-                     Column::count("n_worse", "worse"), Column::count("n_better", "better"),
-                     Column::number("base", "BASE", 6), Column::number("difference", 6).only_in_files(),
-                     Column::number("difference_percent", "change [%]", 2),
-                     Column::number("low_percent", "low", 2), Column::number("high_percent", "high", 2),
-                     Column::p_value("p").only_in_files(), Column::p_value("p_corrected"),
-                     Column::number("detectable_percent", "detectable [%]", 2), Column::text("verdict")});
-  for (const AccuracyRow* row : by_weight(c.accuracy, changed_only)) {
-    const auto end = [&](double Interval::*which) {
-      return row->interval ? std::optional<double>((*row->interval).*which) : std::nullopt;
-    };
-    add_row(row->subject,
-            {row->metric, row->n, row->n_worse, row->n_better, row->base, row->difference,
-             percent_of(row->difference, row->base), percent_of(end(&Interval::low), row->base),
-             percent_of(end(&Interval::high), row->base), row->p, row->p_corrected,
-             percent_of(row->detectable, row->base), row->word()},
-            table);
-  }
-  return table;
+  using Row = AccuracyRow;
+  Fields<Row> fields;
+  fields.add(subject_fields(), [](const Row& row) { return &row.subject; });
+  fields.add({{Column::text("metric", "error"), &Row::metric},
+              {Column::count("n", "cases"), &Row::n},
+              {Column::count("n_worse", "worse"), &Row::n_worse},
+              {Column::count("n_better", "better"), &Row::n_better},
+              {Column::number("base", "BASE", 6), &Row::base},
+              {Column::number("difference", 6).only_in_files(), &Row::difference},
+              {Column::number("difference_percent", "change [%]", 2),
+               [](const Row& row) { return percent_of(row.difference, row.base); }}});
+  add_percent_range(2, [](const Row& row) { return percent_of(row.interval, row.base); }, fields);
+  fields.add({{Column::p_value("p").only_in_files(), &Row::p},
+              {Column::p_value("p_corrected"), &Row::p_corrected},
+              {Column::number("detectable_percent", "detectable [%]", 2),
+               [](const Row& row) { return percent_of(row.detectable, row.base); }},
+              {Column::text("verdict"), &Row::word}});
+  return table_of("Errors, case by case",
+                  "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % interval, p "
+                  "corrected by Holm; detectable: found with probability 80 %.",
+                  fields, by_weight(c.accuracy, changed_only));
 }
 
 Table status_table(const Comparison& c) {
-  Table table = subject_table("Cases lost and gained",
-                              "Lost: estimated in BASE, not in NEW. Gained: the other way round.");
-  table.add_columns({Column::count("n", "cases"), Column::count("n_lost", "lost"),
-                     Column::count("n_gained", "gained"), Column::count("n_other", "other"),
-                     Column::text("example"), Column::text("verdict")});
-  for (const StatusRow* row : by_weight(c.statuses, false)) {
-    add_row(row->subject,
-            {row->n, row->n_lost, row->n_gained, row->n_other, row->example,
-             std::string(to_string(row->verdict))},
-            table);
-  }
-  return table;
+  using Row = StatusRow;
+  Fields<Row> fields;
+  fields.add(subject_fields(), [](const Row& row) { return &row.subject; });
+  fields.add({{Column::count("n", "cases"), &Row::n},
+              {Column::count("n_lost", "lost"), &Row::n_lost},
+              {Column::count("n_gained", "gained"), &Row::n_gained},
+              {Column::count("n_other", "other"), &Row::n_other},
+              {Column::text("example"), &Row::example},
+              {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
+  return table_of("Cases lost and gained",
+                  "Lost: estimated in BASE, not in NEW. Gained: the other way round.", fields,
+                  by_weight(c.statuses, false));
 }
 
 Table speed_table(const Comparison& c, bool changed_only) {
-  Table table{
-      "Times",
-      "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by Mann-Whitney, delta: Cliff's; "
-      "detectable: found with probability 80 %.",
-      {Column::text("name", "time"), Column::count("n_base", "n BASE"), Column::count("n_new", "n NEW"),
-       Column::number("base_us", "BASE [us]", 2), Column::number("change_percent", "change [%]", 1),
-       Column::number("low_percent", "low", 1), Column::number("high_percent", "high", 1),
-       Column::p_value("p"), Column::number("cliffs_delta", "delta", 2),
-       Column::number("detectable_percent", "detectable [%]", 1), Column::text("verdict")}};
+  using Row = SpeedRow;
   const auto change = [](std::optional<double> ratio) { return ratio ? Cell(100 * (*ratio - 1)) : Cell(); };
-  bool unrepeated = false;
-  for (const SpeedRow* row : by_weight(c.speed, changed_only)) {
-    unrepeated = unrepeated || !row->interval;
-    table.add_row({row->name, row->n_base, row->n_new, row->base_ns / 1e3, change(row->ratio),
-                   row->interval ? change(row->interval->low) : Cell(),
-                   row->interval ? change(row->interval->high) : Cell(), row->p, row->cliffs_delta,
-                   change(row->detectable), std::string(to_string(row->verdict))});
-  }
-  if (unrepeated) {
+  Fields<Row> fields = {
+      {Column::text("name", "time"), &Row::name},
+      {Column::count("n_base", "n BASE"), &Row::n_base},
+      {Column::count("n_new", "n NEW"), &Row::n_new},
+      {Column::number("base_us", "BASE [us]", 2), [](const Row& row) { return row.base_ns / 1e3; }},
+      {Column::number("change_percent", "change [%]", 1), [=](const Row& row) { return change(row.ratio); }}};
+  add_percent_range(
+      1,
+      [](const Row& row) {
+        return row.interval
+                   ? std::optional(Interval{100 * (row.interval->low - 1), 100 * (row.interval->high - 1)})
+                   : std::nullopt;
+      },
+      fields);
+  fields.add({{Column::p_value("p"), &Row::p},
+              {Column::number("cliffs_delta", "delta", 2), &Row::cliffs_delta},
+              {Column::number("detectable_percent", "detectable [%]", 1),
+               [=](const Row& row) { return change(row.detectable); }},
+              {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
+  const std::vector<const Row*> rows = by_weight(c.speed, changed_only);
+  Table table = table_of("Times",
+                         "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by Mann-Whitney, delta: "
+                         "Cliff's; detectable: found with probability 80 %.",
+                         fields, rows);
+  if (std::ranges::any_of(rows, [](const Row* row) { return !row->interval; })) {
     table.notes.emplace_back(
         "Without an interval there are too few repetitions for a test (4 on each side): only large changes "
         "are seen (unrepeated_effect). scripts/bench_pair makes repetitions.");

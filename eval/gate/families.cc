@@ -41,7 +41,7 @@ FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
   }
   row.n_sources = static_cast<int>(sources.size());
   row.too_few = row.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
-  if (row.n_worse + row.n_better == 0) {
+  if (!row.is_changed()) {
     row.interval = Interval{0, 0};
     return row;
   }
@@ -54,7 +54,7 @@ FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
 
 GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
   const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
-  if (row.n_worse + row.n_better == 0 || std::abs(row.worse) <= policy.of(row.metric).minimum_effect)
+  if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect)
     return GateVerdict::ok;
   const int n_for = row.worse > 0 ? row.n_worse : row.n_better, n_against = row.worse > 0 ? row.n_better : row.n_worse;
   const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases;
@@ -66,6 +66,10 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
 }
 
 }  // namespace
+
+std::string JudgedError::word() const {
+  return too_few && verdict == GateVerdict::ok ? "too few to judge" : std::string(to_string(verdict));
+}
 
 RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
                       const AccuracyPolicy& policy) {

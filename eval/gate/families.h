@@ -28,30 +28,34 @@
 
 namespace sextant {
 
-/// One error of one subject: what families and rows are judged from.
-struct PairedError {
-  Subject subject;
+/// One error over the cases that both sides have estimated, and what was decided about it.
+struct JudgedError {
   std::string metric;
   int n = 0;         ///< cases estimated on both sides
   int n_worse = 0;   ///< beyond rounding
   int n_better = 0;  ///< beyond rounding
-  int n_seeds = 0;   ///< with different errors
+  bool too_few = false;  ///< seeds or cases, to judge a change that would count
+  GateVerdict verdict = GateVerdict::ok;
+
+  bool is_changed() const { return n_worse + n_better > 0; }
+  /// The verdict, or "too few to judge".
+  std::string word() const;
+};
+
+/// One error of one subject: what families and rows are judged from.
+struct PairedError : JudgedError {
+  Subject subject;
+  int n_seeds = 0;  ///< with different errors
   PairedSample cases;
 };
 
-struct FamilyRow : RatioChange {
+struct FamilyRow : JudgedError, RatioChange {
   std::string estimator;
   std::string body;  ///< "camera" or "objects"
-  std::string metric;
-  int n = 0;
-  int n_worse = 0;
-  int n_better = 0;
   int n_sources = 0;
-  int n_seeds = 0;  ///< of the source that has fewest
+  int n_seeds = 0;   ///< of the source that has fewest
   double worse = 0;  ///< the change in the direction that is worse
   std::optional<double> p_corrected;
-  bool too_few = false;  ///< seeds or cases
-  GateVerdict verdict = GateVerdict::ok;
 };
 
 /// Of metrics whose minimum_effect is above 0: the exact gate judges every row by itself. In order of weight: worst verdict

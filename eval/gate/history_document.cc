@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/history.h"
@@ -11,15 +12,19 @@ namespace {
 
 constexpr size_t max_figures = 60;
 
-/// Values of the segment that begins at `begin`.
-double level_after(const Series& series, size_t begin) {
+/// The values of the points begin .. end - 1 that have one.
+std::vector<double> known(const Series& series, size_t begin, size_t end = SIZE_MAX) {
   std::vector<double> values;
-  const auto next = std::ranges::upper_bound(series.changes, begin);
-  const size_t end = next == series.changes.end() ? series.values.size() : *next;
-  for (size_t i = begin; i < end; ++i) {
+  for (size_t i = begin; i < std::min(end, series.values.size()); ++i) {
     if (series.values[i]) values.push_back(*series.values[i]);
   }
-  return median(values);
+  return values;
+}
+
+/// Median of the level that begins at `begin`.
+double level_after(const Series& series, size_t begin) {
+  const auto next = std::ranges::upper_bound(series.changes, begin);
+  return median(known(series, begin, next == series.changes.end() ? SIZE_MAX : *next));
 }
 
 double level_before(const Series& series, size_t change) {
@@ -27,50 +32,59 @@ double level_before(const Series& series, size_t change) {
   return level_after(series, at == series.changes.begin() ? 0 : *(at - 1));
 }
 
+std::string number_title(const Series& series) { return fmt::format("{} [{}]", series.metric, series.unit); }
+
 Table change_table(const History& history) {
-  Table table{"Changes of level",
-              "Median before and after, over the points of the two levels.",
-              {Column::text("point", "from"), Column::text("series"), Column::text("metric", "number"),
-               Column::number("before", 6), Column::number("after", 6),
-               Column::number("change_percent", "change [%]", 1)}};
+  struct Change {
+    std::string point;
+    const Series* series;
+    double before, after;
+  };
+  std::vector<Change> changes;
   for (size_t i = 0; i < history.labels.size(); ++i) {
     for (const Series& series : history.series) {
-      if (std::ranges::find(series.changes, i) == series.changes.end()) continue;
-      const double before = level_before(series, i), after = level_after(series, i);
-      table.add_row({history.labels[i], series.name, fmt::format("{} [{}]", series.metric, series.unit),
-                     before, after, before > 0 ? Cell(100 * (after / before - 1)) : Cell()});
+      if (std::ranges::find(series.changes, i) != series.changes.end())
+        changes.push_back({history.labels[i], &series, level_before(series, i), level_after(series, i)});
     }
   }
-  return table;
+  return table_of<Change>(
+      "Changes of level", "Median before and after, over the points of the two levels.",
+      {{Column::text("point", "from"), &Change::point},
+       {Column::text("series"), [](const Change& c) { return c.series->name; }},
+       {Column::text("metric", "number"), [](const Change& c) { return number_title(*c.series); }},
+       {Column::number("before", 6), &Change::before},
+       {Column::number("after", 6), &Change::after},
+       {Column::number("change_percent", "change [%]", 1),
+        [](const Change& c) { return c.before > 0 ? Cell(100 * (c.after / c.before - 1)) : Cell(); }}},
+      changes);
 }
 
 Table latest_table(const History& history) {
-  Table table{"All series",
-              "",
-              {Column::text("series"), Column::text("metric", "number"), Column::count("n", "points"),
-               Column::number("first", 6), Column::number("last", 6), Column::count("n_changes", "changes")}};
-  for (const Series& series : history.series) {
-    std::vector<double> values;
-    for (const auto& value : series.values) {
-      if (value) values.push_back(*value);
-    }
-    table.add_row({series.name, fmt::format("{} [{}]", series.metric, series.unit), values.size(),
-                   values.front(), values.back(), series.changes.size()});
-  }
-  return table;
+  return table_of<Series>(
+      "All series", "",
+      {{Column::text("series"), &Series::name},
+       {Column::text("metric", "number"), number_title},
+       {Column::count("n", "points"), [](const Series& s) { return known(s, 0).size(); }},
+       {Column::number("first", 6), [](const Series& s) { return known(s, 0).front(); }},
+       {Column::number("last", 6), [](const Series& s) { return known(s, 0).back(); }},
+       {Column::count("n_changes", "changes"), [](const Series& s) { return s.changes.size(); }}},
+      history.series);
 }
 
 Figure series_figure(const History& history, const Series& series, size_t number) {
   Figure figure;
   figure.name = fmt::format("series-{}", number);
-  figure.caption = fmt::format("{}: {} [{}]{}", series.name, series.metric, series.unit,
+  figure.caption = fmt::format("{}: {}{}", series.name, number_title(series),
                                series.changes.empty() ? "" : "; lines: the level changed");
-  figure.data.columns = {{"point", "point"}, Column::text("label"), {"value", "value"}};
+  std::vector<size_t> points(series.values.size());
+  std::iota(points.begin(), points.end(), size_t{0});
+  figure.data = table_of<size_t>("", "",
+                                 {{Column::text("point"), [](size_t i) { return i; }},
+                                  {Column::text("label"), [&](size_t i) { return history.labels[i]; }},
+                                  {Column::text("value"), [&](size_t i) { return series.values[i]; }}},
+                                 points);
   double highest = 0;
-  for (size_t i = 0; i < series.values.size(); ++i) {
-    figure.data.add_row({i, history.labels[i], series.values[i]});
-    highest = std::max(highest, series.values[i].value_or(0));
-  }
+  for (const std::optional<double>& value : series.values) highest = std::max(highest, value.value_or(0));
   std::string& script = figure.script;
   std::string tics;
   const size_t step = (history.labels.size() + 7) / 8;  // at most eight labels along the axis
@@ -79,7 +93,7 @@ Figure series_figure(const History& history, const Series& series, size_t number
   script = fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [0:{}]\nset ylabel {} noenhanced\nunset key\n",
                         static_cast<double>(series.values.size()) - 0.5, highest > 0 ? 1.15 * highest : 1.0,
-                        gp_text(fmt::format("{} [{}]", series.metric, series.unit)));
+                        gp_text(number_title(series)));
   for (const size_t change : series.changes) {
     const double x = static_cast<double>(change) - 0.5;
     script += fmt::format("set arrow from {0}, graph 0 to {0}, graph 1 nohead lw 1.5 dt 2 lc rgb \"{1}\"\n",

@@ -25,8 +25,7 @@ RunFolder read_run(const fs::path& folder) {
   const std::string file = (folder / "records.jsonl").string();
   SubjectCollector collector;
   for_each_record(folder / "records.jsonl", [&](const Record& record) {
-    collector.add(record);
-    ++run.n_cases;
+    collector.add(record, ++run.n_cases);
   });
   if (run.n_cases == 0) fail("{}: has no records", file);
   run.has_times = collector.has_times();

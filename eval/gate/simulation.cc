@@ -37,7 +37,7 @@ std::vector<NumberColumn> rows_of(const std::vector<NumberColumn>& columns, cons
 std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects, std::span<const uint64_t> taken) {
   std::vector<SubjectCases> out;
   for (const SubjectCases& cases : subjects) {
-    SubjectCases chosen{.subject = cases.subject};
+    SubjectCases chosen(cases.subject);
     std::vector<size_t> rows;
     for (size_t label = 0; label < taken.size(); ++label) {
       const auto [first, last] = std::ranges::equal_range(cases.seeds, taken[label]);
@@ -48,6 +48,7 @@ std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects, st
     }
     for (const size_t row : rows) {
       chosen.frames.push_back(cases.frames[row]);
+      chosen.lines.push_back(cases.lines[row]);
       chosen.statuses.push_back(cases.statuses[row]);
       chosen.gates.push_back(cases.gates[row]);
       chosen.have_truth.push_back(cases.have_truth[row]);
@@ -88,15 +89,6 @@ void apply(const Plant& plant, PhiloxStream& random, std::vector<SubjectCases>& 
   }
 }
 
-GateVerdict verdict_of(const AccuracyComparison& c) {
-  GateVerdict verdict = GateVerdict::ok;
-  for (const Mismatch& f : c.findings) verdict = f.invalidates ? GateVerdict::invalid : verdict;
-  for (const FamilyRow& row : c.families) verdict = std::min(verdict, row.verdict);
-  for (const AccuracyRow& row : c.rows) verdict = std::min(verdict, row.verdict);
-  for (const StatusRow& row : c.statuses) verdict = std::min(verdict, row.verdict);
-  return verdict;
-}
-
 GateVerdict run_trial(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh, Seeds seeds,
                       int trial, const SimulationOptions& options, const Policy& policy) {
   PhiloxStream random(options.seed, static_cast<uint64_t>(trial));
@@ -107,7 +99,9 @@ GateVerdict run_trial(const std::vector<SubjectCases>& base, const std::vector<S
   if (options.changed_share < 1) keep_unchanged(before, options.changed_share, random, after);
   apply(options.on_base, random, before);
   apply(options.on_new, random, after);
-  return verdict_of(compare_accuracy(before, after, policy, 1));
+  AccuracyComparison comparison;
+  compare_accuracy(before, after, policy, 1, comparison);
+  return comparison.worst_verdict();
 }
 
 }  // namespace

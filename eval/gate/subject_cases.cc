@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "sextant/eval/records/record_fields.h"
@@ -79,26 +78,17 @@ class RowWriter {
   size_t next_ = 0;
 };
 
-/// In another order, and without room for more.
-template <typename T>
-void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
-  std::vector<T> ordered;
-  ordered.reserve(values.size());
-  for (const size_t i : order) ordered.push_back(values[i]);
-  values = std::move(ordered);
-}
-
 void sort_cases(SubjectCases& cases) {
-  std::vector<size_t> order(cases.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::stable_sort(order, {}, [&](size_t row) { return cases.case_of(row); });
-  reorder(order, cases.seeds);
-  reorder(order, cases.frames);
-  reorder(order, cases.statuses);
-  reorder(order, cases.gates);
-  reorder(order, cases.have_truth);
+  const auto order = cases.sorting_order();
+  if (!order) return;
+  reorder(*order, cases.seeds);
+  reorder(*order, cases.frames);
+  reorder(*order, cases.lines);
+  reorder(*order, cases.statuses);
+  reorder(*order, cases.gates);
+  reorder(*order, cases.have_truth);
   for (auto* columns : {&cases.errors, &cases.truth, &cases.times}) {
-    for (NumberColumn& column : *columns) reorder(order, column.numbers);
+    for (NumberColumn& column : *columns) reorder(*order, column.numbers);
   }
 }
 
@@ -147,32 +137,24 @@ std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
 }
 
 PairedRows pair_rows(const SubjectPair& pair) {
+  const CaseColumns none;
+  const CaseColumns& base = pair.base == nullptr ? none : *pair.base;
+  const CaseColumns& fresh = pair.fresh == nullptr ? none : *pair.fresh;
   PairedRows rows;
-  const size_t n_base = pair.base == nullptr ? 0 : pair.base->size();
-  const size_t n_fresh = pair.fresh == nullptr ? 0 : pair.fresh->size();
-  for (size_t b = 0, f = 0; b < n_base || f < n_fresh;) {
-    const bool in_base = b < n_base && (f == n_fresh || pair.base->case_of(b) <= pair.fresh->case_of(f));
-    const bool in_fresh = f < n_fresh && (b == n_base || pair.fresh->case_of(f) <= pair.base->case_of(b));
-    if (in_base && in_fresh) {
-      rows.both.push_back({static_cast<uint32_t>(b), static_cast<uint32_t>(f)});
-    } else if (in_base) {
-      rows.only_base.push_back(b);
-    } else {
-      rows.only_fresh.push_back(f);
-    }
-    b += in_base;
-    f += in_fresh;
-  }
+  for_each_case(base, fresh, [&](std::optional<size_t> b, std::optional<size_t> f) {
+    if (b && f) rows.both.push_back({static_cast<uint32_t>(*b), static_cast<uint32_t>(*f)});
+    if (!f) rows.only_base.push_back(*b);
+    if (!b) rows.only_fresh.push_back(*f);
+  });
   return rows;
 }
 
-void SubjectCollector::add(const Record& record) {
+void SubjectCollector::add(const Record& record, size_t line) {
   const Subject subject = Subject::of(record);
-  SubjectCases& cases = subjects_[subject];
-  cases.subject = subject;
+  SubjectCases& cases = subjects_.try_emplace(subject, subject).first->second;
   const size_t row = cases.size();
-  cases.seeds.push_back(record.seed);
-  cases.frames.push_back(record.frame);
+  cases.CaseColumns::add(record.seed, record.frame);
+  cases.lines.push_back(static_cast<uint32_t>(line));
   cases.statuses.push_back(record.status);
   cases.gates.push_back(record.gate);
   cases.have_truth.push_back(has_truth(record));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/report/case_columns.h"
 #include "sextant/eval/report/noise_level.h"
 
 namespace sextant {
@@ -28,10 +29,11 @@ struct NumberColumn {
   bool has(size_t row) const;
 };
 
-struct SubjectCases {
+struct SubjectCases : CaseColumns {
+  explicit SubjectCases(const Subject& of) : subject(of) {}
+
   Subject subject;
-  std::vector<uint64_t> seeds;
-  std::vector<int> frames;
+  std::vector<uint32_t> lines;  ///< of records.jsonl, from 1
   std::vector<Status> statuses;
   std::vector<Gate> gates;
   std::vector<bool> have_truth;
@@ -40,8 +42,6 @@ struct SubjectCases {
   std::vector<NumberColumn> truth;  ///< what the truth alone decides
   std::vector<NumberColumn> times;  ///< of the stages of an estimator: refine, start, total [ms]
 
-  size_t size() const { return seeds.size(); }
-  SeedFrame case_of(size_t row) const { return {seeds[row], frames[row]}; }
   bool is_estimated(size_t row) const {
     return statuses[row] == Status::ok || statuses[row] == Status::no_truth;
   }
@@ -84,7 +84,8 @@ PairedRows pair_rows(const SubjectPair& pair);
 /// Sorts records into their subjects.
 class SubjectCollector {
  public:
-  void add(const Record& record);
+  /// The record stands in that line of its file.
+  void add(const Record& record, size_t line = 0);
   bool has_times() const { return has_times_; }
   /// In order of subject, each in order of case.
   std::vector<SubjectCases> take();

@@ -33,6 +33,12 @@ std::optional<Consistency> consistency(const Moments& nees) {
 
 }  // namespace
 
+IntervalEstimate Efficiency::ratio() const {
+  IntervalEstimate out{1 / efficiency, std::nullopt};
+  if (interval && interval->low > 0) out.interval = {1 / interval->high, 1 / interval->low};
+  return out;
+}
+
 std::vector<const MetricDefinition*> bounded_errors() {
   std::vector<const MetricDefinition*> bounded = metrics_for(compared);
   std::erase_if(bounded, [](const MetricDefinition* m) { return !find_metric(NumberMap::bound, m->name); });

@@ -31,6 +31,9 @@ struct Efficiency {
   double bound = 0;  ///< unit of the error
   double efficiency = 0;
   std::optional<Interval> interval;  ///< of the efficiency, 95 %; none with one seed
+
+  /// RMS error / bound: 1 at the bound.
+  IntervalEstimate ratio() const;
 };
 
 struct Consistency {

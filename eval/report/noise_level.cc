@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -13,15 +12,6 @@ namespace sextant {
 namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-
-/// Values in another order.
-template <typename T>
-void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
-  std::vector<T> ordered;
-  ordered.reserve(values.size());
-  for (const size_t i : order) ordered.push_back(values[i]);
-  values = std::move(ordered);
-}
 
 }  // namespace
 
@@ -65,8 +55,7 @@ void NoiseLevel::add(const Record& record) {
   const bool is_measured = has_truth(record), is_estimated = is_measured && record.status == Status::ok;
   n_truth_ += is_measured;
   n_estimated_ += is_estimated;
-  seeds_.push_back(record.seed);
-  frames_.push_back(record.frame);
+  cases_.add(record.seed, record.frame);
   for (size_t e = 0; e < names_.size(); ++e) {
     const auto error = is_estimated ? find_number(record.errors, names_[e]) : std::nullopt;
     const auto bound = error ? find_number(record.bound, names_[e]) : std::nullopt;
@@ -87,13 +76,12 @@ void NoiseLevel::add(const Record& record) {
 }
 
 void NoiseLevel::add(uint64_t seed, const BodySums& body) {
-  if (!is_summed() && !seeds_.empty()) fail_mixed();
+  if (!is_summed() && cases_.size() > 0) fail_mixed();
   const size_t n_errors = names_.size();
   sums_.resize(n_errors);
   values_.resize(n_errors);
-  const auto row = static_cast<uint32_t>(seeds_.size());
-  seeds_.push_back(seed);
-  frames_.push_back(0);
+  const auto row = static_cast<uint32_t>(cases_.size());
+  cases_.add(seed, 0);
   n_truth_ += body.n_truth();
   n_estimated_ += body.n_estimated;
   std::string missed;
@@ -126,30 +114,27 @@ void NoiseLevel::fail_mixed() const {
 }
 
 void NoiseLevel::sort() {
-  std::vector<size_t> order(seeds_.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  const auto case_at = [&](size_t row) { return case_of(row); };
-  if (std::ranges::is_sorted(order, {}, case_at)) return;
-  std::ranges::stable_sort(order, {}, case_at);
-  reorder(order, seeds_);
-  reorder(order, frames_);
+  const auto order = cases_.sorting_order();
+  if (!order) return;
+  reorder(*order, cases_.seeds);
+  reorder(*order, cases_.frames);
   if (is_summed()) {
-    std::vector<uint32_t> place(order.size());
-    for (size_t row = 0; row < order.size(); ++row) place[order[row]] = static_cast<uint32_t>(row);
-    for (auto& sums : sums_) reorder(order, sums);
+    std::vector<uint32_t> place(order->size());
+    for (size_t row = 0; row < order->size(); ++row) place[(*order)[row]] = static_cast<uint32_t>(row);
+    for (auto& sums : sums_) reorder(*order, sums);
     for (auto& values : values_) {
       for (BinnedValue& value : values) value.row = place[value.row];
     }
-    reorder(order, missed_);
+    reorder(*order, missed_);
     return;
   }
-  for (std::vector<double>& column : errors_) reorder(order, column);
-  for (std::vector<bool>& column : has_bound_) reorder(order, column);
+  for (std::vector<double>& column : errors_) reorder(*order, column);
+  for (std::vector<bool>& column : has_bound_) reorder(*order, column);
 }
 
 std::vector<SeedFrame> NoiseLevel::repeated() const {
   std::vector<SeedFrame> cases;
-  for (size_t row = 1; row < seeds_.size(); ++row) {
+  for (size_t row = 1; row < cases_.size(); ++row) {
     if (case_of(row) == case_of(row - 1)) cases.push_back(case_of(row));
   }
   return cases;
@@ -157,37 +142,35 @@ std::vector<SeedFrame> NoiseLevel::repeated() const {
 
 std::vector<SeedFrame> NoiseLevel::shared(const NoiseLevel& other) const {
   std::vector<SeedFrame> cases;
-  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
-    const SeedFrame first = case_of(a), second = other.case_of(b);
-    if (first == second) cases.push_back(first);
-    a += first <= second;
-    b += second <= first;
-  }
+  for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
+    if (a && b) cases.push_back(case_of(*a));
+  });
   return cases;
 }
 
 size_t NoiseLevel::n_seeds() const {
   size_t n = 0;
-  for (size_t row = 0; row < seeds_.size(); ++row) n += row == 0 || seeds_[row] != seeds_[row - 1];
+  for (size_t row = 0; row < cases_.size(); ++row) n += row == 0 || cases_.seeds[row] != cases_.seeds[row - 1];
   return n;
 }
 
 NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_bounded) const {
   Sample sample;
-  for (size_t row = 0; row < seeds_.size(); ++row) {
+  for (size_t row = 0; row < cases_.size(); ++row) {
     const double value = errors_[error][row];
     if (std::isnan(value) || (only_bounded && !has_bound_[error][row])) continue;
     sample.values.push_back(value);
-    sample.clusters.push_back(by == ClusterBy::seeds ? seeds_[row] : static_cast<uint64_t>(frames_[row]));
+    const auto [seed, frame] = case_of(row);
+    sample.clusters.push_back(by == ClusterBy::seeds ? seed : static_cast<uint64_t>(frame));
   }
   return sample;
 }
 
 ClusterSums NoiseLevel::row_sums(size_t error, Moments RowSums::*of) const {
   ClusterSums sums;
-  for (size_t row = 0; row < seeds_.size(); ++row) {
+  for (size_t row = 0; row < cases_.size(); ++row) {
     const Moments& moments = sums_[error][row].*of;
-    if (moments.n > 0) sums.push_back({seeds_[row], moments});
+    if (moments.n > 0) sums.push_back({cases_.seeds[row], moments});
   }
   return sums;
 }
@@ -204,7 +187,7 @@ ClusteredSample NoiseLevel::sample(size_t error, ClusterBy by) const {
     Sample sample;
     for (const BinnedValue& value : values_[error]) {
       sample.values.push_back(LogHistogram::centre(value.bin));
-      sample.clusters.push_back(seeds_[value.row]);
+      sample.clusters.push_back(cases_.seeds[value.row]);
     }
     return {row_sums(error, &RowSums::error), sample.values, sample.clusters};
   }
@@ -226,35 +209,29 @@ bool NoiseLevel::has_error(size_t row) const {
 size_t NoiseLevel::n_with_error() const {
   if (is_summed()) return *std::ranges::max_element(n_of_);
   size_t n = 0;
-  for (size_t row = 0; row < seeds_.size(); ++row) n += has_error(row);
+  for (size_t row = 0; row < cases_.size(); ++row) n += has_error(row);
   return n;
 }
 
 std::vector<std::pair<size_t, size_t>> NoiseLevel::pairs(const NoiseLevel& other) const {
   std::vector<std::pair<size_t, size_t>> rows;
-  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
-    const SeedFrame first = case_of(a), second = other.case_of(b);
-    if (first == second && has_error(a) && other.has_error(b)) rows.emplace_back(a, b);
-    a += first <= second;
-    b += second <= first;
-  }
+  for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
+    if (a && b && has_error(*a) && other.has_error(*b)) rows.emplace_back(*a, *b);
+  });
   return rows;
 }
 
 std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const NoiseLevel& other, size_t error) const {
   std::vector<SeedSums> pairs;
-  for (size_t a = 0, b = 0; a < seeds_.size() && b < other.seeds_.size();) {
-    const uint64_t first = seeds_[a], second = other.seeds_[b];
-    if (first == second) {
-      const Moments& of_first = sums_[error][a].error;
-      const Moments& of_second = other.sums_[error][b].error;
-      if (missed_[a] != other.missed_[b] || of_first.n != of_second.n) return std::nullopt;
-      if (of_first.n > 0) pairs.push_back({first, of_first, of_second});
-    }
-    a += first <= second;
-    b += second <= first;
-  }
-  return pairs;
+  bool same_pairs = true;
+  for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
+    if (!a || !b) return;
+    const Moments& of_first = sums_[error][*a].error;
+    const Moments& of_second = other.sums_[error][*b].error;
+    same_pairs = same_pairs && missed_[*a] == other.missed_[*b] && of_first.n == of_second.n;
+    if (of_first.n > 0) pairs.push_back({cases_.seeds[*a], of_first, of_second});
+  });
+  return same_pairs ? std::optional(pairs) : std::nullopt;
 }
 
 NoiseLevel level_of(const RecordRefs& records) {

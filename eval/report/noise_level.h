@@ -93,7 +93,7 @@ class NoiseLevel {
     Moments first, second;
   };
   std::optional<std::vector<SeedSums>> paired_sums(const NoiseLevel& other, size_t error) const;
-  SeedFrame case_of(size_t row) const { return {seeds_[row], frames_[row]}; }
+  SeedFrame case_of(size_t row) const { return cases_.case_of(row); }
   /// NaN where the row has none.
   double error(size_t error, size_t row) const { return errors_[error][row]; }
 
@@ -112,12 +112,11 @@ class NoiseLevel {
   std::vector<size_t> n_of_ = std::vector<size_t>(names_.size());  ///< by error
   std::vector<Moments> bounds_ = std::vector<Moments>(names_.size());
   Moments nees_, epe_initial_px_, distance_gt_m_;
+  CaseColumns cases_;
   // By row, which is a record.
-  std::vector<uint64_t> seeds_;
-  std::vector<int> frames_;
   std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(names_.size());
   std::vector<std::vector<bool>> has_bound_ = std::vector<std::vector<bool>>(names_.size());  ///< by error
-  // By row, which is a case, instead of errors_; frames_ are 0.
+  // By row, which is a case, instead of errors_; the frames of cases_ are 0.
   struct RowSums {
     Moments error, bounded;
   };

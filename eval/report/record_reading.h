@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
+#include "sextant/eval/report/case_columns.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
 
@@ -44,9 +45,6 @@ std::vector<std::string> distinct(const std::vector<const Item*>& items, Text It
   }
   return values;
 }
-
-/// A draw of the noise and a frame: what estimators are paired by.
-using SeedFrame = std::pair<uint64_t, int>;
 
 /// The number of that name, if the record has it.
 template <typename Map>

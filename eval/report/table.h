@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "sextant/base/interned.h"
 #include "sextant/base/options.h"
 #include "sextant/stats/bootstrap.h"
 
@@ -76,6 +77,7 @@ struct Cell : std::variant<std::monostate, std::string, double> {
   Cell(const char* text) : variant(std::string(text)) {}
   Cell(std::string_view text) : variant(std::string(text)) {}
   Cell(std::string text) : variant(std::move(text)) {}
+  Cell(Interned text) : variant(text.str()) {}
   Cell(double number) : variant(number) {}
   Cell(std::integral auto number) : variant(static_cast<double>(number)) {}
   template <typename T>
@@ -142,15 +144,18 @@ class Fields : public std::vector<Field<Row>> {
 Fields<IntervalEstimate> estimate_fields(const Column& value, const std::string& low_key,
                                          const std::string& high_key);
 
-/// One row of cells for each of `rows`.
-template <typename Row>
+/// One row of cells for each of `rows`, which are rows or pointers to rows.
+template <typename Row, typename Item>
 Table table_of(std::string title, std::string caption, const Fields<Row>& fields,
-               const std::vector<Row>& rows) {
+               const std::vector<Item>& rows) {
   Table table{std::move(title), std::move(caption)};
   for (const Field<Row>& field : fields) table.columns.push_back(field.column);
-  for (const Row& row : rows) {
+  for (const Item& item : rows) {
     std::vector<Cell> cells;
-    for (const Field<Row>& field : fields) cells.push_back(field.of(row));
+    for (const Field<Row>& field : fields) {
+      if constexpr (std::is_pointer_v<Item>) cells.push_back(field.of(*item));
+      else cells.push_back(field.of(item));
+    }
     table.add_row(std::move(cells));
   }
   return table;

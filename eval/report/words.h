@@ -3,8 +3,8 @@
 // Definitions of the terms in tables and reports, printed by `sextant explain`. docs/glossary.md (terms) and
 // docs/metrics.md (statuses) repeat them; a test compares.
 //
-//   words of the field and of this program   the table in words.cc
-//   what a status is                         the table of statuses there
+//   words of the field and of this program   words.json
+//   what a status is                         words.json
 //   numbers of a record                      metrics/definitions.h
 //   presets                                  metrics/definitions.h
 

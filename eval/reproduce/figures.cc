@@ -92,17 +92,15 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
 }
 
 std::vector<CameraPath> recorded_paths(const fs::path& folder, const std::string& sequence) {
-  static constexpr std::pair<const char*, const char*> systems[] = {
-      {"ORB-SLAM3", "orbslam3_camera"}, {"VDO-SLAM front end", "vdo_slam_frontend"}};
   const auto positions = [](const std::string& path) {
     return read_trajectory(path, "tum").poses.positions_m;
   };
   std::vector<CameraPath> paths;
-  for (const auto& [system, name] : systems) {
-    const std::string stem = (folder / fmt::format("{}_{}", name, sequence)).string();
+  for (const RecordedSystem& system : recorded_systems()) {
+    const std::string stem = (folder / fmt::format("{}_{}", system.folder, sequence)).string();
     if (!fs::exists(stem + "_estimate.tum")) continue;
     if (paths.empty()) paths.push_back({truth_path, positions(stem + "_reference.tum")});
-    paths.push_back({system, positions(stem + "_estimate.tum")});
+    paths.push_back({system.name, positions(stem + "_estimate.tum")});
   }
   return paths;
 }

@@ -4,6 +4,7 @@
 // How to add one: a plan in eval/plans/reproduce/ and one line in the table of parts.cc.
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,15 @@ OutputFiles stored_files(const std::string& part, const std::filesystem::path& b
 //   errors.Et_corrected_m      against the truth with velocity-corrected step lengths
 //   errors.Et_scaled_m         raw truth, the estimate scaled to the truth's size (Umeyama, scale only)
 //   values.step_gt_m, step_floor_m
+
+/// A system whose camera trajectories were recorded.
+struct RecordedSystem {
+  const char* name;
+  const char* folder;     ///< below ROOT/kitti_tracking_peers; begins the names of its trajectories here
+  const char* extension;
+  const char* format;     ///< of read_trajectory()
+};
+std::span<const RecordedSystem> recorded_systems();
 
 /// The paper's sequences of which text truth is known to be public: "0000" .. "0020".
 const std::vector<std::string>& recorded_sequences();

@@ -2,8 +2,6 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/parts.h"
 
-#include <array>
-
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
@@ -13,24 +11,15 @@
 namespace sextant {
 namespace {
 
-struct System {
-  const char* name;
-  const char* folder;
-  const char* extension;
-  const char* format;
-};
-constexpr std::array<System, 2> systems = {{{"ORB-SLAM3", "orbslam3_camera", ".txt", "kitti"},
-                                            {"VDO-SLAM front end", "vdo_slam_frontend", ".xml", "vdo_xml"}}};
-
 struct Recording {
-  const System* system;
+  const RecordedSystem* system;
   std::string sequence;
   std::string path;
 };
 
 std::vector<Recording> recordings_in(const fs::path& root) {
   std::vector<Recording> found;
-  for (const System& system : systems) {
+  for (const RecordedSystem& system : recorded_systems()) {
     for (const std::string& sequence : recorded_sequences()) {
       const fs::path path = root / "kitti_tracking_peers" / system.folder / (sequence + system.extension);
       if (fs::exists(path)) found.push_back({&system, sequence, path.string()});
@@ -81,6 +70,12 @@ std::string stem_of_recording(const Recording& recording) {
 }
 
 }  // namespace
+
+std::span<const RecordedSystem> recorded_systems() {
+  static constexpr RecordedSystem systems[] = {{"ORB-SLAM3", "orbslam3_camera", ".txt", "kitti"},
+                                               {"VDO-SLAM front end", "vdo_slam_frontend", ".xml", "vdo_xml"}};
+  return systems;
+}
 
 const std::vector<std::string>& recorded_sequences() {
   static const std::vector<std::string> sequences = {"0000", "0001", "0002", "0003", "0004",

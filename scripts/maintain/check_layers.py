@@ -13,8 +13,10 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
-8. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
-9. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
+8. Reports (REPORTS) name no data set, estimator or measured system in a text: zhang2020_data.json and the records do. They
+   read typed rows: no cell is compared with a text, none is found by its number.
+9. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
+10. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
 
 Tests (*_test.cc, *testing.h) are exempt from all but the last two. Exit codes: 0 clean, 1 violations, 2 usage.
 """
@@ -76,7 +78,7 @@ LAYERS = {
     "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
     "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
-                      "eval/report", "eval/report/html", "eval/reproduce"],
+                      "eval/report", "eval/reproduce"] + _PAPER,
     "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check",
                  "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
                  "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",
@@ -117,6 +119,20 @@ DOORS = {
         ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
+# Where tables, figures, claims and pages are made from typed rows.
+REPORTS = ["eval/report/*", "eval/gate/*"]
+NOT_IN_REPORTS = {
+    "compares a cell with a text: decide by the row": re.compile(r"[=!]=\s*Cell\(|\bCell\([^()]*\)\s*[=!]="),
+    "finds a cell by its number: read the row's member, or Table::place()":
+        re.compile(r"\b(?:\w*row|\w*rows|cells|fields|columns)(?:\[\d+\]|\.at\(\d+\))"),
+}
+# Where the names that a report must not have are listed -> what one looks like there.
+NAME_LISTS = {
+    "datasets/registry.cc": re.compile(r'\{"([\w-]+)",'),
+    "lib/estimator/registry.cc": re.compile(r'entry<\w+, \w+>\(\s*"(\w+)"'),
+    "results/systems/systems.json": re.compile(r'"estimator":\s*"(\w+)'),
+}
+
 # What no test does: it would depend on other tests, on the user or on the speed of the machine.
 NOT_IN_TESTS = {
     "is a folder that others use: TempFolder (base/testing.h) is the test's own":
@@ -144,6 +160,25 @@ _READER = re.compile(r"\b((?:decode|parse|read)_\w+)\(\s*(?:std::string_view|(?:
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
+def listed_names(root):
+    """Data sets, estimators and measured systems: whatever the lists have."""
+    return {name for path, pattern in NAME_LISTS.items() if (root / path).exists()
+            for name in pattern.findall((root / path).read_text(encoding="utf-8"))}
+
+
+def report_problems(text, names):
+    """(line, problem) of a source that makes reports."""
+    code = re.sub(r"//[^\n]*", "", text)
+    found = [(m.start(), what) for what, pattern in NOT_IN_REPORTS.items() for m in pattern.finditer(code)]
+    for literal in re.finditer(r'"(?:[^"\\\n]|\\.)*"', code):
+        if code.rfind("\n", 0, literal.start()) < code.rfind("#include", 0, literal.start()):
+            continue
+        for word in re.findall(r"[\w-]+", literal[0]):
+            if word in names:
+                found.append((literal.start(), f"names '{word}' in a text: take it from the records or from paper()"))
+    return [(code.count("\n", 0, at) + 1, what) for at, what in found]
+
+
 def matches(name, patterns):
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
@@ -156,6 +191,7 @@ def read_tree(root):
     """{"geometry/se3.h": (path, [(line, include text), ...], [(line, problem), ...])}, tests left out."""
     targets = root / TARGETS
     targets = targets.read_text(encoding="utf-8") if targets.exists() else ""
+    names = listed_names(root)
     files = {}
     for top in ("lib", "datasets", "eval"):
         for path in sorted((root / top).rglob("*")):
@@ -168,6 +204,8 @@ def read_tree(root):
             includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
             doors = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in DOORS.items()
                      if name not in users for m in pattern.finditer(text)]
+            if matches(name, REPORTS):
+                doors += report_problems(text, names)
             if path.suffix == ".h":
                 doors += [(text.count("\n", 0, m.start()) + 1,
                            f"{m.group(1)}() reads files of strangers and has no target in {TARGETS}")
@@ -261,6 +299,8 @@ def self_test():
         "eval/report/table.h": '#include "sextant/base/error.h"\n',
         "eval/gate/policy.h": "int read_policy(const std::string& file);\n",
         "eval/fuzz/targets.cc": "void policy() { read_policy(file); }\n",
+        "datasets/registry.cc": 'Adapter{"sea-floor", "what is below"};\nstd::vector table = {{"sea-floor", "below"}};\n',
+        "eval/report/tables/depth_table.cc": '// As "sea-floor" has it.\nconst char* title = "all of the sea";\n',
     }
     planted = [
         ("upward include", "lib/base/error.h", "sextant/geometry/se3.h", "base may not include geometry"),
@@ -282,6 +322,11 @@ def self_test():
          "depends on the speed"),
         ("threads that are not declared", "lib/noise/draw.cc", 'base/x"\n  parallel_for(n, jobs, draw);//', "starts threads"),
         ("a file made in place", "eval/report/table.h", 'base/x"\nauto file = std::ofstream(name);//', "creates a file"),
+        ("a data set in a report", "eval/report/tables/depth_table.cc", 'base/error.h"\nauto s = "depth of sea-floor";//',
+         "names 'sea-floor' in a text"),
+        ("a cell compared with a text", "eval/report/table.h", 'base/error.h"\nbool b = row == Cell("no");//',
+         "compares a cell"),
+        ("a cell by its number", "eval/report/table.h", 'base/error.h"\nauto cell = row[5];//', "by its number"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

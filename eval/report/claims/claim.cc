@@ -1,8 +1,13 @@
 #include "sextant/eval/report/claims/claim.h"
 
+#include <algorithm>
+
+#include "sextant/base/error.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
+
+std::vector<Claim> collected_claims();
 
 void ClaimResult::set(const IntervalEstimate& estimate) {
   value = estimate.value;
@@ -27,6 +32,25 @@ Verdict is_between(double low, double high, double value, const std::optional<In
   const Verdict below = is_below(high, value, interval);
   if (above == Verdict::not_reproduced || below == Verdict::not_reproduced) return Verdict::not_reproduced;
   return above == below ? above : Verdict::undecided;
+}
+
+Claim paper_claim(int order, const std::string& name, ClaimCheck check) {
+  return {paper().statement(name), name, order, std::move(check)};
+}
+
+std::span<const Claim> claims() {
+  static const std::vector<Claim> all = [] {
+    std::vector<Claim> claims = collected_claims();
+    std::ranges::stable_sort(claims, {}, &Claim::order);
+    return claims;
+  }();
+  return all;
+}
+
+const Claim& find_claim(const std::string& name) {
+  const auto claim = std::ranges::find(claims(), name, &Claim::name);
+  SEXTANT_CHECK(claim != claims().end());
+  return *claim;
 }
 
 std::vector<CheckedClaim> check_claims(const Evidence& evidence) {
@@ -101,9 +125,11 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
   for (const auto& [claim, results] : checked) {
     std::vector<std::string> verdicts;
     for (const ClaimResult& result : results) verdicts.push_back(std::string(to_string(result.verdict)));
-    const std::string line_to_measure = claim->fetch.empty() ? "sextant reproduce --out DIR" : measuring_line(claim->fetch);
-    const std::string counts = results.empty() ? "no records of it; to measure it: " + line_to_measure
-                                               : fmt::format("{} ({} results)", count_words(verdicts), results.size());
+    const std::string line_to_measure =
+        claim->fetch.empty() ? "sextant reproduce --out DIR" : measuring_line(claim->fetch);
+    const std::string counts = results.empty()
+                                   ? "no records of it; to measure it: " + line_to_measure
+                                   : fmt::format("{} ({} results)", count_words(verdicts), results.size());
     VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
                      results.empty() ? "" : link, "Claims"};
     line.cases = table_of_claims({{claim, results}}, false);

@@ -1,8 +1,8 @@
 #pragma once
 
-// Statements of the paper, checked on records. How to add one:
-//   1. write eval/report/claims/<name>.cc: a function from evidence to results, declared in paper_claims.h;
-//   2. add one line to the list in registry.cc, and the statement to results/published/zhang2020_data.json.
+// Statements of the paper, checked on records. To add some, write eval/report/claims/NAME_claims.cc with a
+// function `std::vector<Claim> NAME_claims()`, which is found by its name. A Claim has its statement itself,
+// or, with paper_claim(), from results/published/zhang2020_data.json.
 //
 // A result is one number with its 95 % interval beside what the paper states. Verdicts:
 //   reproduced      the whole interval agrees with the statement
@@ -45,13 +45,21 @@ struct ClaimResult {
   }
 };
 
+using ClaimCheck = std::function<std::vector<ClaimResult>(const Evidence&)>;
+
 struct Claim : Statement {
   std::string name;
-  std::function<std::vector<ClaimResult>(const Evidence&)> check;
+  int order = 0;  ///< place among the claims of a report
+  ClaimCheck check;
 };
+
+/// A claim whose statement is the entry `name` of zhang2020_data.json.
+Claim paper_claim(int order, const std::string& name, ClaimCheck check);
 
 /// All claims, in the order of reports.
 std::span<const Claim> claims();
+/// The claim of that name; throws InternalError where there is none.
+const Claim& find_claim(const std::string& name);
 
 /// The verdict on "value < limit" and on "value > limit".
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);

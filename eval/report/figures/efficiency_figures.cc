@@ -16,17 +16,9 @@ constexpr size_t most_plotted_bodies = 4;
 /// RMS / bound of one error, body, estimator and level.
 struct Ratio {
   std::string error, body, estimator;
-  double level = 0, ratio = 0;
-  std::optional<Interval> interval{};
+  double level = 0;
+  IntervalEstimate of;
 };
-
-std::optional<Ratio> ratio_of(const MetricDefinition& error, const NoiseLevelRow& row) {
-  const Efficiency* e = find_in(row.limit.efficiency, error.name);
-  if (e == nullptr || e->efficiency <= 0) return std::nullopt;
-  Ratio ratio{error.stem(), row.body, row.estimator, row.level, 1 / e->efficiency};
-  if (e->interval && e->interval->low > 0) ratio.interval = {1 / e->interval->high, 1 / e->interval->low};
-  return ratio;
-}
 
 Panel panel_of(const MetricDefinition& error, const std::string& body,
                const std::vector<std::string>& estimators, double first, double last, double lowest,
@@ -59,23 +51,26 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   const std::vector<const MetricDefinition*> errors = bounded_errors();
   std::vector<Ratio> ratios;
   for (const MetricDefinition* error : errors) {
-    for (const NoiseLevelRow* row : rows)
-      if (const auto ratio = ratio_of(*error, *row)) ratios.push_back(*ratio);
+    for (const NoiseLevelRow* row : rows) {
+      const Efficiency* e = find_in(row->limit.efficiency, error->name);
+      if (e != nullptr && e->efficiency > 0)
+        ratios.push_back({error->stem(), row->body, row->estimator, row->level, e->ratio()});
+    }
   }
   if (ratios.empty()) return figure;
   Fields<Ratio> fields = {{Column::text("error"), &Ratio::error},
                           {Column::text("body"), &Ratio::body},
                           {Column::text("estimator"), &Ratio::estimator},
-                          {Column::text("level"), &Ratio::level},
-                          {Column::text("ratio"), &Ratio::ratio}};
-  fields.add_range({Column::text("low"), Column::text("high")}, &Ratio::interval);
+                          {Column::text("level"), &Ratio::level}};
+  fields.add(estimate_fields(Column::text("ratio"), "low", "high"), [](const Ratio& ratio) { return &ratio.of; });
   figure.data = table_of("", "", fields, ratios);
   double low = ratios.front().level, high = low, lowest = 0.5, highest = 2;
   for (const Ratio& ratio : ratios) {
     low = std::min(low, ratio.level);
     high = std::max(high, ratio.level);
-    lowest = std::min(lowest, ratio.interval ? ratio.interval->low : ratio.ratio);
-    highest = std::max(highest, ratio.interval ? ratio.interval->high : ratio.ratio);
+    const auto& [value, interval] = ratio.of;
+    lowest = std::min(lowest, interval ? interval->low : value);
+    highest = std::max(highest, interval ? interval->high : value);
   }
   std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
   bodies.resize(std::min(bodies.size(), most_plotted_bodies));

@@ -14,13 +14,6 @@ struct LimitRow {
   LimitSummary limit;
 };
 
-/// RMS / bound with its interval, from an efficiency.
-IntervalEstimate ratio_of(const Efficiency& efficiency) {
-  IntervalEstimate ratio{1 / efficiency.efficiency, std::nullopt};
-  if (efficiency.interval) ratio.interval = {1 / efficiency.interval->high, 1 / efficiency.interval->low};
-  return ratio;
-}
-
 void add_error(const MetricDefinition& error, Fields<LimitRow>& fields) {
   const std::string key = error.stem() + "_ratio", name = error.name;
   fields.add(
@@ -28,7 +21,7 @@ void add_error(const MetricDefinition& error, Fields<LimitRow>& fields) {
       [name](const LimitRow& row) { return rmse(numbers_of(row.estimated, NumberMap::errors, name)); });
   Fields<Efficiency> of_limit = {{Column::number(error.key("bound"), "bound", 5), &Efficiency::bound}};
   of_limit.add(estimate_fields(Column::number(key, "RMS / bound", 2), key + "_low", key + "_high"),
-               [](const Efficiency& efficiency) { return std::optional(ratio_of(efficiency)); });
+               [](const Efficiency& efficiency) { return std::optional(efficiency.ratio()); });
   fields.add(of_limit, [name](const LimitRow& row) { return find_in(row.limit.efficiency, name); });
 }
 

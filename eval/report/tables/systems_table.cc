@@ -64,9 +64,10 @@ Json description_of(const Json& descriptions, const std::string& estimator) {
   return Json::object();
 }
 
-Fields<Errors> error_fields(const std::string& prefix, const std::string& title) {
+/// The cells of E_t lead to the address in the column `address`; empty: nowhere.
+Fields<Errors> error_fields(const std::string& prefix, const std::string& title, const char* address) {
   return {
-      {Column::number(prefix + "Et_m", title + " E_t [m]", 4),
+      {Column::number(prefix + "Et_m", title + " E_t [m]", 4).leading_to(address),
        [](const Errors& e) { return mean_of(e.Et_m); }},
       {Column::number(prefix + "ER_deg", "E_R [deg]", 4), [](const Errors& e) { return mean_of(e.ER_deg); }}};
 }
@@ -99,10 +100,9 @@ Table systems_table(const Evidence& evidence) {
   }
   Fields<SystemRow> fields = {{Column::text("data").folded(), &SystemRow::data},
                               {Column::text("estimator"), &SystemRow::estimator}};
-  fields.add(error_fields("", "camera"), [](const SystemRow& row) { return &row.camera; });
-  fields[2].column.leads_to = "Et_m_file";
+  fields.add(error_fields("", "camera", "Et_m_file"), [](const SystemRow& row) { return &row.camera; });
   fields.add(coverage_column(""), [](const SystemRow& row) { return row.camera.coverage_percent(); });
-  fields.add(error_fields("objects_", "objects"), [](const SystemRow& row) { return &row.objects; });
+  fields.add(error_fields("objects_", "objects", ""), [](const SystemRow& row) { return &row.objects; });
   fields.add(
       {{Column::number("objects_Ev_kmh", "E_v [km/h]", 2),
         [](const SystemRow& row) { return mean_of(row.objects.Ev_kmh); }},

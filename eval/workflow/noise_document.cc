@@ -1,5 +1,6 @@
-#include "sextant/eval/report/claims/noise_document.h"
+#include "sextant/eval/workflow/noise_document.h"
 
+#include "sextant/base/error.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
@@ -19,11 +20,13 @@ std::string joined(const std::vector<std::filesystem::path>& folders) {
   return text;
 }
 
-/// What sweeps that kept summaries cannot say, a line each; no rows of records alone.
-Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<ComparisonRow>& comparisons, size_t n_left_out) {
-  Table table{"What summaries leave open",
-              "These sweeps kept summaries of their cases, not records (\"keep\": \"summary\").",
-              {{"what", "what", Align::left}, {"why", "why", Align::left}}};
+/// What sweeps that kept summaries cannot say, a line each; no rows where there are records.
+Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<ComparisonRow>& comparisons,
+                     size_t n_left_out) {
+  struct Limit {
+    std::string what, why;
+  };
+  std::vector<Limit> limits;
   bool any = false, one_seed = false;
   for (const NoiseSweep& sweep : sweeps) {
     for (const NoiseLevelRef& level : sweep.levels) {
@@ -31,14 +34,16 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
       one_seed = one_seed || (level->is_summed() && level->n_seeds() < 2);
     }
   }
-  if (!any) return table;
-  table.add_row({"quantiles", "within 0.5 %: they are those of bins so wide; all else is exact"});
-  if (one_seed) table.add_row({"intervals of one seed", "need frames, which only records have"});
-  if (n_left_out > 0) {
-    table.add_row({fmt::format("{} of {} comparisons of estimators", n_left_out, n_left_out + comparisons.size()),
-                   "the two estimated different pairs: which, only records tell"});
+  if (any) limits.push_back({"quantiles", "within 0.5 %: they are those of bins so wide; all else is exact"});
+  if (one_seed) limits.push_back({"intervals of one seed", "need frames, which only records have"});
+  if (any && n_left_out > 0) {
+    limits.push_back(
+        {fmt::format("{} of {} comparisons of estimators", n_left_out, n_left_out + comparisons.size()),
+         "the two estimated different pairs: which, only records tell"});
   }
-  return table;
+  return table_of<Limit>("What summaries leave open",
+                         "These sweeps kept summaries of their cases, not records (\"keep\": \"summary\").",
+                         {{Column::text("what"), &Limit::what}, {Column::text("why"), &Limit::why}}, limits);
 }
 
 /// A line for each statement of the paper that these records say something about; the others share one line.
@@ -125,6 +130,16 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   progress.advance();
   document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
   document.citation = citation();
+  return document;
+}
+
+ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                             const ReportFolderOptions& options) {
+  const auto lock = lock_folder(out);
+  ReportDocument document = noise_document(folders, options.jobs, options.quiet, out);
+  if (document.sections.empty())
+    fail("no pair with truth in any of the {} folders: nothing to report", folders.size());
+  if (!out.empty()) write_output_folder(out, report_folder(document, options));
   return document;
 }
 
