@@ -1,4 +1,5 @@
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
 
@@ -81,8 +82,7 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   if (flags.quiet) return;
   for (const std::string& text : reference.warnings) tell("warning", text);
   for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& w : run.warnings)  // what was repaired begins with the file
-      tell("warning", w.code == "repaired" ? w.text : fmt::format("{}: {}", run.name, w.text));
+    for (const TrajectoryWarning& warning : run.warnings) tell("warning", run.text_of(warning));
   }
   const bool all = flags.columns == "all";
   const Table lengths = ego_length_table(runs, options);
@@ -95,12 +95,19 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
 
+/// Where the report lies that was asked for.
+void print_report_path(const std::string& out, const CommonFlags& flags) {
+  if (!out.empty() && !flags.json && !flags.quiet)
+    fmt::print("\nReport: {}\n", (std::filesystem::path(out) / "report.html").string());
+}
+
 void evaluate(EgoFlags& flags) {
   const EgoOptions options = options_of(flags);
   flags.files.data_root = flags.data_root;
   flags.files.source_options = options_tree(flags.CommonFlags::options, flags.sets);
   const EgoScores scores = evaluate_ego_into(flags.files, options, flags.output);
   print(scores, options, flags);
+  print_report_path(flags.output.out, flags);
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
@@ -211,7 +218,9 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   add_value(*command, "--save-tum", flags->output.tum, "DIR",
             "Write the matched, aligned trajectories as TUM files");
   add_value(*command, "--out", flags->output.out, "DIR",
-            "Write report.html, tables and figures (CDF, boxes) here");
+            "Write report.html with paths and errors along them, tables, figures and every curve as CSV here");
+  add_choice(*command, "--plane", flags->output.plane,
+             "Axes of the paths from above; extent: all but --up, or but the one of the least extent");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(
@@ -269,6 +278,7 @@ void evaluate(ObjectFlags& flags) {
   } else if (!flags.quiet) {
     print(scores, flags);
   }
+  print_report_path(flags.out, flags);
 }
 
 void add_evaluate_objects_command(CLI::App& evaluate_app) {

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/eval/report/figures/panels.h"
 
 namespace sextant {
 namespace {
@@ -91,6 +92,52 @@ Figure box_figure(const std::string& name, const std::string& axis,
       static_cast<double>(samples.size()) + 0.6, tics,
       samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis),
       fmt::join(box_plots("(column(\"position\"))", 0.5, line_colour(0)), next_line));
+  return figure;
+}
+
+Figure grouped_box_figure(const std::string& name, const std::string& axis, const std::vector<BoxGroup>& groups) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
+  std::vector<std::string> titles;
+  for (const BoxGroup& group : groups) {
+    for (const Distribution& sample : group.samples) {
+      if (std::ranges::find(titles, sample.title) == titles.end()) titles.push_back(sample.title);
+    }
+  }
+  struct Box {
+    double position;
+    size_t series;
+    std::string group;
+    const Distribution* sample;
+  };
+  std::vector<Box> boxes;
+  std::string tics;
+  const double pitch = 0.8 / static_cast<double>(std::max<size_t>(titles.size(), 1));
+  for (size_t g = 0; g < groups.size(); ++g) {
+    const auto place = static_cast<double>(g + 1);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(groups[g].title), place);
+    for (const Distribution& sample : groups[g].samples) {
+      const auto series = static_cast<size_t>(std::ranges::find(titles, sample.title) - titles.begin());
+      boxes.push_back({place - 0.4 + pitch * (static_cast<double>(series) + 0.5), series, groups[g].title, &sample});
+    }
+  }
+  Fields<Box> fields = {{Column::text("position"), &Box::position},
+                        {Column::count("series"), &Box::series},
+                        {Column::text("group"), &Box::group},
+                        {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
+  fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
+  figure.data = table_of("", "", fields, boxes);
+  Panel panel{"", fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) noenhanced\nset ylabel {} noenhanced\n",
+                              static_cast<double>(groups.size()) + 0.6, tics, gp_text(axis)), {}};
+  std::vector<LegendEntry> legend;
+  for (size_t series = 0; series < titles.size(); ++series) {
+    const std::string x = fmt::format("(column(\"series\") == {} ? column(\"position\") : NaN)", series);
+    const std::string colour = line_colour(series + 1);
+    std::ranges::move(box_plots(x, 0.85 * pitch, colour), std::back_inserter(panel.plots));
+    legend.push_back({titles[series], fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
+  }
+  set_panels({.width_cm = 14, .panel_height_cm = 6, .left_cm = 1.7}, legend, {panel}, figure);
   return figure;
 }
 

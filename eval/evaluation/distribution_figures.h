@@ -26,4 +26,13 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
 /// Quartiles as boxes, the median as a line, 5 % and 95 % quantiles as whiskers.
 Figure box_figure(const std::string& name, const std::string& axis, const std::vector<Distribution>& samples);
 
+
+/// Boxes of several samples beside each other at each place of the axis below.
+struct BoxGroup {
+  std::string title;  ///< below the boxes
+  std::vector<Distribution> samples;
+};
+/// The same boxes, coloured by the title of the sample.
+Figure grouped_box_figure(const std::string& name, const std::string& axis, const std::vector<BoxGroup>& groups);
+
 }  // namespace sextant

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <numeric>
 
@@ -320,10 +319,15 @@ int EgoResult::row_of(size_t i) const {
   return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
 }
 
+std::string EgoResult::text_of(const TrajectoryWarning& warning) const {
+  const bool names_file = warning.text.starts_with(file + ":") || warning.text.starts_with(name + ":");
+  return names_file ? warning.text : fmt::format("{}: {}", name, warning.text);
+}
+
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   std::vector<RunErrors> out;
   for (const EgoResult& r : runs) {
-    RunErrors run{r.system, std::filesystem::path(r.file).stem().string(), r.errors, {}};
+    RunErrors run{r.system, r.name, r.errors, {}};
     for (size_t i = 0; i < r.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
     out.push_back(std::move(run));
   }

@@ -100,6 +100,8 @@ struct EgoResult {
 
   /// Row of the reference that error i belongs to: that of the pose, or of a pair's second pose.
   int row_of(size_t i) const;
+  /// "NAME: TEXT"; the text alone where it begins with the estimate's file or name already.
+  std::string text_of(const TrajectoryWarning& warning) const;
 };
 
 /// The errors of runs for comparison; each belongs to the row row_of() of the reference.

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/table.h"
@@ -45,8 +46,9 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
 /// Paired comparisons; without rows when there is nothing to compare.
 Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
 
-/// Its tables, the warnings, and the distribution of errors: cumulative per system (runs pooled), and as boxes per run.
+/// Paths and errors along them, the tables, the distribution of errors (cumulative per system with runs pooled, boxes
+/// per run) and the warnings. `curves` are those of the same runs.
 ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
-                            const EgoOptions& options);
+                            const EgoOptions& options, const EgoCurves& curves);
 
 }  // namespace sextant

@@ -1,8 +1,7 @@
 #include "sextant/eval/evaluation/ego_json.h"
 
-#include <algorithm>
-
 #include "sextant/eval/evaluation/distribution_figures.h"
+#include "sextant/eval/evaluation/trajectory_figures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 
@@ -21,12 +20,25 @@ std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
   return out;
 }
 
+/// Boxes of the relative errors over each of several lengths.
+Figure length_box_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
+  std::vector<BoxGroup> groups;
+  for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {
+    BoxGroup group{options.rpe_lengths[i].text(), {}};
+    for (const EgoResult& run : runs) {
+      if (!run.by_length[i].errors.empty()) group.samples.push_back({run.name, run.by_length[i].errors});
+    }
+    groups.push_back(std::move(group));
+  }
+  return grouped_box_figure("rpe_boxes", error_title(options), groups);
+}
+
 ReportSection warning_section(const std::vector<EgoResult>& runs, const EgoReference& reference) {
   ReportSection section{"warnings", "Warnings", {}, {}, {}, {}};
   for (const std::string& text : reference.warnings) section.paragraphs.push_back(text);
   for (const EgoResult& run : runs) {
     for (const TrajectoryWarning& warning : run.warnings)
-      section.paragraphs.push_back(fmt::format("{}: {} ({})", run.name, warning.text, warning.code));
+      section.paragraphs.push_back(fmt::format("{} ({})", run.text_of(warning), warning.code));
   }
   return section;
 }
@@ -34,7 +46,7 @@ ReportSection warning_section(const std::vector<EgoResult>& runs, const EgoRefer
 }  // namespace
 
 ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
-                            const EgoOptions& options) {
+                            const EgoOptions& options, const EgoCurves& curves) {
   const std::vector<RunErrors> errors_of_runs = run_errors(runs);
   const std::vector<Distribution> systems = by_system(errors_of_runs);
   ReportDocument document;
@@ -43,21 +55,24 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
       fmt::format("{} trajectories of {} systems, alignment {}. Definitions: docs/metrics.md, Trajectories.",
                   runs.size(), systems.size(), to_string(options.alignment));
   const Table errors = ego_error_table(runs, reference, options);
-  std::string axis = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
-                                 unit_of(options.relation));
-  std::ranges::replace(axis, '_', ' ');
+  const std::string& axis = curves.error_title;
   ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
   section.figures.push_back(cumulative_figure("error_cdf", axis, systems));
   section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs)));
   if (const Table lengths = ego_length_table(runs, options); !lengths.rows.empty()) {
     section.tables.push_back({"lengths", lengths});
     section.figures.push_back(ego_length_figure(runs, options));
+    section.figures.push_back(length_box_figure(runs, options));
   }
   if (const Table consistency = ego_consistency_table(runs); !consistency.rows.empty())
     section.tables.push_back({"consistency", consistency});
   const Table comparison = ego_comparison_table(runs, options);
   if (!comparison.rows.empty()) section.tables.push_back({"comparison", comparison});
   document.sections.push_back(std::move(section));
+  ReportSection paths{"paths", "Paths", {}, {}, path_figures(curves), {}};
+  paths.explorers.push_back(ego_explorer(curves));
+  document.sections.push_back(std::move(paths));
+  document.sections.push_back({"along", "Along the path", {}, {}, along_figures(curves), {}});
 
   const Table steps = ego_step_table(runs, reference);
   ReportSection per_frame{"per_frame", steps.title, {}, {{"steps", steps}}, {}, {}};

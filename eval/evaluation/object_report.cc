@@ -6,8 +6,10 @@
 #include <set>
 
 #include "sextant/eval/evaluation/distribution_figures.h"
+#include "sextant/eval/evaluation/object_figures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -62,6 +64,20 @@ std::map<std::string, SystemCount> counts_of(const std::vector<Record>& records)
     count.n_estimated += record.status == Status::ok;
   }
   return counts;
+}
+
+/// Where camera and objects went, and what became of each step.
+ReportSection path_section(const ObjectScores& scores, const MetricPreset& preset) {
+  const std::vector<Record>& records = scores.records;
+  ReportSection section{"paths", "Paths and steps over time", {}, {}, object_path_figures(scores.tracks), {}};
+  Explorer explorer = object_explorer(scores.tracks, records, preset.object_Et_key, preset.object_ER_key);
+  if (!explorer.paths.empty()) section.explorers.push_back(std::move(explorer));
+  std::ranges::move(object_state_figures(records), std::back_inserter(section.figures));
+  std::ranges::move(speed_figures(records, {}), std::back_inserter(section.figures));
+  std::ranges::move(timeline_figures(records, preset), std::back_inserter(section.figures));
+  Figure tracklets = tracklet_figure(records);
+  if (!tracklets.data.rows.empty()) section.figures.push_back(std::move(tracklets));
+  return section;
 }
 
 }  // namespace
@@ -196,6 +212,7 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};
   if (!comparison.rows.empty()) overall.tables.push_back({"comparison", comparison});
   document.sections.push_back(std::move(overall));
+  document.sections.push_back(path_section(scores, presets.size() == 1 ? presets.front() : usual_preset(records)));
   document.sections.push_back(
       {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
   if (!scores.paths.empty()) {

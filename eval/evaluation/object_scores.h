@@ -9,6 +9,7 @@
 #include "sextant/eval/evaluation/object_consistency.h"
 #include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/evaluation/object_figures.h"
 #include "sextant/eval/evaluation/object_paths.h"
 
 namespace sextant {
@@ -27,6 +28,7 @@ struct ObjectScores {
   std::vector<std::string> warnings;  ///< texts of `diagnoses` first
   std::vector<LogDiagnosis> diagnoses;
   std::map<std::string, FrameRate> rates;  ///< by system
+  std::vector<ObjectTracks> tracks;        ///< of every log
   std::vector<ObjectPathErrors> paths;     ///< of logs with true poses
   std::vector<ObjectConsistency> consistency;  ///< of logs with covariances
   bool is_comparison = false;              ///< several folders or systems

@@ -259,6 +259,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
                         std::back_inserter(scores.records));
       std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)), std::back_inserter(scores.paths));
       std::ranges::move(object_consistency(log, static_cast<uint64_t>(run)), std::back_inserter(scores.consistency));
+      scores.tracks.push_back(object_tracks(log, static_cast<uint64_t>(run)));
       if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
       for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);
       std::ranges::move(found, std::back_inserter(scores.diagnoses));

@@ -161,6 +161,7 @@ void check_names(const ReportDocument& document) {
     check(section.name);
     for (const NamedTable& table : section.tables) check(table.name);
     for (const Picture& picture : section.pictures) check(picture.name);
+    for (const Explorer& explorer : section.explorers) check(explorer.name);
   }
   for (const Figure& figure : figures_of(document)) check(figure.name);
 }

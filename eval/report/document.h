@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/eval/report/explorer.h"
 #include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/table.h"
 
@@ -70,6 +71,7 @@ struct ReportSection {
   std::vector<Figure> figures;
   std::vector<Picture> pictures;
   std::vector<std::string> commands{};  ///< for a shell, one line each; below the paragraphs
+  std::vector<Explorer> explorers{};    ///< above pictures and figures; report.html alone has them
   bool in_summary = false;              ///< the page has it folded below the summary's lines already
 };
 

@@ -188,13 +188,6 @@ std::vector<FramePicture> pictures(const Sequence& sequence, const PageOptions& 
   return made;
 }
 
-/// JSON that may stand inside <script>: no tag can begin in it.
-std::string script_json(const Json& json) {
-  std::string text;
-  for (const char c : json_line(json)) c == '<' ? text += "\\u003c" : text += c;
-  return text;
-}
-
 std::string_view part(std::string_view name) {
   const auto files = view_page_files();
   const auto it = std::ranges::find(files, name, &EmbeddedFile::name);
@@ -204,7 +197,7 @@ std::string_view part(std::string_view name) {
 
 /// The page with `data` in it. Marks are looked for in the page alone: texts of the data may look like one.
 std::string assembled(const Json& data) {
-  std::string scripts;
+  std::string scripts(page_file("canvas.js"));
   for (const char* name : {"data.js", "picture.js", "plots.js", "app.js"}) scripts += part(name);
   const std::pair<std::string_view, std::string> parts[] = {
       {"@STYLE@", std::string(part("page.css"))}, {"@DATA@", script_json(data)}, {"@SCRIPT@", scripts}};

@@ -6,7 +6,7 @@ usage: view_browser_test.py SEXTANT [--keep DIR]
 Makes runs of synthetic scenes, their pages, and goes through them as a reader would: buttons, keys, clicks on
 timelines, layers, addresses; one run and two; 1280 and 400 px wide; as one file and as a folder. A page must ask for
 nothing beyond its own files and write nothing to the console. --keep leaves runs, pages and screenshots there.
-Speaks WebDriver (W3C) to Debian's chromedriver. Exit codes: 0 passed, 1 failed, 77 skipped for want of a browser.
+Exit codes: 0 passed, 1 failed, 77 skipped for want of a browser.
 """
 
 import argparse
@@ -15,87 +15,20 @@ import json
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 
-ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
+from browser import Browser, expect, expect_equal, expect_quiet, has_browser, sextant, start_driver  # noqa: E402
+
 HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
 
 
-class Browser:
-    def __init__(self, driver, watch=True):
-        """watch: console and requests are kept for complaints(), which costs the browser time."""
-        self.url = driver
-        options = {"binary": shutil.which("chromium"), "args": [
-            "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
-            "--force-device-scale-factor=1", "--hide-scrollbars"]}
-        capabilities = {"browserName": "chrome", "goog:chromeOptions": options,
-                        "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"} if watch else {}}
-        self.session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
-
-    def call(self, method, path, body=None):
-        request = urllib.request.Request(self.url + path, method=method, headers={"Content-Type": "application/json"},
-                                         data=None if body is None else json.dumps(body).encode())
-        try:
-            with urllib.request.urlopen(request, timeout=1200) as answer:
-                return json.load(answer)["value"]
-        except urllib.error.HTTPError as error:
-            raise RuntimeError(f"{method} {path}: {error.read().decode(errors='replace')[:500]}") from None
-
-    def at(self, path, body=None, method="POST"):
-        return self.call(method, f"/session/{self.session}{path}", body)
-
+class ViewPage(Browser):
     def open(self, url, width=1280, height=1000):
-        self.at("/window/rect", {"width": width, "height": height})
-        self.at("/url", {"url": "about:blank"})  # the same page with another address is loaded anew
-        self.at("/url", {"url": url})
-        self.wait("return document.body.dataset.frame !== undefined")
+        super().open(url, width, height, "return document.body.dataset.frame !== undefined")
         self.wait("return [...images.values()].some(i => i.ready || i.failed)")
-
-    def run(self, script, *arguments):
-        return self.at("/execute/sync", {"script": script, "args": list(arguments)})
-
-    def wait(self, script, seconds=1200):
-        end = time.monotonic() + seconds
-        while not self.run(script):
-            if time.monotonic() > end:
-                raise AssertionError(f"not after {seconds} s: {script}")
-            time.sleep(0.05)
-
-    def keys(self, text):
-        """Typed into whatever has the focus."""
-        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
-        self.at("/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
-        self.settle()
-
-    def drag(self, css, shares):
-        """Presses at the first share of the element's width, moves over the others, lets go."""
-        box = self.run("const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});"
-                       "const b = e.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]", css)
-        steps = []
-        for index, share in enumerate(shares):
-            steps.append({"type": "pointerMove", "duration": 30, "x": int(box[0] + share * box[2]),
-                          "y": int(box[1] + box[3] / 2)})
-            if index == 0:
-                steps.append({"type": "pointerDown", "button": 0})
-        steps.append({"type": "pointerUp", "button": 0})
-        self.at("/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": steps}]})
-        self.settle()
-
-    def click(self, css):
-        self.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", css)
-        found = self.at("/element", {"using": "css selector", "value": css})[ELEMENT]
-        self.at(f"/element/{found}/click", {})
-        self.settle()
-
-    def settle(self):
-        self.at("/execute/async", {"script": "const done = arguments[0];"
-                                             "requestAnimationFrame(() => requestAnimationFrame(() => done(0)))",
-                                   "args": []})
 
     def where(self):
         return self.run("return [Number(document.body.dataset.frame), document.body.dataset.body]")
@@ -103,36 +36,6 @@ class Browser:
     def picture(self):
         """A text that changes with what the image shows."""
         return self.run("return document.getElementById('picture').toDataURL()")
-
-    def complaints(self):
-        """Console messages, and addresses asked for."""
-        console = [entry["message"] for entry in self.at("/se/log", {"type": "browser"})]
-        asked = []
-        for entry in self.at("/se/log", {"type": "performance"}):
-            message = json.loads(entry["message"])["message"]
-            if message["method"] == "Network.requestWillBeSent":
-                asked.append(message["params"]["request"]["url"])
-        return console, asked
-
-    def screenshot(self, path):
-        path.write_bytes(base64.b64decode(self.at("/screenshot", method="GET")))
-
-
-def expect(condition, what):
-    if not condition:
-        raise AssertionError(what)
-
-
-def expect_equal(got, expected, what):
-    expect(got == expected, f"{what}: expected {expected!r}, got {got!r}")
-
-
-def expect_quiet(browser, folder):
-    console, asked = browser.complaints()
-    expect_equal(console, [], "console")
-    own = folder.resolve().as_uri()
-    strange = [url[:80] for url in asked if not url.startswith((own, "data:image/", "blob:", "about:", "data:,"))]
-    expect_equal(strange, [], "requests beyond the page's own files")
 
 
 def read_records(run):
@@ -309,27 +212,12 @@ requestAnimationFrame(step);"""})
             "layout": spent["LayoutDuration"] + spent["RecalcStyleDuration"], "thread": spent["TaskDuration"]}
 
 
-def sextant(program, *arguments, fails=False):
-    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
-    expect((done.returncode != 0) == fails, f"sextant {' '.join(map(str, arguments))}: exit {done.returncode}\n{done.stderr}")
-    return done.stdout + done.stderr
-
-
-def start_driver():
-    driver = subprocess.Popen([shutil.which("chromedriver"), "--port=0"], stdout=subprocess.PIPE, text=True)
-    for line in driver.stdout:
-        if "started successfully on port " in line:
-            port = int(line.split("on port ")[1].strip(" .\n"))
-            return driver, f"http://127.0.0.1:{port}"
-    raise RuntimeError("chromedriver said no port")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sextant")
     parser.add_argument("--keep", type=pathlib.Path)
     arguments = parser.parse_args()
-    if not shutil.which("chromium") or not shutil.which("chromedriver"):
+    if not has_browser():
         print("skipped: no browser; `scripts/setup --browser` installs Debian's")
         return 77
     folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_view_")) if not arguments.keep else arguments.keep
@@ -344,7 +232,7 @@ def main():
 
     driver, url = start_driver()
     try:
-        browser = Browser(url)
+        browser = ViewPage(url)
         check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
         check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
         check_narrow(browser, folder / "one.html", arguments.keep)

@@ -4,6 +4,7 @@
 #include "sextant/base/safe_paths.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/evo_result.h"
+#include "sextant/eval/evaluation/trajectory_figures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/html/html.h"
@@ -17,8 +18,12 @@ EgoScores evaluate_ego_into(const EgoFiles& files, const EgoOptions& options, co
   EgoScores scores = evaluate_ego_files(files, options);
   if (!output.zip.empty()) write_evo_result(output.zip, scores.runs.front(), options, files.reference);
   if (!output.tum.empty()) write_tum(scores, output.tum);
-  if (!output.out.empty())
-    write_output_folder(output.out, report_folder(ego_document(scores.runs, scores.reference, options), {}));
+  if (!output.out.empty()) {
+    const EgoCurves curves = ego_curves(scores.runs, scores.reference, options, output.plane);
+    OutputFiles report = report_folder(ego_document(scores.runs, scores.reference, options, curves), {});
+    report.merge(curve_files(curves));
+    write_output_folder(output.out, report);
+  }
   return scores;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sextant/eval/evaluation/recorded_files.h"
+#include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 namespace sextant {
@@ -16,7 +17,8 @@ namespace sextant {
 struct EgoOutput {
   std::string zip;  ///< FILE as evo writes it, of one estimate
   std::string tum;  ///< DIR for the matched, aligned trajectories
-  std::string out;  ///< DIR for report.html, tables and figures
+  std::string out;  ///< DIR for report.html, tables, figures and every pose of every curve
+  ViewPlane plane = ViewPlane::extent;  ///< of the paths from above
 };
 /// Throws Error on bad files.
 EgoScores evaluate_ego_into(const EgoFiles& files, const EgoOptions& options, const EgoOutput& output);

@@ -72,7 +72,7 @@ LAYERS = {
     "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
     "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics", "eval/diagnosis"],
     "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/diagnosis", "eval/logs",
-                                               "eval/report"],
+                                               "eval/report", "eval/report/figures"],
     "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
                                                               "eval/diagnosis", "eval/logs"],
     "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",

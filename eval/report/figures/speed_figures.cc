@@ -69,7 +69,7 @@ std::string numbered_style(const std::string& estimator, size_t i) {
 Panel panel_of(const std::string& body, const std::vector<std::string>& estimators, bool has_floor) {
   Panel panel{body_title(body),
               "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets "
-              "graph 0.03,graph 0.03,graph 0.08,graph 0.08\n",
+              "0,0,graph 0.08,graph 0.08\nset autoscale xfix\n",
               {}};
   const auto x = [&](const std::string& series) {
     return only_where({{"body", body}, {"series", series}}, "column(\"frame\")");

@@ -78,7 +78,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
     if (error->map != NumberMap::errors || error->better != Better::lower) continue;
     Panel panel{
         "",
-        "set xlabel \"frame\" offset 0,0.4\nset logscale y\nset format y \"%g\"\nset offsets graph 0.02,graph 0.02,0,0\n",
+        "set xlabel \"frame\" offset 0,0.4\nset logscale y\nset format y \"%g\"\nset autoscale xfix\n",
         {}};
     panel.settings +=
         fmt::format("set ylabel {} noenhanced\n",

@@ -1,63 +1,17 @@
 #include "sextant/eval/report/figures/record_figures.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/report/figures/equal_axes.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
 namespace {
 
-/// Axes of a panel in one scale, whatever its shape; 8 % of room around the data. "Ahead" is up, or, lying,
-/// to the right: then the camera's right-hand side is down, as a view from above must not be mirrored.
-class EqualAxes {
- public:
-  void include(const Eigen::Vector3d& p) {
-    low_ = low_.cwiseMin(Eigen::Vector2d(p.x(), p.z()));
-    high_ = high_.cwiseMax(Eigen::Vector2d(p.x(), p.z()));
-  }
-  bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }
-
-  /// Which a panel of this width needs, within limits.
-  double height_cm(double width_cm, bool lying) const {
-    const Eigen::Vector2d size = room();
-    return std::clamp(width_cm * (lying ? size.x() / size.y() : size.y() / size.x()), 2.4, 7.0);
-  }
-
-  std::string settings(double width_cm, double height_cm, bool lying) const {
-    const Eigen::Vector2d paper =
-        lying ? Eigen::Vector2d(height_cm, width_cm) : Eigen::Vector2d(width_cm, height_cm);
-    const double m_per_cm = room().cwiseQuotient(paper).maxCoeff();
-    const Eigen::Vector2d low = (low_ + high_ - paper * m_per_cm) / 2,
-                          high = (low_ + high_ + paper * m_per_cm) / 2;
-    const std::string x = range(lying ? high.x() : low.x(), lying ? low.x() : high.x());
-    const std::string z = range(low.y(), high.y());
-    return fmt::format(
-        "set xrange {}\nset yrange {}\nset xtics {}\nset ytics {}\nset {} \"x, right [m]\"\nset {} \"z, "
-        "ahead [m]\"\nset xlabel offset 0,0.4\n",
-        lying ? z : x, lying ? x : z, step(m_per_cm), step(m_per_cm), lying ? "ylabel" : "xlabel",
-        lying ? "xlabel" : "ylabel");
-  }
-
- private:
-  Eigen::Vector2d room() const { return (high_ - low_).cwiseMax(1.0) * 1.16; }
-  static std::string range(double from, double to) {
-    return fmt::format("[{}:{}]", gp_number(from), gp_number(to));
-  }
-  /// A round number of metres, at least 1 cm on paper.
-  static std::string step(double m_per_cm) {
-    for (double decade = 1; decade < 1e9; decade *= 10) {
-      for (const double digit : {1.0, 2.0, 5.0}) {
-        if (digit * decade >= m_per_cm) return gp_number(digit * decade);
-      }
-    }
-    return "autofreq";
-  }
-  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
-};
+/// x and z: right and ahead of the first camera.
+Eigen::Vector2d ground(const Eigen::Vector3d& p) { return {p.x(), p.z()}; }
 
 Fields<Eigen::Vector3d> from_above(const std::string& x_key, const std::string& z_key) {
   return {{Column::text(x_key), [](const Eigen::Vector3d& p) { return p.x(); }},
@@ -95,8 +49,8 @@ EqualAxes axes_of(const std::vector<BodyTrack>& tracks) {
   EqualAxes axes;
   for (const BodyTrack& track : tracks) {
     for (const TrackPoint& p : track.points) {
-      if (is_estimated(track) && p.estimate_m) axes.include(*p.estimate_m);
-      if (is_estimated(track) && p.truth_m) axes.include(*p.truth_m);
+      if (is_estimated(track) && p.estimate_m) axes.include(ground(*p.estimate_m));
+      if (is_estimated(track) && p.truth_m) axes.include(ground(*p.truth_m));
     }
   }
   return axes;
@@ -207,7 +161,7 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
       if (path == view.paths.end() || path->positions_m.empty()) continue;
       for (const Eigen::Vector3d& p : path->positions_m) {
         positions.push_back({view.title, system.name, p});
-        axes.include(p);
+        axes.include(ground(p));
       }
       panel.plots.push_back(
           fmt::format("data using {}:(column(\"z_m\")) {}",

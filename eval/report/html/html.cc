@@ -8,6 +8,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/report/html/explorer_html.h"
 #include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/table.h"
 
@@ -16,11 +17,6 @@ namespace sextant {
 std::span<const EmbeddedFile> report_page_files();
 
 namespace {
-
-/// The fixed parts of the page: page/page.css, and page/sort.js, by which headings sort their table's rows.
-std::string_view page_file(std::string_view name) {
-  return find_entry(report_page_files(), name, "file").text;
-}
 
 constexpr size_t wide_columns = 12;     // printed in landscape from here
 constexpr size_t crowded_columns = 14;  // in smaller letters from here
@@ -232,6 +228,10 @@ std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles&
   return html + "</section>\n";
 }
 
+bool has_explorer(const ReportDocument& document) {
+  return std::ranges::any_of(document.sections, [](const ReportSection& section) { return !section.explorers.empty(); });
+}
+
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
   // Where all of it is a wide table, its heading goes to the wide page too.
   const bool wide = section.figures.empty() && section.pictures.empty() && !section.tables.empty() &&
@@ -241,6 +241,7 @@ std::string section_html(const ReportSection& section, const OutputFiles& drawn)
   for (const std::string& text : section.paragraphs) html += paragraph(text);
   for (const std::string& command : section.commands)
     html += fmt::format("<pre tabindex=\"0\">{}</pre>\n", html_escaped(command));
+  for (const Explorer& explorer : section.explorers) html += explorer_html(explorer);
   html += pictures_html(section.pictures) + figures_html(section.figures, drawn);
   for (const NamedTable& table : section.tables) html += table_html(table, section.heading);
   return html + "</section>\n";
@@ -263,7 +264,8 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
       "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
       "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
-      html_escaped(document.title), page_file("page.css"), paragraph(document.abstract, "abstract"),
+      html_escaped(document.title),
+      std::string(page_file("page.css")).append(has_explorer(document) ? page_file("explorer.css") : ""), paragraph(document.abstract, "abstract"),
       contents(document));
   html += "<main>\n" + summary(document.verdicts, drawn);
   for (const ReportSection& section : document.sections) {
@@ -274,7 +276,18 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
     html += fmt::format(
         "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
         html_escaped(document.citation));
-  return html + fmt::format("</main>\n<script>\n{}</script>\n</body>\n</html>\n", page_file("sort.js"));
+  html += fmt::format("</main>\n<script>\n{}</script>\n", page_file("sort.js"));
+  if (has_explorer(document))
+    html += fmt::format("<script>\n{}{}</script>\n", page_file("canvas.js"), page_file("explorer.js"));
+  return html + "</body>\n</html>\n";
+}
+
+std::string_view page_file(std::string_view name) { return find_entry(report_page_files(), name, "file").text; }
+
+std::string script_json(const Json& json) {
+  std::string text;
+  for (const char c : json_line(json)) c == '<' ? text += "\\u003c" : text += c;
+  return text;
 }
 
 std::string html_escaped(const std::string& text) {

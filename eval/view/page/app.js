@@ -264,6 +264,11 @@ function scrubs(canvas, seek) {
   });
 }
 
+function buildTop() {
+  const canvas = element("top");
+  navigates(canvas, topView, () => { drawPaths(canvas, state.body); requestDraw(); });
+}
+
 function buildPicture() {
   const canvas = picture.canvas;
   let from = null;
@@ -327,6 +332,7 @@ function start() {
   buildBodies();
   buildTimelines();
   buildPicture();
+  buildTop();
   Object.assign(element("slider"), {min: FIRST, max: LAST, step: 1});
   Object.assign(element("frame"), {min: FIRST, max: LAST, step: 1});
   element("slider").addEventListener("input", event => { play(false); goTo(event.target.value); });

@@ -1,4 +1,3 @@
-"use strict";
 // What the page shows, and how it is looked up. page.h says what the data hold.
 
 const D = JSON.parse(document.getElementById("data").textContent);
@@ -55,12 +54,6 @@ function worstFrames(curve, body, byDifference) {
   }
   const badness = row => byDifference ? Math.abs(row.value) : curve.id === "inliers" ? -row.value : row.value;
   return rows.sort((a, b) => badness(b) - badness(a) || a.frame - b.frame);
-}
-
-function bytesOf(base64) {
-  const text = atob(base64), bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);  // Uint8Array.from takes ten times as long
-  return bytes;
 }
 
 const decoded = new Map();  // points of the last pairs looked at

@@ -1,27 +1,9 @@
 // Timelines, the ribbon of statuses and the view from above.
 
-/// Colours of the style sheet; looked up again when the scheme changes (forgetStyles).
-const styles = new Map();
-function styleOf(name) {
-  if (!styles.has(name)) styles.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
-  return styles.get(name);
-}
-
-/// Sizes a canvas to its place on the page; returns its context, in CSS pixels, cleared.
-function freshContext(canvas, height) {
-  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth;
-  canvas.style.height = `${height}px`;
-  canvas.width = Math.max(1, Math.round(width * ratio));
-  canvas.height = Math.round(height * ratio);
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return context;
-}
-
-/// Round steps for an axis of about n steps up to `most`.
-function axisStep(most, n) {
-  const rough = most / n, decade = 10 ** Math.floor(Math.log10(rough));
-  return [1, 2, 5, 10].map(d => d * decade).find(step => step >= rough) ?? decade * 10;
+/// Points {frame, x, y}; a frame without a point interrupts the line.
+function plotLine(context, points, colour, width, dash) {
+  strokeCurve(context, points.length, i => points[i].x, i => points[i].y, i => points[i - 1]?.frame !== points[i].frame - 1,
+              {colour, width, dash});
 }
 
 const MARGIN = {left: 52, right: 8};
@@ -31,25 +13,6 @@ function frameAt(canvas, clientX) {
   const box = canvas.getBoundingClientRect();
   const share = (clientX - box.left - MARGIN.left) / Math.max(1, box.width - MARGIN.left - MARGIN.right);
   return Math.min(LAST, Math.max(FIRST, Math.round(FIRST + share * (LAST - FIRST))));
-}
-
-function plotLine(context, points, colour, width, dash) {
-  context.strokeStyle = colour;
-  context.fillStyle = colour;
-  context.lineWidth = width;
-  context.setLineDash(dash ?? []);
-  context.beginPath();
-  let last = null;
-  for (const p of points) {
-    if (last !== null && p.frame === last + 1) context.lineTo(p.x, p.y);
-    else context.moveTo(p.x, p.y);
-    last = p.frame;
-  }
-  context.stroke();
-  context.setLineDash([]);
-  points.forEach((p, i) => {  // lone frames have no line
-    if (points[i - 1]?.frame !== p.frame - 1 && points[i + 1]?.frame !== p.frame + 1) context.fillRect(p.x - 1.5, p.y - 1.5, 3, 3);
-  });
 }
 
 /// One curve of one body, of all runs; `difference`: run 1 minus run 0. False when no frame has it.
@@ -74,17 +37,8 @@ function drawTimeline(canvas, curve, body, difference) {
   const least = difference ? Math.min(...values, 0) : 0;
   const span = (difference ? Math.max(most, 0) - least : most) || 1;
   const y = value => height - 16 - Math.max(-0.02, Math.min(1.02, (value - least) / span)) * (height - 32);
-  const ink = styleOf("--ink"), quiet = styleOf("--quiet"), line = styleOf("--line");
-  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
-  context.textBaseline = "middle";
-  const step = axisStep(span, 3);
-  for (let tick = Math.ceil(least / step) * step; tick <= least + span * 1.001; tick += step) {
-    context.fillStyle = line;
-    context.fillRect(MARGIN.left, y(tick), width - MARGIN.left - MARGIN.right, 1);
-    context.fillStyle = quiet;
-    context.textAlign = "right";
-    context.fillText(String(Number(tick.toPrecision(6))), MARGIN.left - 5, y(tick));
-  }
+  const ink = styleOf("--ink");
+  drawValueAxis(context, {least, span, y, left: MARGIN.left, right: width - MARGIN.right});
   const place = list => list.map(p => ({frame: p.frame, x: frameX(p.frame, width), y: y(p.value)}));
   const band = place(series[0].band);
   context.fillStyle = styleOf("--band");
@@ -100,11 +54,7 @@ function drawTimeline(canvas, curve, body, difference) {
   context.textAlign = "left";
   context.fillStyle = ink;
   context.fillText(`${difference ? "difference of " : ""}${curve.title}${curve.unit ? ` [${curve.unit}]` : ""}`, MARGIN.left + 4, 8);
-  context.textAlign = "center";
-  context.fillStyle = quiet;
-  const frames = Math.max(1, axisStep(LAST - FIRST + 1, Math.max(2, width / 90)));
-  for (let frame = Math.ceil(FIRST / frames) * frames; frame <= LAST; frame += frames)
-    context.fillText(String(frame), frameX(frame, width), height - 7);
+  drawTimeAxis(context, {from: FIRST, to: LAST, x: frame => frameX(frame, width), y: height - 7, width, least: 1});
   return true;
 }
 
@@ -113,7 +63,6 @@ const RIBBON_ROW = 15;
 function drawRibbon(canvas, body) {
   const context = freshContext(canvas, bodies.length * RIBBON_ROW + 2), width = canvas.clientWidth;
   const half = (width - MARGIN.left - MARGIN.right) / Math.max(1, LAST - FIRST) / 2 + 0.25;
-  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
   context.textBaseline = "middle";
   bodies.forEach((name, row) => {
     const y = row * RIBBON_ROW, lane = (RIBBON_ROW - 3) / D.runs.length;
@@ -163,7 +112,8 @@ const ELLIPSE_SCALE = Math.sqrt(5.991464547107979);  // chi-square, 2 degrees of
 
 const TRACK_AT = D.runs.map(run => Object.fromEntries(
   Object.entries(run.tracks).map(([name, points]) => [name, new Map(points.map(p => [p[0], p]))])));
-const paths = {copy: null, scale: 1, x: null, y: null};  // drawn, and how metres become pixels
+const topView = new MapView([TOP_BOX.x0, TOP_BOX.z0, 0], [TOP_BOX.x1, TOP_BOX.z1, 0]);
+let drawnPaths = null;  // a copy of the paths, on which drawTop puts the present frame
 
 /// The paths, which stay; drawTop puts the present frame on them.
 function drawPaths(canvas, body) {
@@ -172,23 +122,10 @@ function drawPaths(canvas, body) {
   if (canvas.hidden) return;
   const height = Math.round(Math.min(520, Math.max(180, width * (size[1] + 1) / (size[0] + 1))));
   const context = freshContext(canvas, height);
-  const scale = Math.min((width - 30) / Math.max(size[0], 1), (height - 30) / Math.max(size[1], 1));
-  const x = v => width / 2 + (v - (TOP_BOX.x0 + TOP_BOX.x1) / 2) * scale;
-  const y = v => height / 2 - (v - (TOP_BOX.z0 + TOP_BOX.z1) / 2) * scale;
+  topView.fit(width, height);
   const track = (points, [ix, iz], colour, dash, lineWidth) => {
-    context.strokeStyle = colour;
-    context.lineWidth = lineWidth;
-    context.setLineDash(dash);
-    context.beginPath();
-    let last = null;
-    for (const p of points) {
-      if (p[ix] === null) { last = null; continue; }
-      if (last !== null && p[0] === last + 1) context.lineTo(x(p[ix]), y(p[iz]));
-      else context.moveTo(x(p[ix]), y(p[iz]));
-      last = p[0];
-    }
-    context.stroke();
-    context.setLineDash([]);
+    const place = points.filter(p => p[ix] !== null).map(p => ({frame: p[0], x: topView.x(p[ix], p[iz]), y: topView.y(p[ix], p[iz])}));
+    plotLine(context, place, colour, lineWidth, dash);
   };
   D.runs.forEach((run, index) => {
     for (const [name, points] of Object.entries(run.tracks)) {
@@ -196,41 +133,31 @@ function drawPaths(canvas, body) {
       track(points, SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), [], name === body ? 2.2 : 1.2);
     }
   });
-  const metres = axisStep(width / scale, 4);
-  context.fillStyle = styleOf("--ink");
-  context.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
-  context.fillRect(10, height - 12, metres * scale, 2);
-  context.fillText(`${Number(metres.toPrecision(3))} m`, 12, height - 18);
-  const copy = document.createElement("canvas");
-  Object.assign(copy, {width: canvas.width, height: canvas.height});
-  copy.getContext("2d").drawImage(canvas, 0, 0);
-  Object.assign(paths, {copy, scale, x, y});
+  drawScaleBar(context, topView);
+  drawnPaths = document.createElement("canvas");
+  Object.assign(drawnPaths, {width: canvas.width, height: canvas.height});
+  drawnPaths.getContext("2d").drawImage(canvas, 0, 0);
 }
 
 function drawTop(canvas, frame) {
-  if (canvas.hidden || !paths.copy) return;
-  const context = canvas.getContext("2d"), {x, y} = paths;
+  if (canvas.hidden || !drawnPaths) return;
+  const context = canvas.getContext("2d");
   context.save();
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.clearRect(0, 0, canvas.width, canvas.height);
-  context.drawImage(paths.copy, 0, 0);
+  context.drawImage(drawnPaths, 0, 0);
   context.restore();
   D.runs.forEach((run, index) => {
     for (const name of Object.keys(run.tracks)) {
       const here = TRACK_AT[index][name].get(frame);
       if (!here) continue;
       const mark = ([ix, iz], colour, filled) => {
-        if (here[ix] === null) return;
-        context.beginPath();
-        context.arc(x(here[ix]), y(here[iz]), 4, 0, 2 * Math.PI);
-        context.strokeStyle = context.fillStyle = colour;
-        context.lineWidth = 1.5;
-        filled ? context.fill() : context.stroke();
+        if (here[ix] !== null) drawMark(context, topView.x(here[ix], here[iz]), topView.y(here[ix], here[iz]), colour, filled);
       };
       mark(SIDE.truth, styleOf("--truth"), false);
       mark(SIDE.estimate, D.runs.length > 1 ? styleOf(`--run-${index}`) : colourOf(name), true);
       const covariance = pairOf(index, frame, name)?.position;
-      if (covariance && here[1] !== null) ellipse(context, x(here[1]), y(here[2]), covariance, paths.scale);
+      if (covariance && here[1] !== null) ellipse(context, topView.x(here[1], here[2]), topView.y(here[1], here[2]), covariance, topView.scale);
     }
   });
 }

@@ -1,0 +1,343 @@
+#include "sextant/eval/evaluation/object_figures.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "sextant/eval/report/figures/equal_axes.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/record_reading.h"
+
+namespace sextant {
+namespace {
+
+constexpr const char* no_value = "NaN";  // interrupts gnuplot's line
+
+struct StateStyle {
+  StepState state;
+  const char* colour;
+};
+constexpr std::array<StateStyle, 5> state_styles = {{{StepState::estimated, "#009E73"},
+                                                     {StepState::without_truth, "#56B4E9"},
+                                                     {StepState::gap, "#D55E00"},
+                                                     {StepState::missed, "#E69F00"},
+                                                     {StepState::gated, "#B9BDC4"}}};
+
+/// The first run of each system, in order of first appearance.
+std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Record>& records) {
+  std::vector<std::pair<std::string, RecordRefs>> systems;
+  for (const Record& record : records) {
+    auto system = std::ranges::find(systems, record.estimator.str(), &std::pair<std::string, RecordRefs>::first);
+    if (system == systems.end()) system = systems.insert(systems.end(), {record.estimator.str(), {}});
+    if (system->second.empty() || system->second.front()->seed == record.seed) system->second.push_back(&record);
+  }
+  return systems;
+}
+
+std::vector<const ObjectTracks*> first_runs(const std::vector<ObjectTracks>& tracks) {
+  std::vector<const ObjectTracks*> first;
+  for (const ObjectTracks& of_run : tracks) {
+    if (std::ranges::none_of(first, [&](const ObjectTracks* other) { return other->system == of_run.system; }))
+      first.push_back(&of_run);
+  }
+  return first;
+}
+
+BodyTrack track_of(const std::string& body, const std::map<int, Eigen::Vector3d>& estimate,
+                   const std::map<int, Eigen::Vector3d>& truth) {
+  std::set<int> frames;
+  for (const auto* positions : {&estimate, &truth}) {
+    for (const auto& [frame, p] : *positions) frames.insert(frame);
+  }
+  const auto at = [](const std::map<int, Eigen::Vector3d>& positions, int frame) {
+    const auto it = positions.find(frame);
+    return it == positions.end() ? std::nullopt : std::optional(it->second);
+  };
+  BodyTrack track{body, {}};
+  for (const int frame : frames) track.points.push_back({frame, at(estimate, frame), at(truth, frame)});
+  return track;
+}
+
+std::map<int, Eigen::Vector3d> centres(const Trajectory& camera) {
+  std::map<int, Eigen::Vector3d> positions;
+  for (const auto& [frame, pose] : camera.poses()) positions.emplace(frame, pose.translation());
+  return positions;
+}
+
+StepState state_of(const Record& record, int first, int last) {
+  if (record.status == Status::ok) return StepState::estimated;
+  if (record.status == Status::no_truth) return StepState::without_truth;
+  if (record.status == Status::gated) return StepState::gated;
+  return record.frame > first && record.frame < last ? StepState::gap : StepState::missed;
+}
+
+/// Lengths of the stretches of successive estimated frames of each object.
+std::vector<int> tracklet_lengths(const RecordRefs& records) {
+  std::map<int, std::set<int>> frames;
+  for (const Record* record : records) {
+    if (record->status == Status::ok || record->status == Status::no_truth)
+      frames[body_order(record->body)].insert(record->frame);
+  }
+  std::vector<int> lengths;
+  for (const auto& [object, of_object] : frames) {
+    int last = std::numeric_limits<int>::min();
+    for (const int frame : of_object) {
+      if (lengths.empty() || frame != last + 1 || frame == *of_object.begin()) lengths.push_back(0);
+      ++lengths.back();
+      last = frame;
+    }
+  }
+  return lengths;
+}
+
+struct Position {
+  std::string body;
+  TrackPoint at;
+};
+
+Cell coordinate(const std::optional<Eigen::Vector3d>& p, int axis) { return p ? Cell((*p)[axis]) : Cell(no_value); }
+
+Figure path_figure(const ObjectTracks& tracks) {
+  Figure figure;
+  figure.name = "paths_" + file_stem(tracks.system);
+  figure.caption = fmt::format("{}: paths of the camera and the objects from above (x to the right, z up); dashed: true.",
+                               tracks.system);
+  EqualAxes axes;
+  for (const BodyTrack& track : tracks.bodies) {
+    for (const TrackPoint& point : track.points) {
+      for (const auto* p : {&point.estimate_m, &point.truth_m}) {
+        if (*p) axes.include({(*p)->x(), (*p)->z()});
+      }
+    }
+  }
+  const bool lying = axes.longer_than_wide();
+  const std::string across = lying ? "z" : "x", up = lying ? "x" : "z";  // of the paper
+  std::vector<Position> positions;
+  std::vector<LegendEntry> legend;
+  Panel panel;
+  for (const BodyTrack& track : tracks.bodies) {
+    const std::string colour = line_colour(legend.size());
+    const std::string dashed = fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", colour);
+    const std::string solid = fmt::format("with lines lc rgb \"{}\" lw 1.8", colour);
+    const std::string dots = fmt::format("with points lc rgb \"{}\" pt 7 ps 0.2", colour);
+    for (const auto& [end, style] : {std::pair("_gt_m", dashed), std::pair("_m", solid), std::pair("_m", dots)}) {
+      const std::string first = fmt::format("column(\"{}{}\")", across, end);
+      panel.plots.push_back(fmt::format("data using {}:(column(\"{}{}\")) {}",
+                                        only_where({{"body", track.body}}, first), up, end, style));
+    }
+    legend.push_back({body_title(track.body), solid});
+    for (const TrackPoint& point : track.points) {
+      if (!positions.empty() && positions.back().body == track.body && positions.back().at.frame + 1 < point.frame)
+        positions.push_back({track.body, {positions.back().at.frame + 1, {}, {}}});
+      positions.push_back({track.body, point});
+    }
+  }
+  if (positions.empty()) return figure;
+  PanelLayout layout{.width_cm = 18, .left_cm = 1.7, .bottom_cm = 1.1, .top_cm = 0.3};
+  layout.panel_height_cm = layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), lying, 12);
+  panel.settings = axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), lying);
+  Fields<Position> fields = {{Column::text("body"), &Position::body},
+                             {Column::count("frame"), [](const Position& p) { return p.at.frame; }}};
+  fields.add(Column::text("x_m"), [](const Position& p) { return coordinate(p.at.estimate_m, 0); });
+  fields.add(Column::text("z_m"), [](const Position& p) { return coordinate(p.at.estimate_m, 2); });
+  fields.add(Column::text("x_gt_m"), [](const Position& p) { return coordinate(p.at.truth_m, 0); });
+  fields.add(Column::text("z_gt_m"), [](const Position& p) { return coordinate(p.at.truth_m, 2); });
+  figure.data = table_of("", "", fields, positions);
+  set_panels(layout, legend, {panel}, figure);
+  return figure;
+}
+
+Figure state_figure(const std::string& system, const RecordRefs& records) {
+  Figure figure;
+  figure.name = "states_" + file_stem(system);
+  figure.caption = fmt::format(
+      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none before the first or "
+      "behind the last one.",
+      system);
+  const std::vector<StateSpan> spans = state_spans(records);
+  if (spans.empty()) return figure;
+  struct Box {
+    StateSpan span;
+    size_t row;
+  };
+  std::map<int, size_t> rows;
+  for (const StateSpan& span : spans) rows.try_emplace(span.object, rows.size());
+  std::vector<Box> boxes;
+  int first = spans.front().first, last = spans.front().last;
+  for (const StateSpan& span : spans) {
+    boxes.push_back({span, rows.at(span.object)});
+    first = std::min(first, span.first);
+    last = std::max(last, span.last);
+  }
+  std::string tics;
+  for (const auto& [object, row] : rows)
+    tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", object, row);
+  Panel panel{"", fmt::format("set xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({})\nset xlabel \"frame\" offset 0,0.4\n"
+                              "set ylabel \"object\"\n",
+                              first - 0.5, last + 0.5, static_cast<double>(rows.size()) - 0.3, tics), {}};
+  std::vector<LegendEntry> legend;
+  for (const auto& [state, colour] : state_styles) {
+    if (std::ranges::none_of(spans, [&](const StateSpan& span) { return span.state == state; })) continue;
+    const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
+    panel.plots.push_back(fmt::format(
+        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):(column(\"row\")-0.38):(column("
+        "\"row\")+0.38) with boxxyerror {}",
+        only_where({{"state", std::string(to_string(state))}}, "column(\"first\")"), fill));
+    legend.push_back({std::string(to_string(state)), "with boxes " + fill});
+  }
+  figure.data = table_of<Box>("", "",
+                              {{Column::count("row"), &Box::row},
+                               {Column::count("object"), [](const Box& box) { return box.span.object; }},
+                               {Column::count("first"), [](const Box& box) { return box.span.first; }},
+                               {Column::count("last"), [](const Box& box) { return box.span.last; }},
+                               {Column::text("state"), [](const Box& box) { return to_string(box.span.state); }}},
+                              boxes);
+  const double height_cm = 1.6 + 0.32 * static_cast<double>(rows.size());
+  set_panels({.width_cm = 18, .panel_height_cm = height_cm, .left_cm = 1.7, .top_cm = 0.2}, legend, {panel}, figure);
+  return figure;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double number_or_nan(const Record* record, const NumberMap map, const std::string& key) {
+  if (record == nullptr) return nan;
+  const auto number = find_number(map == NumberMap::errors ? record->errors : record->values, key);
+  return number ? *number : nan;
+}
+
+}  // namespace
+
+ObjectTracks object_tracks(const ObjectLog& log, uint64_t run) {
+  ObjectTracks tracks{log.estimator, run, {}};
+  if (!log.camera.empty() || !log.true_camera.empty())
+    tracks.bodies.push_back(track_of("ego", centres(log.camera), centres(log.true_camera)));
+  const std::map<ObjectFrame, SE3> estimates = log.poses.empty() ? chained_poses(log) : log.poses;
+  std::map<int, std::pair<std::map<int, Eigen::Vector3d>, std::map<int, Eigen::Vector3d>>> objects;
+  for (const auto& [key, pose] : estimates) objects[key.first].first.emplace(key.second, pose.translation());
+  for (const auto& [key, pose] : log.true_poses) objects[key.first].second.emplace(key.second, pose.translation());
+  for (const auto& [id, positions] : objects)
+    tracks.bodies.push_back(track_of(object_body(id), positions.first, positions.second));
+  return tracks;
+}
+
+std::vector<StateSpan> state_spans(const std::vector<const Record*>& records) {
+  std::map<int, std::map<int, const Record*>> objects;
+  for (const Record* record : records) {
+    if (!record->is_ego()) objects[body_order(record->body)][record->frame] = record;
+  }
+  std::vector<StateSpan> spans;
+  for (const auto& [object, steps] : objects) {
+    int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
+    for (const auto& [frame, record] : steps) {
+      if (record->status != Status::ok && record->status != Status::no_truth) continue;
+      first = std::min(first, frame);
+      last = std::max(last, frame);
+    }
+    for (const auto& [frame, record] : steps) {
+      const StepState state = state_of(*record, first, last);
+      const bool continues = !spans.empty() && spans.back().object == object && spans.back().state == state &&
+                             spans.back().last + 1 == frame;
+      if (!continues) spans.push_back({object, frame, frame, state});
+      spans.back().last = frame;
+    }
+  }
+  return spans;
+}
+
+std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks) {
+  std::vector<Figure> figures;
+  for (const ObjectTracks* of_run : first_runs(tracks)) {
+    Figure figure = path_figure(*of_run);
+    if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+std::vector<Figure> object_state_figures(const std::vector<Record>& records) {
+  std::vector<Figure> figures;
+  for (const auto& [system, of_run] : first_runs(records)) {
+    Figure figure = state_figure(system, of_run);
+    if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+Figure tracklet_figure(const std::vector<Record>& records) {
+  Figure figure;
+  figure.name = "tracklets";
+  figure.caption = "Number of tracklets (successive estimated steps of one object) that have at least x steps.";
+  struct Step {
+    size_t series;
+    std::string system;
+    int length;
+    size_t n;
+  };
+  std::vector<Step> steps;
+  std::vector<LegendEntry> legend;
+  Panel panel{"", "set xlabel \"steps\" offset 0,0.4\nset ylabel \"tracklets\"\nset xrange [0:*]\nset yrange [0:*]\n", {}};
+  for (const auto& [system, of_run] : first_runs(records)) {
+    std::vector<int> lengths = tracklet_lengths(of_run);
+    if (lengths.empty()) continue;
+    std::ranges::sort(lengths);
+    const size_t series = legend.size();
+    steps.push_back({series, system, 0, lengths.size()});
+    for (size_t i = 0; i < lengths.size(); ++i) steps.push_back({series, system, lengths[i], lengths.size() - i});
+    steps.push_back({series, system, lengths.back(), 0});
+    const std::string line = fmt::format("with lines lc rgb \"{}\" lw 1.5", line_colour(series + 1));
+    panel.plots.push_back(fmt::format("data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}",
+                                      series, line));
+    legend.push_back({system, line});
+  }
+  if (steps.empty()) return figure;
+  figure.data = table_of<Step>("", "",
+                               {{Column::count("series"), &Step::series},
+                                {Column::text("system"), &Step::system},
+                                {Column::count("steps"), &Step::length},
+                                {Column::count("n"), &Step::n}},
+                               steps);
+  set_panels({.width_cm = 11, .panel_height_cm = 5}, legend, {panel}, figure);
+  return figure;
+}
+
+Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vector<Record>& records,
+                         const std::string& Et_key, const std::string& ER_key) {
+  Explorer explorer{.name = "walk", .time_title = "frame", .curves = {"E_t [m]", "E_R [deg]", "speed [km/h]"}};
+  const std::vector<const ObjectTracks*> shown = first_runs(tracks);
+  for (const ObjectTracks* of_run : shown) {
+    std::map<std::pair<std::string, int>, const Record*> by_step;
+    for (const Record& record : records) {
+      if (record.estimator == of_run->system && record.seed == of_run->run)
+        by_step.emplace(std::pair(record.body.str(), record.frame), &record);
+    }
+    for (const BodyTrack& track : of_run->bodies) {
+      const int colour = static_cast<int>(&track - of_run->bodies.data()) + 1;
+      const std::string label = shown.size() > 1 ? of_run->system + ", " + body_title(track.body) : body_title(track.body);
+      for (const bool is_true : {true, false}) {
+        ExploredPath path{.label = label, .is_reference = is_true, .colour = colour, .time = {}, .frame = {},
+                          .position_m = {}, .begins = {}, .values = {}};
+        std::vector<double> Et, ER, speed;
+        for (const TrackPoint& point : track.points) {
+          const auto& position = is_true ? point.truth_m : point.estimate_m;
+          if (!position) continue;
+          const auto step = by_step.find({track.body, point.frame});
+          const Record* record = step == by_step.end() ? nullptr : step->second;
+          path.begins.push_back(path.time.empty() || path.time.back() + 1 < point.frame);
+          path.time.push_back(point.frame);
+          path.position_m.push_back(*position);
+          Et.push_back(number_or_nan(record, NumberMap::errors, Et_key));
+          ER.push_back(number_or_nan(record, NumberMap::errors, ER_key));
+          speed.push_back(number_or_nan(record, NumberMap::values, is_true ? "v_gt_kmh" : "v_kmh"));
+        }
+        if (path.time.empty()) continue;
+        const bool has_errors = !is_true && track.body != "ego", has_speed = track.body != "ego";
+        path.values = {has_errors ? Et : std::vector<double>(), has_errors ? ER : std::vector<double>(),
+                       has_speed ? speed : std::vector<double>()};
+        explorer.paths.push_back(std::move(path));
+      }
+    }
+  }
+  return explorer;
+}
+
+}  // namespace sextant

@@ -1,0 +1,339 @@
+#include "sextant/eval/evaluation/trajectory_figures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/base/safe_paths.h"
+#include "sextant/eval/report/figures/equal_axes.h"
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/stats/summary.h"
+
+namespace sextant {
+namespace {
+
+constexpr const char* no_value = "NaN";  // interrupts gnuplot's line
+constexpr const char* reference_colour = "#B0B0B0";
+constexpr size_t n_line_colours = 7;
+
+Cell finite_cell(double value) { return std::isfinite(value) ? Cell(value) : Cell(no_value); }
+
+/// Curve 0 of a figure is the reference, curve k + 1 is run k.
+const TrajectoryCurve& curve_of(const EgoCurves& curves, size_t k) {
+  return k == 0 ? curves.reference : curves.runs[k - 1];
+}
+
+std::string style_of(size_t k) {
+  if (k == 0) return fmt::format("with lines lc rgb \"{}\" lw 3.5", reference_colour);
+  return fmt::format("with lines lc rgb \"{}\" dt {} lw 1.3", line_colour(k), (k - 1) / n_line_colours + 1);
+}
+
+/// The name with its middle left out where it is longer than `most` characters; names in UTF-8 are cut between
+/// characters.
+std::string shortened(const std::string& name, size_t most) {
+  if (name.size() <= most) return name;
+  const auto is_inside = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
+  size_t head = most / 2, tail = name.size() - (most - most / 2 - 1);
+  while (head > 0 && is_inside(head)) --head;
+  while (tail < name.size() && is_inside(tail)) ++tail;
+  return name.substr(0, head) + "…" + name.substr(tail);
+}
+
+std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference) {
+  std::vector<LegendEntry> legend;
+  for (size_t k = with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
+    legend.push_back({shortened(curve_of(curves, k).name, 90), style_of(k)});
+  return legend;
+}
+
+/// Colours from small to large errors, distinct in grey as well.
+constexpr const char* error_palette =
+    "set palette maxcolors 24\n"
+    "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", 5 \"#e3440a\", "
+    "6 \"#7a0403\")\n";
+
+using PoseColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
+
+/// A column of what the curves have, by the pose; a list that a curve does not have is "NaN".
+template <typename List, typename Number>
+void add_column(const std::string& key, List TrajectoryCurve::*list, const Number& number, PoseColumns& columns) {
+  columns.add(Column::text(key), [list, number](const auto& pose) {
+    const List& values = pose.first->*list;
+    return values.empty() ? Cell(no_value) : finite_cell(number(values[pose.second]));
+  });
+}
+
+void add_number(const std::string& key, std::vector<double> TrajectoryCurve::*list, PoseColumns& columns) {
+  add_column(key, list, [](double value) { return value; }, columns);
+}
+
+void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vector3d> TrajectoryCurve::*list,
+                PoseColumns& columns) {
+  for (int k = 0; k < 3; ++k)
+    add_column(keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
+}
+
+/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap. The column
+/// "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
+void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figure) {
+  const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
+  figure.data.columns = {Column::count("curve"), Column::text("name")};
+  for (const auto& field : columns) figure.data.columns.push_back(field.column);
+  size_t n_drawn = 0, n_poses = 0;
+  double distance_m = 0;
+  for (size_t k = 0; k <= curves.runs.size(); ++k) {
+    const TrajectoryCurve& curve = curve_of(curves, k);
+    const std::vector<size_t> kept = thinned(curve, most);
+    n_drawn += kept.size();
+    n_poses += curve.size();
+    distance_m = std::max(distance_m, thinning_distance_m(curve, kept));
+    for (const size_t i : kept) {
+      if (curve.begins[i] && i > 0) {
+        std::vector<Cell> gap = {k, curve.name};
+        gap.resize(figure.data.columns.size(), no_value);
+        figure.data.add_row(std::move(gap));
+      }
+      std::vector<Cell> row = {k, curve.name};
+      for (const auto& field : columns) row.push_back(field.of({&curve, i}));
+      figure.data.add_row(std::move(row));
+    }
+  }
+  if (n_drawn < n_poses)
+    figure.caption += fmt::format(
+        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than {:.2g} m from "
+        "the lines. The files in curves/ hold all.",
+        n_drawn, n_poses, distance_m);
+}
+
+std::string column_of(size_t k, const std::string& key) {
+  return fmt::format("(column(\"curve\") == {} ? column(\"{}\") : NaN)", k, key);
+}
+
+std::string line_plot(size_t k, const std::string& x, const std::string& y) {
+  return fmt::format("data using {}:(column(\"{}\")) {}", column_of(k, x), y, style_of(k));
+}
+
+/// Start and end of the reference.
+std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes) {
+  std::string marks;
+  for (const auto& [p, name, type] : {std::tuple(reference.position_m.front(), "start", 7),
+                                      std::tuple(reference.position_m.back(), "end", 5)}) {
+    marks += fmt::format("set label \"{}\" at {},{} point pt {} ps 0.9 lc rgb \"#404040\" offset 0.7,0.5 front\n", name,
+                         gp_number(p[axes.right]), gp_number(p[axes.up]), type);
+  }
+  return marks;
+}
+
+EqualAxes equal_axes(const EgoCurves& curves) {
+  const auto title = [](int axis) { return fmt::format("{} [m]", axis_names[static_cast<size_t>(axis)]); };
+  EqualAxes axes({title(curves.axes.right), title(curves.axes.up)}, 0.01);
+  for (size_t k = 0; k <= curves.runs.size(); ++k) {
+    for (const Eigen::Vector3d& p : curve_of(curves, k).position_m)
+      axes.include({p[curves.axes.right], p[curves.axes.up]});
+  }
+  return axes;
+}
+
+PoseColumns path_columns(const ViewAxes& axes) {
+  PoseColumns columns;
+  const std::vector<Eigen::Vector3d> TrajectoryCurve::*position = &TrajectoryCurve::position_m;
+  add_column("right_m", position, [axis = axes.right](const Eigen::Vector3d& p) { return p[axis]; }, columns);
+  add_column("up_m", position, [axis = axes.up](const Eigen::Vector3d& p) { return p[axis]; }, columns);
+  return columns;
+}
+
+std::string plane_text(const ViewAxes& axes) {
+  const auto name = [](int axis) { return axis_names[static_cast<size_t>(axis)]; };
+  return fmt::format("{} to the right, {} up", name(axes.right), name(axes.up));
+}
+
+Figure path_figure(const EgoCurves& curves, const EqualAxes& axes) {
+  Figure figure;
+  figure.name = "path";
+  figure.caption = fmt::format("Paths from above ({}), after the alignment.", plane_text(curves.axes));
+  PanelLayout layout{.width_cm = 14, .left_cm = 1.7, .bottom_cm = 1.1, .top_cm = 0.3};
+  layout.panel_height_cm = layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), false, 14);
+  Panel panel{"", axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) +
+                      axes.scale_bar(layout.plot_width_cm(), layout.plot_height_cm()) +
+                      end_marks(curves.reference, curves.axes), {}};
+  for (size_t k = 0; k <= curves.runs.size(); ++k) panel.plots.push_back(line_plot(k, "right_m", "up_m"));
+  set_data(curves, path_columns(curves.axes), figure);
+  set_panels(layout, legend_of(curves, true), {panel}, figure);
+  return figure;
+}
+
+/// The range of the colours: errors above their 99 % quantile have the colour of that quantile.
+double colour_end(const EgoCurves& curves) {
+  std::vector<double> errors;
+  for (const TrajectoryCurve& run : curves.runs)
+    std::ranges::copy_if(run.error, std::back_inserter(errors), [](double e) { return std::isfinite(e); });
+  const double end = errors.empty() ? 1 : quantile(errors, 0.99);
+  return end > 0 ? end : 1;
+}
+
+Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
+  Figure figure;
+  figure.name = "path_error";
+  figure.caption = fmt::format(
+      "Paths coloured by {}, one scale for all; errors above the 99 % quantile have its colour. Grey: reference.",
+      curves.error_title);
+  PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3), .width_cm = 18, .left_cm = 1.6, .right_cm = 1.7,
+                     .bottom_cm = 1.1, .top_cm = 0.6};
+  if (layout.columns == 1) layout.width_cm = 14;
+  const double room_cm = axes.height_cm(layout.plot_width_cm(), false, layout.columns == 1 ? 12 : 8);
+  layout.panel_height_cm = layout.bottom_cm + layout.top_cm + room_cm;
+  PoseColumns columns = path_columns(curves.axes);
+  add_number("error", &TrajectoryCurve::error, columns);
+  std::vector<Panel> panels;
+  for (size_t k = 1; k <= curves.runs.size(); ++k) {
+    Panel panel{shortened(curves.runs[k - 1].name, static_cast<size_t>(layout.plot_width_cm() / 0.17)),
+                axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) + error_palette +
+                    fmt::format("set cbrange [0:{}]\nset colorbox\nset cbtics scale 0.5 autofreq\n",
+                                gp_number(colour_end(curves))),
+                {}};
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1", column_of(0, "right_m"),
+                    reference_colour));
+    panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")):(column(\"error\")) with lines lc palette lw 2.5",
+                                      column_of(k, "right_m")));
+    panels.push_back(std::move(panel));
+  }
+  set_data(curves, columns, figure);
+  set_panels(layout, {}, panels, figure);
+  return figure;
+}
+
+struct Along {
+  std::string x, y;  ///< columns
+  std::string title;  ///< of y
+  bool with_reference = false;
+};
+
+/// Panels over time or the path, an x range from the first to the last pose.
+void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns, double panel_height_cm,
+               Figure& figure) {
+  const PanelLayout layout{.columns = columns, .width_cm = 18, .panel_height_cm = panel_height_cm, .left_cm = 1.75,
+                           .top_cm = 0.35};
+  std::vector<Panel> panels;
+  bool with_reference = false;
+  for (const Along& along : what) {
+    const bool over_path = along.x == "path_m";
+    const std::vector<double>& x = over_path ? curves.reference.path_m : curves.reference.time;
+    const double end = x.back() > x.front() ? x.back() : x.front() + 1;
+    Panel panel{"", fmt::format("set xrange [{}:{}]\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n",
+                                gp_number(x.front()), gp_number(end), over_path ? "path [m]" : curves.time_title(),
+                                gp_text(along.title)), {}};
+    for (size_t k = along.with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
+      panel.plots.push_back(line_plot(k, along.x, along.y));
+    panels.push_back(std::move(panel));
+    with_reference |= along.with_reference;
+  }
+  set_panels(layout, legend_of(curves, with_reference), panels, figure);
+}
+
+PoseColumns along_columns() {
+  PoseColumns columns;
+  add_number("time", &TrajectoryCurve::time, columns);
+  return columns;
+}
+
+Figure error_figure(const EgoCurves& curves) {
+  Figure figure;
+  figure.name = "error_along";
+  figure.caption = fmt::format("{} over {} and over the length of the reference's path.", curves.error_title,
+                               curves.has_time ? "time" : "the frames");
+  PoseColumns columns = along_columns();
+  add_number("path_m", &TrajectoryCurve::path_m, columns);
+  add_number("error", &TrajectoryCurve::error, columns);
+  set_data(curves, columns, figure);
+  set_along(curves, {{"time", "error", curves.error_title}, {"path_m", "error", curves.error_title}}, 1, 4.6, figure);
+  return figure;
+}
+
+/// Three quantities in the first row and their errors in the second.
+Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::string& caption,
+                   const std::array<std::string, 3>& names, const std::string& unit,
+                   std::vector<Eigen::Vector3d> TrajectoryCurve::*values,
+                   std::vector<Eigen::Vector3d> TrajectoryCurve::*errors) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = caption;
+  std::array<std::string, 3> keys, error_keys;
+  std::vector<Along> upper, lower;
+  for (size_t k = 0; k < 3; ++k) {
+    keys[k] = fmt::format("{}_{}", names[k], unit);
+    error_keys[k] = fmt::format("error_{}_{}", names[k], unit);
+    upper.push_back({"time", keys[k], fmt::format("{} [{}]", names[k], unit), true});
+    lower.push_back({"time", error_keys[k], fmt::format("error of {} [{}]", names[k], unit)});
+  }
+  PoseColumns columns = along_columns();
+  add_vector(keys, values, columns);
+  add_vector(error_keys, errors, columns);
+  set_data(curves, columns, figure);
+  upper.insert(upper.end(), lower.begin(), lower.end());
+  set_along(curves, upper, 3, 4.4, figure);
+  return figure;
+}
+
+/// Every pose of a curve, with a column for each quantity that it has.
+Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
+  PoseColumns columns;
+  add_number(curves.has_time ? "time_s" : "time_frames", &TrajectoryCurve::time, columns);
+  add_column("frame", &TrajectoryCurve::frame, [](int frame) { return static_cast<double>(frame); }, columns);
+  add_number("path_m", &TrajectoryCurve::path_m, columns);
+  add_vector({"x_m", "y_m", "z_m"}, &TrajectoryCurve::position_m, columns);
+  add_vector({"roll_deg", "pitch_deg", "yaw_deg"}, &TrajectoryCurve::angles_deg, columns);
+  add_number("speed", &TrajectoryCurve::speed, columns);
+  if (!curve.error.empty()) {
+    add_number("error", &TrajectoryCurve::error, columns);
+    add_vector({"error_x_m", "error_y_m", "error_z_m"}, &TrajectoryCurve::position_error_m, columns);
+    add_vector({"error_roll_deg", "error_pitch_deg", "error_yaw_deg"}, &TrajectoryCurve::angle_error_deg, columns);
+  }
+  std::vector<std::pair<const TrajectoryCurve*, size_t>> poses;
+  for (size_t i = 0; i < curve.size(); ++i) poses.emplace_back(&curve, i);
+  return table_of(curve.name, "", columns, poses);
+}
+
+}  // namespace
+
+std::vector<Figure> path_figures(const EgoCurves& curves) {
+  const EqualAxes axes = equal_axes(curves);
+  return {path_figure(curves, axes), coloured_figure(curves, axes)};
+}
+
+std::vector<Figure> along_figures(const EgoCurves& curves) {
+  std::vector<Figure> figures = {error_figure(curves)};
+  figures.push_back(axes_figure(curves, "position", "Position per axis, below the estimate minus the reference.",
+                                {"x", "y", "z"}, "m", &TrajectoryCurve::position_m,
+                                &TrajectoryCurve::position_error_m));
+  if (std::ranges::any_of(curves.runs, [](const TrajectoryCurve& run) { return !run.angles_deg.empty(); })) {
+    const auto name = [](int axis) { return axis_names[static_cast<size_t>(axis)]; };
+    const int out = curves.axes.out;
+    figures.push_back(axes_figure(
+        curves, "rotation",
+        fmt::format("Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes {0}, {1}, {2}; "
+                    "below, their differences to the reference.",
+                    name(out), name((out + 2) % 3), name((out + 1) % 3)),
+        {"roll", "pitch", "yaw"}, "deg", &TrajectoryCurve::angles_deg, &TrajectoryCurve::angle_error_deg));
+  }
+  Figure speed;
+  speed.name = "speed";
+  speed.caption = "Distance between neighbouring poses divided by the time between them.";
+  PoseColumns columns = along_columns();
+  add_number("speed", &TrajectoryCurve::speed, columns);
+  set_data(curves, columns, speed);
+  set_along(curves, {{"time", "speed", curves.speed_title(), true}}, 1, 5, speed);
+  figures.push_back(std::move(speed));
+  return figures;
+}
+
+OutputFiles curve_files(const EgoCurves& curves) {
+  std::vector<std::string> names = {"reference"};
+  for (const TrajectoryCurve& run : curves.runs) names.push_back(file_stem(run.name));
+  names = distinct_names(std::move(names));
+  OutputFiles files;
+  for (size_t k = 0; k < names.size(); ++k)
+    files[fmt::format("curves/{}.csv", names[k])] = to_csv(curve_table(curve_of(curves, k), curves));
+  return files;
+}
+
+}  // namespace sextant

@@ -1,0 +1,51 @@
+#pragma once
+
+// Axes of a panel in one scale for both directions, whatever the panel's shape, with 8 % of room around the data.
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+
+namespace sextant {
+
+/// Titles of the axes, with units.
+struct AxisTitles {
+  std::string right = "x, right [m]", ahead = "z, ahead [m]";
+};
+
+/// "Ahead" is up, or, lying, to the right: then the right-hand side is down, as a view from above must not be
+/// mirrored.
+class EqualAxes {
+ public:
+  /// `least_m`: the smallest extent that fills a panel, a power of ten; the axes of a point show this much.
+  explicit EqualAxes(AxisTitles titles = {}, double least_m = 1) : titles_(std::move(titles)), least_m_(least_m) {}
+
+  void include(const Eigen::Vector2d& right_ahead_m);
+  bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }
+
+  /// Height that a panel of this width needs, within limits.
+  double height_cm(double width_cm, bool lying, double most_cm = 7) const;
+
+  /// gnuplot commands: ranges, tics and titles.
+  std::string settings(double width_cm, double height_cm, bool lying) const;
+
+  /// gnuplot commands: a bar of a round length with its number, in the lower right corner. Not lying.
+  std::string scale_bar(double width_cm, double height_cm) const;
+
+ private:
+  struct Ranges {
+    Eigen::Vector2d low, high;
+    double m_per_cm = 1;
+  };
+  Ranges ranges(double width_cm, double height_cm, bool lying) const;
+  Eigen::Vector2d room() const { return (high_ - low_).cwiseMax(least_m_) * 1.16; }
+  /// A round number of metres, at least 1 cm on paper.
+  double step_m(double m_per_cm) const;
+
+  AxisTitles titles_;
+  double least_m_;
+  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
+};
+
+}  // namespace sextant

@@ -1,0 +1,136 @@
+"""A page in Chromium, for tests: speaks WebDriver (W3C) to Debian's chromedriver."""
+
+import base64
+import json
+import shutil
+import subprocess
+import time
+import urllib.error
+import urllib.request
+
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+
+
+def has_browser():
+    return bool(shutil.which("chromium") and shutil.which("chromedriver"))
+
+
+class Browser:
+    def __init__(self, driver, watch=True):
+        """watch: console and requests are kept for complaints(), which costs the browser time."""
+        self.url = driver
+        options = {"binary": shutil.which("chromium"), "args": [
+            "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
+            "--force-device-scale-factor=1", "--hide-scrollbars"]}
+        capabilities = {"browserName": "chrome", "goog:chromeOptions": options,
+                        "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"} if watch else {}}
+        self.session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
+
+    def call(self, method, path, body=None):
+        request = urllib.request.Request(self.url + path, method=method, headers={"Content-Type": "application/json"},
+                                         data=None if body is None else json.dumps(body).encode())
+        try:
+            with urllib.request.urlopen(request, timeout=1200) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise RuntimeError(f"{method} {path}: {error.read().decode(errors='replace')[:500]}") from None
+
+    def at(self, path, body=None, method="POST"):
+        return self.call(method, f"/session/{self.session}{path}", body)
+
+    def open(self, url, width=1280, height=1000, ready="return document.readyState === 'complete'"):
+        self.at("/window/rect", {"width": width, "height": height})
+        self.at("/url", {"url": "about:blank"})  # the same page with another address is loaded anew
+        self.at("/url", {"url": url})
+        self.wait(ready)
+
+    def dark(self, on):
+        """The colour scheme that the reader prefers."""
+        feature = {"name": "prefers-color-scheme", "value": "dark" if on else "light"}
+        self.at("/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": {"features": [feature]}})
+
+    def run(self, script, *arguments):
+        return self.at("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def wait(self, script, seconds=1200):
+        end = time.monotonic() + seconds
+        while not self.run(script):
+            if time.monotonic() > end:
+                raise AssertionError(f"not after {seconds} s: {script}")
+            time.sleep(0.05)
+
+    def keys(self, text):
+        """Typed into whatever has the focus."""
+        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
+        self.at("/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
+        self.settle()
+
+    def drag(self, css, shares):
+        """Presses at the first share of the element's width, moves over the others, lets go."""
+        box = self.run("const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});"
+                       "const b = e.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]", css)
+        steps = []
+        for index, share in enumerate(shares):
+            steps.append({"type": "pointerMove", "duration": 30, "x": int(box[0] + share * box[2]),
+                          "y": int(box[1] + box[3] / 2)})
+            if index == 0:
+                steps.append({"type": "pointerDown", "button": 0})
+        steps.append({"type": "pointerUp", "button": 0})
+        self.at("/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": steps}]})
+        self.settle()
+
+    def click(self, css):
+        self.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", css)
+        found = self.at("/element", {"using": "css selector", "value": css})[ELEMENT]
+        self.at(f"/element/{found}/click", {})
+        self.settle()
+
+    def settle(self):
+        self.at("/execute/async", {"script": "const done = arguments[0];"
+                                             "requestAnimationFrame(() => requestAnimationFrame(() => done(0)))",
+                                   "args": []})
+
+    def complaints(self):
+        """Console messages, and addresses asked for."""
+        console = [entry["message"] for entry in self.at("/se/log", {"type": "browser"})]
+        asked = []
+        for entry in self.at("/se/log", {"type": "performance"}):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                asked.append(message["params"]["request"]["url"])
+        return console, asked
+
+    def screenshot(self, path):
+        path.write_bytes(base64.b64decode(self.at("/screenshot", method="GET")))
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+def expect_equal(got, expected, what):
+    expect(got == expected, f"{what}: expected {expected!r}, got {got!r}")
+
+
+def expect_quiet(browser, folder):
+    console, asked = browser.complaints()
+    expect_equal(console, [], "console")
+    own = folder.resolve().as_uri()
+    strange = [url[:80] for url in asked if not url.startswith((own, "data:image/", "blob:", "about:", "data:,"))]
+    expect_equal(strange, [], "requests beyond the page's own files")
+
+
+def sextant(program, *arguments, fails=False):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    expect((done.returncode != 0) == fails, f"sextant {' '.join(map(str, arguments))}: exit {done.returncode}\n{done.stderr}")
+    return done.stdout + done.stderr
+
+
+def start_driver():
+    driver = subprocess.Popen([shutil.which("chromedriver"), "--port=0"], stdout=subprocess.PIPE, text=True)
+    for line in driver.stdout:
+        if "started successfully on port " in line:
+            port = int(line.split("on port ")[1].strip(" .\n"))
+            return driver, f"http://127.0.0.1:{port}"
+    raise RuntimeError("chromedriver said no port")
