@@ -107,6 +107,11 @@ std::unique_ptr<Sequence> open_rendered(const std::function<RenderedSource(Input
   return std::make_unique<RenderedSequence>(make, options);
 }
 
+void SyntheticOptions::check() const {
+  RenderCacheOptions::check();
+  check_option(every >= 1, "every", every, ">= 1");
+}
+
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
   SyntheticOptions options;
   read_options(source.options, options, "synthetic");
@@ -116,9 +121,9 @@ std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
   return open_rendered(
       [&](InputLog&) {
         RenderedSource rendered;
-        rendered.scenario = synthetic::make_scenario(source.path);
+        rendered.scenario = synthetic::every_nth_frame(synthetic::make_scenario(source.path), options.every);
         rendered.info.dataset = source.adapter;
-        rendered.info.sequence = source.path;
+        rendered.info.sequence = rendered.scenario.name;
         std::set<int> frames;
         for (int frame = 0; frame < rendered.scenario.n_frames(); ++frame) frames.insert(frames.end(), frame);
         choose_frames(source, frames, "synthetic:" + source.path, rendered.info);

@@ -37,10 +37,16 @@ struct RenderedSource {
 std::unique_ptr<Sequence> open_rendered(const std::function<RenderedSource(InputLog&)>& make,
                                         const RenderCacheOptions& options);
 
-// Adapter `synthetic`: rendered scenes that need no download synthetic/synthetic/). SOURCE is
-// synthetic:<scenario>[@first-last]; depth, flow, masks and truth are exact.
+// Adapter `synthetic`: rendered scenes that need no download (datasets/synthetic/). SOURCE is
+// synthetic:<scenario>[@first-last]; depth, flow, masks and truth are exact. With every = n the sequence
+// consists of the scenario's frames 0, n, 2n, .. and is called <scenario>/every<n>: larger motion between
+// frames at a frame rate that is n times lower.
 
-using SyntheticOptions = RenderCacheOptions;
+struct SyntheticOptions : RenderCacheOptions {
+  SEXTANT_OPTIONS_OF(RenderCacheOptions,
+      (int, every, 1, "count", "n: use only every n-th frame of the scenario, so that motions are n times as large"))
+  void check() const;
+};
 
 /// Throws Error on an unknown scenario or option, a '#' in the source, or frames outside the scenario.
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source);

@@ -365,6 +365,24 @@ Scenario make_scenario(const std::string& name) {
   return scenario;
 }
 
+Scenario every_nth_frame(Scenario scenario, int n) {
+  if (n == 1) return scenario;
+  if (n < 1 || scenario.n_frames() <= n)
+    fail("scenario '{}': every {} frames of its {}: expected 1 to {}", scenario.name, n, scenario.n_frames(),
+         scenario.n_frames() - 1);
+  const auto thin_out = [n](auto& per_frame) {
+    size_t kept = 0;
+    for (size_t frame = 0; frame < per_frame.size(); frame += static_cast<size_t>(n))
+      per_frame[kept++] = per_frame[frame];
+    per_frame.resize(kept);
+  };
+  thin_out(scenario.T_world_camera);
+  for (Actor& actor : scenario.actors) thin_out(actor.T_world_object);
+  scenario.rate_hz /= n;
+  scenario.name += fmt::format("/every{}", n);
+  return scenario;
+}
+
 std::vector<std::string> scenario_names() {
   std::vector<std::string> names;
   for (const Entry& entry : entries()) names.push_back(entry.name);

@@ -50,6 +50,10 @@ struct Scenario {
   static StereoCamera virtual_kitti_camera() { return {{725.0, 725.0, 620.5, 187.0}, 725.0 * 0.532725}; }
 };
 
+/// The frames 0, n, 2n, .. of a scenario, at the n-th part of its frame rate, under the name "NAME/everyN";
+/// the scenario itself for n = 1. Throws Error where fewer than two frames are left.
+Scenario every_nth_frame(Scenario scenario, int n);
+
 /// Returns the scenario of this name; throws Error with the nearest name if there is none.
 Scenario make_scenario(const std::string& name);
 std::vector<std::string> scenario_names();

@@ -36,6 +36,7 @@ void add_run_command(CLI::App& app);
 void add_rescore_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
+void add_benchmark_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_reproduce_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);

@@ -92,6 +92,9 @@ SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 /// The first few on stderr, as warnings, and how many more there are.
 void warn_of_problems(std::span<const std::string> problems);
 
+/// The value of --shard, "I/N".
+std::pair<uint64_t, uint64_t> parse_shard(const std::string& text);
+
 /// What a sweep did, for `sweep` and for `rescore` of one.
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags);
 

@@ -23,19 +23,6 @@ struct SweepFlags : CommonFlags {
   bool reuse_stale = false;
 };
 
-std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
-  const std::vector<std::string> parts = split(text, '/');
-  uint64_t numbers[2] = {0, 0};
-  for (size_t i = 0; i < 2; ++i) {
-    const std::string part = parts.size() == 2 ? parts[i] : "";
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[i]);
-    if (part.empty() || error != std::errc() || end != part.data() + part.size()) {
-      fail("--shard {}: expected I/N, for example 1/4", text);
-    }
-  }
-  return {numbers[0], numbers[1]};
-}
-
 void run_sweep(const SweepFlags& flags) {
   if (flags.plan.empty()) fail("PLAN.json is missing: see sextant sweep --help");
   SweepConfig config;
@@ -118,6 +105,19 @@ void run_merge(const MergeFlags& flags) {
 }
 
 }  // namespace
+
+std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
+  const std::vector<std::string> parts = split(text, '/');
+  uint64_t numbers[2] = {0, 0};
+  for (size_t i = 0; i < 2; ++i) {
+    const std::string part = parts.size() == 2 ? parts[i] : "";
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[i]);
+    if (part.empty() || error != std::errc() || end != part.data() + part.size()) {
+      fail("--shard {}: expected I/N, for example 1/4", text);
+    }
+  }
+  return {numbers[0], numbers[1]};
+}
 
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags) {
   if (!flags.quiet) warn_of_problems(outcome.problems);

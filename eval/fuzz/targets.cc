@@ -25,6 +25,8 @@
 #include "sextant/datasets/vkitti_layout.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/points/extraction.h"
+#include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/benchmark/suite.h"
 #include "sextant/eval/evaluation/dense_files.h"
 #include "sextant/eval/evaluation/pose_frames.h"
 #include "sextant/eval/experiment/case_results.h"
@@ -429,6 +431,8 @@ std::vector<FuzzTarget> make_targets() {
       {"sweep_folder", sweep_folder},
       {"pack_cache", pack_cache},
       {"rescore", rescore},
+      {"benchmark_card", [](Bytes bytes) { parse_card(bytes, "card"); }},
+      {"benchmark_suite", [](Bytes bytes) { parse_suite(bytes, "suite"); }},
       {"benchmark_file", [](Bytes bytes) { parse_benchmark_file(bytes, "benchmark"); }},
       {"policy", [](Bytes bytes) { read_policy(MemoryFile(bytes).path()); }},
       {"tracks", [](Bytes bytes) { parse_tracks(std::string(bytes), "tracks"); }},

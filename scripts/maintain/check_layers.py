@@ -66,6 +66,8 @@ LAYERS = {
     "eval/report/html": ["base", "eval/records", "eval/report"],
     "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
     "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
+    "eval/benchmark": ["base", "stats", "metrics", "datasets", "noise", "estimator", "eval/records", "eval/experiment",
+                       "eval/report", "eval/report/figures", "eval/report/html"],
     "eval/export": ["base", "metrics", "eval/records"],
     "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
                                  "eval/logs", "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
@@ -79,7 +81,7 @@ LAYERS = {
                        "eval/report"] + _PAPER,
     "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
                       "eval/report", "eval/reproduce"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check",
+    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/benchmark",
                  "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
                  "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",
                  "eval/workflow"] + _PAPER,
@@ -87,7 +89,7 @@ LAYERS = {
                                    "metrics", "eval/logs", "eval/records", "eval/experiment", "eval/export", "eval/external", "eval/report",
                                    "eval/workflow"],
     "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
-                  "eval/records", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
+                  "eval/records", "eval/benchmark", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
                   "eval/report"],
 }
 

@@ -8,47 +8,17 @@
 // of the motion from k-1 to k in the world.
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
 
-struct Camera {
-  double fx, fy, cx, cy, bf;
-};
+#include "example_files.h"
 
 struct Points {
   std::vector<cv::Point3d> before;  // previous camera coordinates, m
   std::vector<cv::Point2d> after;   // px in the current image
 };
-
-Camera read_camera(const std::string& path) {
-  const cv::FileStorage file(path, cv::FileStorage::READ);
-  return {file["Camera.fx"], file["Camera.fy"], file["Camera.cx"], file["Camera.cy"], file["Camera.bf"]};
-}
-
-cv::Mat2f read_flow(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  float magic = 0;
-  int size[2] = {0, 0};
-  file.read(reinterpret_cast<char*>(&magic), 4).read(reinterpret_cast<char*>(size), 8);
-  cv::Mat2f flow(size[1], size[0]);
-  file.read(reinterpret_cast<char*>(flow.data), static_cast<std::streamsize>(flow.total() * 8));
-  if (!file || magic != 202021.25f) throw std::runtime_error(path + ": no flow");
-  return flow;
-}
-
-cv::Mat1w read_mask(const std::string& path, cv::Size size) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  cv::Mat1w mask(size);
-  for (unsigned short& id : mask) text >> id;
-  if (!text) throw std::runtime_error(path + ": no mask");
-  return mask;
-}
 
 // Every `step`-th pixel in x and y, by id; 0 is the background.
 std::map<int, Points> sample(const cv::Mat1w& disparity, const cv::Mat2f& flow, const cv::Mat1w& mask,
@@ -92,14 +62,6 @@ bool estimate(const Points& points, const Camera& camera, cv::Matx44d& motion) {
   motion = cv::Matx44d(r(0, 0), r(0, 1), r(0, 2), translation[0], r(1, 0), r(1, 1), r(1, 2), translation[1],
                        r(2, 0), r(2, 1), r(2, 2), translation[2], 0, 0, 0, 1);
   return true;
-}
-
-void write(const std::filesystem::path& file, int frame, const cv::Matx44d& pose) {
-  std::ofstream out(file, std::ios::app);
-  out.precision(17);
-  out << frame;
-  for (int i = 0; i < 12; ++i) out << ' ' << pose.val[i];
-  out << '\n';
 }
 
 int main(int argc, char** argv) try {

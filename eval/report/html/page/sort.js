@@ -21,6 +21,26 @@ for (const table of document.querySelectorAll("table")) {
     });
   });
 }
+// A long table gets a choice for each column of texts with few values: only rows with the chosen ones are shown.
+for (const table of document.querySelectorAll("table")) {
+  const rows = [...table.tBodies[0].rows];
+  if (rows.length <= 20) continue;
+  const choices = [];
+  for (const heading of table.querySelectorAll("th:not(.number)")) {
+    const column = heading.cellIndex;
+    const values = new Set(rows.map(row => row.cells[column].textContent));
+    if (values.size < 2 || values.size > 20) continue;
+    const label = document.createElement("label");
+    const select = document.createElement("select");
+    for (const value of ["all", ...values]) select.add(new Option(value));
+    select.addEventListener("change", () => rows.forEach(row => {
+      row.hidden = choices.some(([at, choice]) => choice.selectedIndex > 0 && row.cells[at].textContent !== choice.value);
+    }));
+    label.append(heading.textContent + " ", select);
+    table.parentElement.before(label);
+    choices.push([column, select]);
+  }
+}
 for (const [event, open] of [["beforeprint", true], ["afterprint", false]]) {
   addEventListener(event, () => document.querySelectorAll("details").forEach(part => { part.open = open; }));
 }

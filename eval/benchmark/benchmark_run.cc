@@ -1,0 +1,143 @@
+#include "sextant/eval/benchmark/benchmark_run.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/safe_paths.h"
+#include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/benchmark/card_document.h"
+#include "sextant/eval/records/output.h"
+
+namespace sextant {
+namespace {
+
+/// The plans of an estimator, track by track; throws what parse_plan() throws.
+std::vector<BenchmarkSweep> sweeps_of(const BenchmarkRequest& request, const Suite& suite,
+                                      const SuiteTrack& track, const std::string& estimator) {
+  std::vector<BenchmarkSweep> sweeps;
+  for (const SuiteSweep& sweep : track.sweeps) {
+    std::string text = plan_text(suite, track, sweep, estimator, request.quick);
+    if (text.empty()) continue;
+    Plan plan = parse_plan(text, suite.name + ": " + sweep.name, request.data_root);
+    sweeps.push_back({track.name, sweep.name, std::move(text), std::move(plan)});
+  }
+  return sweeps;
+}
+
+BenchmarkPlan plan_of(const BenchmarkRequest& request, const Suite& suite, const std::string& estimator) {
+  BenchmarkPlan plan;
+  for (const SuiteTrack& track : suite.tracks) {
+    const bool by_name = std::ranges::find(request.tracks, track.name) != request.tracks.end();
+    if (!request.tracks.empty() && !by_name) {
+      plan.left_out[track.name] = "not requested";
+      continue;
+    }
+    try {
+      std::vector<BenchmarkSweep> sweeps = sweeps_of(request, suite, track, estimator);
+      if (sweeps.empty()) plan.left_out[track.name] = "no part of a quick run";
+      std::ranges::move(sweeps, std::back_inserter(plan.sweeps));
+    } catch (const Error& error) {
+      if (by_name || !track.needs_data) throw;
+      plan.left_out[track.name] = "its data are not there";
+    }
+  }
+  if (plan.sweeps.empty()) fail("suite {}: no track of it is left to run", suite.name);
+  plan.label = plan.sweeps.front().plan.estimators.front().label;
+  plan.folder = safe_file_name(plan.label);
+  return plan;
+}
+
+}  // namespace
+
+std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite) {
+  for (const std::string& name : request.tracks) suite.track(name);
+  std::vector<BenchmarkPlan> plans;
+  for (const std::string& estimator : request.estimators) {
+    plans.push_back(plan_of(request, suite, estimator));
+    const auto same = std::ranges::count(plans, plans.back().folder, &BenchmarkPlan::folder);
+    if (same > 1) fail("estimator '{}' is given twice", plans.back().label);
+  }
+  if (plans.empty()) fail("no estimator: expected a name, external:CONFIG.json or python:NAME");
+  return plans;
+}
+
+SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan& plan) {
+  SweepOutcome all;
+  for (const BenchmarkSweep& part : plan.sweeps) {
+    SweepConfig config = request.sweep;
+    config.plan = part.plan;
+    config.out = make_folder_below(request.out, fs::path(plan.folder) / part.name);
+    const SweepOutcome outcome = sweep(config);
+    all.n_cases += outcome.n_cases;
+    all.n_before += outcome.n_before;
+    all.n_stale += outcome.n_stale;
+    all.n_records += outcome.n_records;
+    all.wall_time_s += outcome.wall_time_s;
+    std::ranges::copy(outcome.problems, std::back_inserter(all.problems));
+  }
+  if (!plan.left_out.empty())
+    write_output_folder(request.out / plan.folder, {{left_out_name, json_text(Json(plan.left_out))}});
+  return all;
+}
+
+void write_card(const Suite& suite, const fs::path& folder, int jobs) {
+  write_output_folder(folder, card_files(make_card(suite, folder), suite, jobs));
+}
+
+std::vector<std::string> write_benchmark_plans(const std::vector<BenchmarkPlan>& plans, const fs::path& out) {
+  OutputFiles files;
+  std::vector<std::string> names;
+  for (const BenchmarkPlan& plan : plans) {
+    for (const BenchmarkSweep& part : plan.sweeps) {
+      names.push_back(fmt::format("{}/{}.json", plan.folder, part.name));
+      files[names.back()] = part.text;
+    }
+  }
+  write_output_folder(out, files);
+  return names;
+}
+
+SweepOutcome merge_benchmarks(const std::vector<fs::path>& shards, const fs::path& out, bool allow_mixed) {
+  SweepOutcome all;
+  const std::vector<fs::path> sweeps = benchmark_sweeps(shards.front());
+  for (const fs::path& shard : shards) {
+    if (benchmark_sweeps(shard) != sweeps)
+      fail("{}: it has not the same sweeps as {}: a shard is not finished, or of another request", shard.string(),
+           shards.front().string());
+  }
+  for (const fs::path& sweep : sweeps) {
+    std::vector<fs::path> folders;
+    for (const fs::path& shard : shards) folders.push_back(shard / sweep);
+    const SweepOutcome outcome = merge_sweeps(folders, make_folder_below(out, sweep), allow_mixed);
+    all.n_cases += outcome.n_cases;
+    all.n_records += outcome.n_records;
+  }
+  return all;
+}
+
+std::vector<fs::path> benchmark_sweeps(const fs::path& folder) {
+  std::vector<fs::path> sweeps;
+  std::error_code error;
+  for (const auto& estimator : fs::directory_iterator(folder, error)) {
+    if (!estimator.is_directory(error)) continue;
+    for (const auto& sweep : fs::directory_iterator(estimator.path(), error)) {
+      if (fs::exists(sweep.path() / "plan.json", error))
+        sweeps.push_back(estimator.path().filename() / sweep.path().filename());
+    }
+  }
+  if (sweeps.empty()) fail("{}: holds no sweeps of a benchmark", folder.string());
+  std::ranges::sort(sweeps);
+  return sweeps;
+}
+
+std::vector<std::string> benchmark_estimators(const fs::path& folder) {
+  std::vector<std::string> estimators;
+  for (const fs::path& sweep : benchmark_sweeps(folder)) {
+    const std::string estimator = sweep.begin()->string();
+    if (estimators.empty() || estimators.back() != estimator) estimators.push_back(estimator);
+  }
+  return estimators;
+}
+
+}  // namespace sextant

@@ -1,0 +1,69 @@
+#pragma once
+
+// Runs a suite: the sweeps of its tracks, each an ordinary sweep (experiment/sweep.h) in a folder of its own.
+//
+//   OUT/<estimator>/<sweep>/            plan.json, records.jsonl, cases.jsonl, run.json
+//   OUT/<estimator>/left_out.json       tracks that did not run, with the reason, where there are any
+//   OUT/<estimator>/card.json .md .html (card.h), once all sweeps are finished
+//
+// <estimator> is the label of the estimator as a file name.
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/benchmark/suite.h"
+#include "sextant/eval/experiment/sweep.h"
+
+namespace sextant {
+
+struct BenchmarkRequest {
+  std::string suite = "sextant-1";      ///< a name or NAME.json
+  std::vector<std::string> estimators;  ///< "joint_flow", "external:CONFIG.json", "python:NAME"
+  std::vector<std::string> tracks;      ///< empty: all
+  bool quick = false;
+  std::string data_root;
+  std::filesystem::path out;
+  SweepConfig sweep;  ///< cache, shard, jobs and the like; plan and out are set for each sweep
+};
+
+/// A sweep of the suite for one estimator, ready to run.
+struct BenchmarkSweep {
+  std::string track, name;
+  std::string text;  ///< the plan as a file, for `sextant sweep` and scripts/slurm_sweep
+  Plan plan;
+};
+
+struct BenchmarkPlan {
+  std::string label;   ///< of the estimator
+  std::string folder;  ///< below OUT
+  std::vector<BenchmarkSweep> sweeps;
+  std::map<std::string, std::string> left_out;  ///< track -> reason
+};
+
+/// Of each estimator. Throws Error on an unknown suite, track or estimator. A track whose data are not there is left
+/// out where it is not asked for by name.
+std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite);
+
+/// Runs the sweeps of one estimator, or goes on with them. Throws what sweep() throws.
+SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan& plan);
+
+/// Writes card.json, card.md and card.html of the sweeps in FOLDER beside them.
+void write_card(const Suite& suite, const std::filesystem::path& folder, int jobs);
+
+/// Writes OUT/<estimator>/<sweep>.json for every sweep and returns the names.
+std::vector<std::string> write_benchmark_plans(const std::vector<BenchmarkPlan>& plans,
+                                               const std::filesystem::path& out);
+
+/// <estimator>/<sweep> of all sweeps below OUT, sorted. Throws Error where there are none.
+std::vector<std::filesystem::path> benchmark_sweeps(const std::filesystem::path& folder);
+
+/// <estimator> of them.
+std::vector<std::string> benchmark_estimators(const std::filesystem::path& folder);
+
+/// Joins the folders of shards (OUT of `--shard I/N`) sweep by sweep (merge_sweeps()).
+SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
+                              bool allow_mixed);
+
+}  // namespace sextant

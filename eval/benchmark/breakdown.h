@@ -1,0 +1,58 @@
+#pragma once
+
+// Breakdown level of a curve of errors against the level of the noise: the smallest level above the nominal one at
+// which the mean error is `error_ratio` times that of the nominal level, or coverage falls below `min_coverage`.
+//
+//   between levels   error and coverage are interpolated linearly in the level
+//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed with its
+//                    frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame number with
+//                    its pairs of all seeds and levels
+//   no crossing      there is none up to the highest level: `level` is that one, and the cause is none
+//   nominal          coverage is below the limit at the nominal level already: `level` is the nominal one
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/base/names.h"
+#include "sextant/stats/bootstrap.h"
+
+namespace sextant {
+
+/// Fewer seeds are too few clusters for a bootstrap.
+inline constexpr size_t min_seed_clusters = 5;
+
+/// Frame pairs with truth at one level.
+struct LevelCounts {
+  double level = 0;
+  struct Pair {
+    uint64_t seed = 0;
+    int frame = 0;
+    std::optional<double> error;  ///< none where it was not estimated
+  };
+  std::vector<Pair> pairs{};
+
+  void add(uint64_t seed, int frame, std::optional<double> error) { pairs.push_back({seed, frame, error}); }
+};
+
+enum class BreakdownCause { none, error, coverage, nominal };
+constexpr Names<4> names_of(BreakdownCause) { return {"none", "error", "coverage", "nominal"}; }
+
+struct BreakdownLevel {
+  double nominal = 0, highest = 0;
+  BreakdownCause cause = BreakdownCause::none;
+  double level = 0;
+  std::optional<Interval> interval;  ///< an end at `highest` means that or beyond
+
+  /// "0.41"; "> 0.8" without a crossing.
+  std::string text() const;
+  /// "[0.38, > 0.8]"; empty without an interval.
+  std::string interval_text() const;
+};
+
+/// Levels rise.
+BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
+                            double min_coverage);
+
+}  // namespace sextant

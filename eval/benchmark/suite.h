@@ -1,0 +1,85 @@
+#pragma once
+
+// A benchmark suite: a frozen set of tracks, each of which is one or more ordinary sweeps (docs/benchmark.md).
+// A suite is data, eval/suites/NAME.json; suite_test.cc pins the SHA-256 of each. A change of a suite is a new
+// file with a new name, so that two cards of one suite always mean the same cases.
+//
+//   { "name": "sextant-1", "title": "..",
+//     "metric": "Et_m",                                    // the error that the breakdown level is of
+//     "breakdown": {"error_ratio": 2, "min_coverage": 0.9},
+//     "tracks": [
+//       { "name": "depth", "title": "Depth noise",
+//         "level": "disparity noise delta_d [px]",         // meaning of the numbers of its levels
+//         "nominal": 0.2,                                  // level that the errors of the others are relative to
+//         "quick": [0.2, 0.8],                             // levels of a quick run, which has the first seed only
+//         "objects": {"s18": [1, 2]},                      // objects that count, by sequence; without: all
+//         "needs_data": false,                             // true: left out where the data are not there
+//         "plans": {"depth": {"sources": [..], "noise": {..}, "seeds": 5, "options": {..}}} } ] }
+//
+// A plan has the keys of experiment/plan.h but for "name" and "estimators". The name of a plan is the name of
+// its sweep's folder.
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/base/json.h"
+#include "sextant/eval/records/record.h"
+
+namespace sextant {
+
+/// A sweep of a track.
+struct SuiteSweep {
+  std::string name;
+  Json plan;  ///< without "name" and "estimators"
+};
+
+/// Kinds of bodies that a card reports apart.
+enum class BodyKind { camera, object };
+constexpr Names<2> names_of(BodyKind) { return {"camera", "object"}; }
+
+struct SuiteTrack {
+  std::string name, title, level_title;
+  double nominal = 0;
+  std::vector<double> quick;
+  bool needs_data = false;
+  std::map<std::string, std::vector<int>> objects;  ///< empty: all that have truth
+  std::vector<SuiteSweep> sweeps;
+
+  /// Whether the track counts the record: it has truth, and its body is the camera or one of `objects`.
+  bool counts(const Record& record) const;
+};
+
+struct Suite {
+  std::string name, title;
+  std::string metric;
+  double error_ratio = 2;
+  double min_coverage = 0.9;
+  std::vector<SuiteTrack> tracks;
+  std::string sha256;  ///< of the file
+
+  /// Throws Error that names the nearest track.
+  const SuiteTrack& track(const std::string& name) const;
+};
+
+BodyKind kind_of(const Record& record);
+
+/// Throws Error "NAME: ..." on anything that is not a suite.
+Suite parse_suite(std::string_view text, const std::string& name);
+
+/// Suites that come with the program, in alphabetical order.
+std::vector<std::string> suite_names();
+/// A suite that comes with the program, or the file NAME.json. Throws Error on an unknown name, naming the nearest.
+Suite find_suite(const std::string& name);
+
+/// Of the name of every plan of a quick run.
+inline constexpr const char* quick_ending = ", quick";
+
+/// The plan of one sweep for an estimator (an entry of "estimators" in a plan), as JSON text for parse_plan().
+/// `quick` keeps the first seed and the quick levels of the track; empty where no level is left.
+std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep, const Json& estimator,
+                      bool quick);
+
+}  // namespace sextant

@@ -1,0 +1,220 @@
+#include "sextant/eval/benchmark/verify.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
+#include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/experiment/sweep_folder.h"
+#include "sextant/eval/records/record_stream.h"
+
+namespace sextant {
+namespace {
+
+/// A sweep of the submission, with the plan that the suite asks for.
+struct CheckedSweep {
+  std::string track, name;
+  fs::path folder;
+  Json plan;      ///< of the folder
+  Plan expected;  ///< of the suite, with an estimator that stands for that of the submission
+  std::vector<uint64_t> n_records;  ///< by case
+};
+
+/// What decides the cases of a plan, apart from the estimator.
+Json cases_key(Json plan) {
+  plan.erase("estimators");
+  plan.erase("name");
+  return plan;
+}
+
+std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
+  std::vector<uint64_t> numbers;
+  const std::string text = read_file(file, records_file);
+  size_t line = 0;
+  for (size_t begin = 0; begin < text.size(); ++line) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string where = fmt::format("{}:{}", file.string(), line + 1);
+    const Json entry = parse_json(std::string_view(text).substr(begin, end - begin), where);
+    if (json_member<uint64_t>(entry, "case", where) != line) fail("{}: case {} is missing", where, line);
+    numbers.push_back(json_member<uint64_t>(entry, "records", where));
+    begin = end + 1;
+  }
+  if (numbers.size() != n_cases) fail("{}: holds {} cases, the suite has {}", file.string(), numbers.size(), n_cases);
+  return numbers;
+}
+
+/// Every record belongs to its case: source, level, noise, seed, estimator.
+void check_records(const CheckedSweep& sweep, const Card& card) {
+  const fs::path file = sweep.folder / "records.jsonl";
+  uint64_t in_case = 0, number = 0, line = 0;
+  const auto skip_empty = [&] {
+    while (number < sweep.n_records.size() && in_case == sweep.n_records[number]) {
+      ++number;
+      in_case = 0;
+    }
+  };
+  skip_empty();
+  for_each_record(file, [&](Record& record) {
+    ++line;
+    if (number == sweep.n_records.size()) fail("{}:{}: more records than cases.jsonl says", file.string(), line);
+    const PlanCase expected = sweep.expected.at(number);
+    const PlanLevel& level = sweep.expected.levels[expected.level];
+    const auto refuse = [&](const std::string& what) {
+      fail("{}:{}: record of case {}: {}", file.string(), line, number, what);
+    };
+    if (record.seed != expected.seed) refuse(fmt::format("seed {}, expected {}", record.seed, expected.seed));
+    if (record.level != level.level) refuse(fmt::format("level {}, expected {}", record.level, level.level));
+    if (record.noise != level.noise.name())
+      refuse(fmt::format("noise '{}', expected '{}'", std::string(record.noise), level.noise.name()));
+    if (std::ranges::find(card.results, std::string(record.estimator)) == card.results.end())
+      refuse(fmt::format("estimator '{}', the card is of '{}'", std::string(record.estimator), card.estimator));
+    ++in_case;
+    skip_empty();
+  });
+  if (number != sweep.n_records.size())
+    fail("{}: ends before case {}: its records are missing", file.string(), number);
+}
+
+/// The folder's sweep against the suite. A track whose data are not here is checked by its keys alone.
+CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const SuiteSweep& part, const Card& card,
+                        const fs::path& folder, const std::string& data_root) {
+  CheckedSweep sweep{.track = track.name, .name = part.name, .folder = folder / part.name};
+  const Json plan_file = read_plan_file(sweep.folder);
+  const std::string where = (sweep.folder / "plan.json").string();
+  sweep.plan = plan_file["plan"];
+  sweep.expected = parse_plan(plan_text(suite, track, part, "joint_flow", card.quick), where, data_root);
+  if (cases_key(sweep.plan) != cases_key(sweep.expected.json()))
+    fail("{}: its sources, noise, seeds or options are not those of {}: {}", where, suite.name, part.name);
+  const Json estimators = json_list(sweep.plan, "estimators", where);
+  if (estimators.size() != 1 || json_member<std::string>(estimators[0], "label", where) != card.estimator)
+    fail("{}: is of another estimator than the card, '{}'", where, card.estimator);
+  sweep.n_records = records_by_case(sweep.folder / "cases.jsonl", sweep.expected.n_cases());
+  return sweep;
+}
+
+/// The sweeps that the card must have, checked.
+std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, const fs::path& folder,
+                                       const std::string& data_root, std::vector<std::string>& lines) {
+  std::vector<CheckedSweep> sweeps;
+  for (const SuiteTrack& track : suite.tracks) {
+    if (const auto reason = card.left_out.find(track.name); reason != card.left_out.end()) {
+      lines.push_back(fmt::format("track {}: left out by the card: {}", track.name, reason->second));
+      continue;
+    }
+    for (const SuiteSweep& part : track.sweeps) {
+      if (plan_text(suite, track, part, "joint_flow", card.quick).empty()) continue;
+      sweeps.push_back(check_plan(suite, track, part, card, folder, data_root));
+      check_records(sweeps.back(), card);
+    }
+  }
+  return sweeps;
+}
+
+/// Where two values of JSON differ first: "curves.3.Et_m".
+std::string first_difference(const Json& a, const Json& b, const std::string& path = "") {
+  if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return path;
+  for (const auto& item : a.items()) {
+    const std::string below = path.empty() ? item.key() : path + "." + item.key();
+    const Json* other = nullptr;
+    if (b.is_object()) {
+      if (!b.contains(item.key())) return below;
+      other = &b.at(item.key());
+    } else {
+      other = &b.at(std::stoul(item.key()));
+    }
+    if (item.value() != *other) return first_difference(item.value(), *other, below);
+  }
+  return path;
+}
+
+void check_card(const Suite& suite, const Card& card, const Json& stored, const fs::path& folder) {
+  Json computed = to_json(make_card(suite, folder));
+  Json given = stored;
+  for (const char* key : {"costs", "program"}) {
+    computed.erase(key);
+    given.erase(key);
+  }
+  if (computed != given)
+    fail("{}: '{}' is not what the records give", (folder / "card.json").string(), first_difference(given, computed));
+}
+
+/// The stored records of one case, without times.
+std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
+  uint64_t first = 0, line = 0;
+  for (uint64_t i = 0; i < number; ++i) first += sweep.n_records[i];
+  std::vector<Record> records;
+  for_each_record(sweep.folder / "records.jsonl", [&](Record& record) {
+    if (line >= first && line < first + sweep.n_records[number]) records.push_back(strip_times(std::move(record)));
+    ++line;
+  });
+  return records;
+}
+
+/// The same case, run now.
+std::vector<Record> run_again(const CheckedSweep& sweep, uint64_t number, const VerifyOptions& options) {
+  const Json entry = sweep.plan.at("estimators").at(0);
+  Plan plan = sweep.expected;
+  const PlanCase one = plan.at(number);
+  plan.sources = {plan.sources[one.source]};
+  plan.levels = {plan.levels[one.level]};
+  plan.seeds = {one.seed};
+  PlanEstimator& estimator = plan.estimators.front();
+  estimator.name = entry.at("name").get<std::string>();
+  estimator.label = entry.at("label").get<std::string>();
+  estimator.options = entry.value("options", Json::object());
+  estimator.estimator = make_case_estimator(estimator.name, estimator.options);
+  const ScratchFolder scratch("sextant-verify-");
+  SweepConfig config = options.sweep;
+  config.plan = std::move(plan);
+  config.out = scratch.path() / "case";
+  config.quiet = true;
+  sweep(config);
+  std::vector<Record> records = read_records(config.out / "records.jsonl");
+  for (Record& record : records) record = strip_times(std::move(record));
+  return records;
+}
+
+/// Cases that are the same for everybody who verifies the same card, and that nobody can choose.
+void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, const VerifyOptions& options,
+                  std::vector<std::string>& lines) {
+  const std::string name = sweeps.front().plan.at("estimators").at(0).at("name").get<std::string>();
+  if (is_of_a_kind(name) && !options.run_external) {
+    lines.push_back(fmt::format("no case was run again: {} is a program of its own (--run-external runs it)", name));
+    return;
+  }
+  const std::string key = sha256(json_line(stored.at("sweeps")));
+  for (int i = 0; i < options.n_rerun; ++i) {
+    const uint64_t draw = std::stoull(sha256(fmt::format("{} {}", key, i)).substr(0, 15), nullptr, 16);
+    const CheckedSweep& part = sweeps[draw % sweeps.size()];
+    const uint64_t number = draw / sweeps.size() % part.n_records.size();
+    if (run_again(part, number, options) != stored_records(part, number))
+      fail("{}: case {} gives other records when it is run again", (part.folder / "records.jsonl").string(), number);
+    lines.push_back(fmt::format("{}: case {} was run again and gives the same records", part.name, number));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOptions& options) {
+  const fs::path file = folder / "card.json";
+  const std::string text = read_file(file, json_file);
+  const Card card = parse_card(text, file.string());
+  const Suite suite = find_suite(options.suite.empty() ? card.suite : options.suite);
+  if (card.suite_sha256 != suite.sha256)
+    fail("{}: is of another suite '{}': SHA-256 {}, this program's has {}", file.string(), card.suite,
+         card.suite_sha256, suite.sha256);
+  std::vector<std::string> lines;
+  const std::vector<CheckedSweep> sweeps = check_sweeps(suite, card, folder, options.data_root, lines);
+  uint64_t n_cases = 0;
+  for (const CheckedSweep& part : sweeps) n_cases += part.n_records.size();
+  lines.push_back(fmt::format("{} sweeps, {} cases: all there, with the levels and seeds of {}", sweeps.size(), n_cases,
+                              suite.name));
+  const Json stored = parse_json(text, file.string());
+  check_card(suite, card, stored, folder);
+  lines.push_back("the card is what the records give, to the last digit");
+  if (!sweeps.empty()) check_sample(sweeps, stored, options, lines);
+  return lines;
+}
+
+}  // namespace sextant

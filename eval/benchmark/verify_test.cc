@@ -1,0 +1,211 @@
+// A small suite, run, verified, and refused after each kind of edit.
+
+#include "sextant/eval/benchmark/verify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
+#include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/benchmark/card_document.h"
+#include "sextant/eval/benchmark/comparison_of_cards.h"
+#include "sextant/eval/records/record_stream.h"
+#include "sextant/eval/records/testing.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* small_suite = R"({
+  "name": "small-1", "title": "A small suite for tests", "metric": "Et_m",
+  "breakdown": {"error_ratio": 2, "min_coverage": 0.9},
+  "tracks": [{"name": "depth", "title": "Depth noise", "level": "delta_d [px]", "nominal": 0.2, "quick": [0.2],
+    "objects": {"s18": [1]},
+    "plans": {"depth": {"sources": ["synthetic:s18@0-3"], "seeds": 2,
+      "noise": {"parameter": "depth.delta_d_px", "levels": [0.2, 0.8], "base": {"flow": {"epe_px": 0.5}}}}}}]
+})";
+
+class Benchmark : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write_file(suite_file(), small_suite);
+    options_.suite = suite_file();
+    options_.sweep.cache = PackCache(folder_.path() / "cache");
+    options_.sweep.quiet = true;
+  }
+  std::string suite_file() const { return (folder_.path() / "small-1.json").string(); }
+
+  BenchmarkRequest request(const std::string& estimator, const std::string& out) {
+    BenchmarkRequest request{.suite = suite_file(), .estimators = {estimator}, .out = folder_.path() / out};
+    request.sweep = options_.sweep;
+    return request;
+  }
+  /// The folder of the estimator, with its card.
+  fs::path run(const std::string& estimator, const std::string& out = "out", int jobs = 1) {
+    BenchmarkRequest of = request(estimator, out);
+    of.sweep.jobs = jobs;
+    fs::create_directories(of.out);
+    const Suite suite = find_suite(of.suite);
+    const BenchmarkPlan plan = plan_benchmark(of, suite).front();
+    run_benchmark(of, plan);
+    write_card(suite, of.out / plan.folder, 1);
+    return of.out / plan.folder;
+  }
+  std::string refusal(const fs::path& folder) {
+    try {
+      verify_benchmark(folder, options_);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "verified";
+  }
+  static void edit(const fs::path& file, const std::function<void(std::vector<Record>&)>& change) {
+    std::vector<Record> records = read_records(file);
+    change(records);
+    write_file(file, write_records(records));
+  }
+  static Json without_costs(const fs::path& folder) {
+    Json card = read_json(folder / "card.json");
+    card.erase("costs");
+    return card;
+  }
+
+  TempFolder folder_;
+  VerifyOptions options_;
+};
+
+TEST_F(Benchmark, AnHonestFolderIsVerified) {
+  const fs::path folder = run("joint_flow");
+  const std::vector<std::string> lines = verify_benchmark(folder, options_);
+  EXPECT_THAT(lines.back(), HasSubstr("gives the same records"));
+}
+
+TEST_F(Benchmark, CardsAreTheSameForAnyJobsAndShards) {
+  const fs::path folder = run("joint_flow");
+  EXPECT_EQ(without_costs(folder), without_costs(run("joint_flow", "jobs", 2)));
+  std::vector<fs::path> shards;
+  for (uint64_t i = 1; i <= 3; ++i) {
+    BenchmarkRequest shard = request("joint_flow", fmt::format("shard{}", i));
+    shard.sweep.shard = i;
+    shard.sweep.n_shards = 3;
+    fs::create_directories(shard.out);
+    run_benchmark(shard, plan_benchmark(shard, find_suite(shard.suite)).front());
+    shards.push_back(shard.out);
+  }
+  const fs::path merged = folder_.path() / "merged";
+  fs::create_directories(merged);
+  merge_benchmarks(shards, merged, false);
+  write_card(find_suite(suite_file()), merged / "joint_flow", 1);
+  EXPECT_EQ(without_costs(folder), without_costs(merged / "joint_flow"));
+}
+
+TEST_F(Benchmark, NumbersAreThoseOfAPlainSweep) {
+  const fs::path folder = run("joint_flow");
+  const Suite suite = find_suite(suite_file());
+  SweepConfig plain = options_.sweep;
+  plain.plan = parse_plan(plan_text(suite, suite.tracks[0], suite.tracks[0].sweeps[0], "joint_flow", false), "p", "");
+  plain.out = folder_.path() / "plain";
+  sweep(plain);
+  const std::vector<Record> records = untimed(read_records(plain.out / "records.jsonl"));
+  EXPECT_EQ(records, untimed(read_records(folder / "depth" / "records.jsonl")));
+  double sum = 0;
+  int n = 0;
+  for (const Record& record : records) {
+    if (!record.is_ego() || record.level != 0.2) continue;
+    sum += record.errors.at("Et_m");
+    ++n;
+  }
+  const Card card = parse_card(read_file(folder / "card.json"), "card");
+  const CurvePoint* point = card.find_point("joint_flow", "depth", "camera", 0.2);
+  ASSERT_NE(point, nullptr);
+  EXPECT_EQ(point->n_truth, n);
+  EXPECT_DOUBLE_EQ(point->Et_m->value, sum / n);
+}
+
+TEST_F(Benchmark, RefusesAnErrorWithOneDigitChanged) {
+  const fs::path folder = run("joint_flow");
+  edit(folder / "depth" / "records.jsonl", [](auto& records) { records[0].errors["Et_m"] *= 1 + 1e-9; });
+  EXPECT_THAT(refusal(folder), HasSubstr("is not what the records give"));
+}
+
+TEST_F(Benchmark, RefusesAnEditedCardToo) {
+  const fs::path folder = run("joint_flow");
+  edit(folder / "depth" / "records.jsonl", [](auto& records) {
+    for (Record& record : records) record.errors.contains("Et_m") ? void(record.errors["Et_m"] *= 0.9) : void();
+  });
+  write_card(find_suite(suite_file()), folder, 1);
+  EXPECT_THAT(refusal(folder), HasSubstr("other records when it is run again"));
+}
+
+TEST_F(Benchmark, RefusesAMissingCase) {
+  const fs::path folder = run("joint_flow");
+  edit(folder / "depth" / "records.jsonl",
+       [](auto& records) { std::erase_if(records, [](const Record& r) { return r.seed == 1 && r.level == 0.8; }); });
+  EXPECT_THAT(refusal(folder), HasSubstr("records are missing"));
+  std::string cases = read_file(folder / "depth" / "cases.jsonl");
+  cases.resize(cases.rfind('\n', cases.size() - 2) + 1);
+  write_file(folder / "depth" / "cases.jsonl", cases);
+  EXPECT_THAT(refusal(folder), HasSubstr("holds 3 cases, the suite has 4"));
+}
+
+TEST_F(Benchmark, RefusesARelabelledLevel) {
+  const fs::path folder = run("joint_flow");
+  edit(folder / "depth" / "records.jsonl", [](auto& records) {
+    for (Record& record : records) {
+      if (record.level == 0.2) record.level = 0.8;
+    }
+  });
+  EXPECT_THAT(refusal(folder), HasSubstr("level 0.8, expected 0.2"));
+}
+
+TEST_F(Benchmark, RefusesARelabelledPlan) {
+  const fs::path folder = run("joint_flow");
+  Json plan = read_json(folder / "depth" / "plan.json");
+  plan["plan"]["noise"][1]["noise"]["depth"]["delta_d_px"] = 0.4;
+  write_file(folder / "depth" / "plan.json", json_text(plan));
+  EXPECT_THAT(refusal(folder), HasSubstr("are not those of small-1"));
+}
+
+TEST_F(Benchmark, RefusesAnotherSuite) {
+  const fs::path folder = run("joint_flow");
+  std::string other = small_suite;
+  other.replace(other.find("A small suite"), 13, "Another suite");
+  write_file(suite_file(), other);
+  EXPECT_THAT(refusal(folder), HasSubstr("is of another suite"));
+}
+
+TEST_F(Benchmark, RefusesRecordsOfAnotherEstimator) {
+  const fs::path folder = run("joint_flow"), other = run("motion_only", "other");
+  write_file(folder / "depth" / "records.jsonl", read_file(other / "depth" / "records.jsonl"));
+  EXPECT_THAT(refusal(folder), HasSubstr("estimator 'motion_only', the card is of 'joint_flow'"));
+}
+
+TEST_F(Benchmark, APageHasEveryCardAndAComparisonPairsTheirRecords) {
+  const fs::path ours = run("joint_flow"), other = run("motion_only", "other");
+  const std::vector<CardComparison> rows = compare_benchmarks(find_suite(suite_file()), ours, other);
+  ASSERT_EQ(rows.size(), 4U);  // camera and objects at two levels
+  EXPECT_EQ(rows[0].n_pairs, 6);
+  const Suite suite = find_suite(suite_file());
+  std::vector<PlacedCard> cards;
+  for (const fs::path& folder : {ours, other})
+    cards.push_back({parse_card(read_file(folder / "card.json"), "card"), folder.filename().string()});
+  const std::string page = to_markdown(page_document(cards, suite));
+  EXPECT_THAT(page, HasSubstr("joint_flow"));
+  EXPECT_THAT(page, HasSubstr("motion_only"));
+  const std::vector<ProfileRow> profile = performance_profile(cards, suite);
+  ASSERT_EQ(profile.size(), 2U);
+  EXPECT_EQ(profile[0].n_cases, 4);
+  EXPECT_DOUBLE_EQ(profile[0].share_within(1) + profile[1].share_within(1), 1);
+}
+
+TEST_F(Benchmark, CardsAreReadBack) {
+  const fs::path folder = run("joint_flow");
+  const Json json = read_json(folder / "card.json");
+  EXPECT_EQ(to_json(parse_card(json_text(json), "card")), json);
+}
+
+}  // namespace
+}  // namespace sextant

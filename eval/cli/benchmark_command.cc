@@ -1,0 +1,205 @@
+#include <memory>
+
+#include "sextant/base/error.h"
+#include "sextant/eval/benchmark/benchmark_run.h"
+#include "sextant/eval/benchmark/card_document.h"
+#include "sextant/eval/benchmark/comparison_of_cards.h"
+#include "sextant/eval/benchmark/verify.h"
+#include "sextant/eval/cli/command.h"
+#include "sextant/eval/cli/flags.h"
+
+namespace sextant {
+namespace {
+
+struct BenchmarkFlags : CommonFlags {
+  BenchmarkRequest request;
+  std::string out, cache, plans;
+  std::string shard = "0/1";
+  bool dry_run = false;
+};
+
+void print_size(const BenchmarkRequest& request, const std::vector<BenchmarkPlan>& plans) {
+  for (const BenchmarkPlan& plan : plans) {
+    for (const BenchmarkSweep& part : plan.sweeps) {
+      SweepConfig config = request.sweep;
+      config.plan = part.plan;
+      const SweepSize size = size_of_sweep(config);
+      fmt::print("{}: {}: {} cases, {} frame pairs\n", plan.label, part.name, size.n_cases, size.n_pairs);
+    }
+    for (const auto& [track, reason] : plan.left_out)
+      fmt::print("{}: track {}: {}\n", plan.label, track, reason);
+  }
+}
+
+void benchmark(BenchmarkFlags& flags) {
+  BenchmarkRequest& request = flags.request;
+  request.data_root = flags.data_root;
+  request.out = flags.out;
+  request.sweep.cache = pack_cache(flags.cache);
+  request.sweep.jobs = flags.jobs;
+  request.sweep.quiet = flags.quiet;
+  std::tie(request.sweep.shard, request.sweep.n_shards) = parse_shard(flags.shard);
+  request.sweep.tell = [](const std::string& line) { tell("note", line); };
+  const Suite suite = find_suite(request.suite);
+  const std::vector<BenchmarkPlan> plans = plan_benchmark(request, suite);
+  if (flags.dry_run) return print_size(request, plans);
+  if (!flags.plans.empty()) {
+    for (const std::string& name : write_benchmark_plans(plans, flags.plans))
+      fmt::print("{}\n", (fs::path(flags.plans) / name).string());
+    return;
+  }
+  if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
+  const auto lock = lock_folder(flags.out);
+  for (const BenchmarkPlan& plan : plans) {
+    const fs::path folder = request.out / plan.folder;
+    print_sweep(run_benchmark(request, plan), folder.string(), flags);
+    if (request.sweep.n_shards > 1) continue;
+    write_card(suite, folder, flags.jobs);
+    fmt::print("Card: {}\n", (folder / "card.html").string());
+  }
+}
+
+struct CardFlags : CommonFlags {
+  std::string suite = "sextant-1";
+  std::vector<std::string> folders;
+  std::string out, cache;
+  bool allow_mixed = false, run_external = false;
+};
+
+void make_cards(const CardFlags& flags) {
+  const Suite suite = find_suite(flags.suite);
+  for (const std::string& folder : flags.folders) {
+    const auto lock = lock_folder(folder);
+    write_card(suite, folder, flags.jobs);
+    fmt::print("Card: {}\n", (fs::path(folder) / "card.html").string());
+  }
+}
+
+void merge(const CardFlags& flags) {
+  const Suite suite = find_suite(flags.suite);
+  const auto lock = lock_folder(flags.out);
+  const SweepOutcome outcome =
+      merge_benchmarks({flags.folders.begin(), flags.folders.end()}, flags.out, flags.allow_mixed);
+  for (const std::string& folder : benchmark_estimators(flags.out)) {
+    write_card(suite, fs::path(flags.out) / folder, flags.jobs);
+    fmt::print("Card: {}\n", (fs::path(flags.out) / folder / "card.html").string());
+  }
+  if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
+}
+
+void make_page(const CardFlags& flags) {
+  const auto lock = lock_folder(flags.out);
+  write_output_folder(flags.out, page_files({flags.folders.begin(), flags.folders.end()}, flags.out, flags.jobs));
+  fmt::print("Page: {}\n", (fs::path(flags.out) / "index.html").string());
+}
+
+void verify(const CardFlags& flags) {
+  VerifyOptions options{.suite = flags.suite, .run_external = flags.run_external, .data_root = flags.data_root};
+  options.sweep.cache = pack_cache(flags.cache);
+  options.sweep.jobs = flags.jobs;
+  for (const std::string& folder : flags.folders) {
+    for (const std::string& line : verify_benchmark(folder, options)) fmt::print("{}\n", line);
+    fmt::print("{}: verified\n", folder);
+  }
+}
+
+void compare(const CardFlags& flags) {
+  const Suite suite = find_suite(flags.suite);
+  const Table table = comparison_table(compare_benchmarks(suite, flags.folders.at(0), flags.folders.at(1)));
+  fmt::print("{}", flags.json ? json_text(rows_to_json(table)) : to_text(table));
+}
+
+/// A subcommand that takes folders of estimators, and what it does.
+CLI::App* add_part(CLI::App& benchmark, const std::string& name, const std::string& help, const std::string& folders,
+                   const std::shared_ptr<CardFlags>& flags, void (*part)(const CardFlags&)) {
+  CLI::App* command = benchmark.add_subcommand(name, help);
+  add_value(*command, "dir", flags->folders, folders, "Folders of estimators: OUT/ESTIMATOR of a benchmark")->required();
+  command->callback([flags, part] { part(*flags); });
+  return command;
+}
+
+void add_suite_flag(CLI::App& command, std::string& suite) {
+  add_value(command, "--suite", suite, "NAME", "A suite of this program, or a file NAME.json")->capture_default_str();
+}
+
+void add_benchmark_parts(CLI::App& benchmark) {
+  auto flags = std::make_shared<CardFlags>();
+  CLI::App* part = add_part(benchmark, "card", "Write the card of finished sweeps again", "DIR", flags, make_cards);
+  add_suite_flag(*part, flags->suite);
+  add_jobs_flag(*part, *flags);
+  part->footer("Example:\n  sextant benchmark card out/joint_flow");
+
+  flags = std::make_shared<CardFlags>();
+  part = add_part(benchmark, "merge", "Join the shards of a benchmark, and write the cards", "SHARD", flags, merge);
+  add_suite_flag(*part, flags->suite);
+  add_value(*part, "--out", flags->out, "DIR", "Folder for the results")->required();
+  part->add_flag("--allow-mixed", flags->allow_mixed, "Join shards of different versions; run.json names them");
+  add_jobs_flag(*part, *flags);
+  part->add_flag("--quiet", flags->quiet, "No summary");
+  part->footer("Example:\n  sextant benchmark merge shard1 shard2 --out out");
+
+  flags = std::make_shared<CardFlags>();
+  part = add_part(benchmark, "page", "One page of several cards", "CARD", flags, make_page);
+  add_value(*part, "--out", flags->out, "DIR", "Folder for index.html")->required();
+  add_jobs_flag(*part, *flags);
+  part->footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
+
+  flags = std::make_shared<CardFlags>();
+  part = add_part(benchmark, "verify", "Check a submitted card against its records, and run a sample of its cases again",
+                  "DIR", flags, verify);
+  flags->suite.clear();
+  add_value(*part, "--suite", flags->suite, "NAME.json", "The suite, where it does not come with this program");
+  part->add_flag("--run-external", flags->run_external,
+                 "Also run cases of external programs again: starts the command of the recorded configuration");
+  add_cache_flag(*part, flags->cache);
+  add_data_flag(*part, *flags);
+  add_jobs_flag(*part, *flags);
+  part->footer("Example:\n  sextant benchmark verify out/my_estimator");
+
+  flags = std::make_shared<CardFlags>();
+  part = add_part(benchmark, "compare", "Paired tests of one estimator against another, track by track", "DIR", flags,
+                  compare);
+  part->get_option("dir")->expected(2);
+  add_suite_flag(*part, flags->suite);
+  part->add_flag("--json", flags->json, "Print as JSON");
+  part->footer("Example:\n  sextant benchmark compare out/my_estimator results/benchmark/joint_flow");
+}
+
+}  // namespace
+
+void add_benchmark_command(CLI::App& app) {
+  const auto flags = std::make_shared<BenchmarkFlags>();
+  CLI::App* command = app.add_subcommand(
+      "benchmark", "Run a standard suite of noise, outliers and motion through estimators, and write a card of each");
+  BenchmarkRequest& request = flags->request;
+  add_value(*command, "estimator", request.estimators, "ESTIMATOR",
+            "joint_flow, external:CONFIG.json, ... (sextant options lists them)");
+  add_value(*command, "--suite", request.suite, "NAME", "A suite of this program, or a file NAME.json")
+      ->capture_default_str();
+  add_value(*command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")->delimiter(',');
+  command->add_flag("--quick", request.quick, "Only the first seed and few levels: minutes, not for publication");
+  add_value(*command, "--out", flags->out, "DIR",
+            "Folder for the results; an unfinished benchmark in it is resumed");
+  add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares of every sweep")
+      ->capture_default_str();
+  command->add_flag("--dry-run", flags->dry_run, "Print how many cases there are; runs and writes nothing");
+  add_value(*command, "--plans", flags->plans, "DIR",
+            "Only write the plan of each sweep there, for `sextant sweep` and scripts/slurm_sweep");
+  add_cache_flag(*command, flags->cache);
+  command->add_flag("--reuse-stale", request.sweep.reuse_stale,
+                    "Keep finished cases of another version of an external or Python estimator");
+  command->add_flag("--force", request.sweep.force, "Start over: first remove the sweeps that --out holds");
+  add_jobs_flag(*command, *flags);
+  add_data_flag(*command, *flags);
+  command->add_flag("--quiet", flags->quiet, "No progress and no summary");
+  command->footer(
+      "Ctrl-C or a crash loses no finished case: give the same command again.\n"
+      "Examples:\n  sextant benchmark joint_flow --quick --out out\n"
+      "  sextant benchmark external:my_estimator.json --out out");
+  add_benchmark_parts(*command);
+  command->callback([flags, command] {
+    if (command->get_subcommands().empty()) benchmark(*flags);
+  });
+}
+
+}  // namespace sextant
