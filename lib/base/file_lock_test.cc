@@ -117,12 +117,12 @@ TEST(Machine, HostNameIsFitForFiles) {
 namespace {
 
 /// Returns the error message of another process that tries to take the lock; "" if it succeeds.
-std::string from_another_process(const fs::path& folder, const fs::path& said) {
+std::string from_another_process(const fs::path& folder, const fs::path& message_file) {
   status_of_child([&] {
-    write_file(said, error_of([&] { const FolderLock lock(folder); }));
+    write_file(message_file, error_of([&] { const FolderLock lock(folder); }));
     return 0;
   });
-  return read_file(said);
+  return read_file(message_file);
 }
 
 TEST(FolderLock, OneProcessAtATime) {
@@ -132,7 +132,7 @@ TEST(FolderLock, OneProcessAtATime) {
     const FolderLock lock(out);
     const FolderLock again(out / "." / "");  // shared with itself
     EXPECT_THAT(from_another_process(out, temp / "message"), HasSubstr("out: another process is writing into "
-                                                                    "this folder"));
+                                                                       "this folder"));
     EXPECT_EQ(from_another_process(temp.path() / "other", temp / "message"), "no error");
   }
   EXPECT_EQ(from_another_process(out, temp / "message"), "no error");

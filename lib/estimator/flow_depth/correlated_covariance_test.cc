@@ -158,8 +158,8 @@ MeanVariances mean_variances(const std::vector<Part>& parts, double independent,
     Vector6d g = Vector6d::Zero();
     for (const ErrorScore& p : points) {
       for (int a = 0; a < 6; ++a) {
-        const Lanes pull = p.derivative[a] * p.residual;
-        g[a] += sum_of_lanes(&pull);
+        const Lanes products = p.derivative[a] * p.residual;
+        g[a] += sum_of_lanes(&products);
         for (int b = 0; b < 6; ++b) {
           const Lanes product = p.derivative[a] * p.derivative[b];
           H(a, b) += sum_of_lanes(&product);

@@ -22,7 +22,7 @@ MotionPrior hold(double lambda, double measured, double gradient, Scores scores)
   const DepthInformation of_mean{measured * Matrix6d::Identity(), Matrix6d::Zero()};
   Vector6d along = Vector6d::Zero();
   along[0] = gradient;
-  return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
+  return weak_direction_prior(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
 }
 
 // The noise appears larger than the relief, so that the cost alone has no minimum in this direction.
@@ -55,7 +55,7 @@ TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
   Vector6d gradient = Vector6d::Zero();
   gradient[0] = lambda * difference;
   const auto bias2 = [&](Scores scores) {
-    return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, gradient, n_points, scores).bias(0, 0);
+    return weak_direction_prior(SE3(), with_lambda(lambda), of_mean, gradient, n_points, scores).bias(0, 0);
   };
   EXPECT_NEAR(bias2(Scores::independent), 2, 1e-12);
   EXPECT_NEAR(bias2(Scores::correlated), 3.8, 1e-12);
