@@ -40,7 +40,7 @@ class FileLocks : public ::testing::TestWithParam<FileLock::Flock> {
   }
 };
 
-TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
+TEST_P(FileLocks, ASecondProcessGetsTheHolder) {
   {
     const auto lock = FileLock::take(file_, nullptr, GetParam());
     ASSERT_TRUE(lock);
@@ -62,7 +62,7 @@ TEST_P(FileLocks, EndsWithItsProcess) {
 
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutFlock, FileLocks, ::testing::Values(&::flock, &no_flock));
 
-TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
+TEST(FileLock, LocksOfOtherHostsAreKeptAndNamed) {
   const TempFolder folder;
   const std::filesystem::path file = folder.path() / "journal.jsonl";
   std::ofstream(file.string() + ".lock") << "node17 4711\n";
@@ -72,7 +72,7 @@ TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
               HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
 }
 
-TEST(FileLock, TheSystemsReasonIsSaid) {
+TEST(FileLock, ErrorsContainTheSystemsReason) {
   const TempFolder folder;
   expect_error([&] { FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock); },
                "journal.jsonl: cannot lock: Input/output error");

@@ -26,7 +26,7 @@ MotionPrior hold(double lambda, double measured, double gradient, Scores scores)
 }
 
 // The noise appears larger than the relief, so that the cost alone has no minimum in this direction.
-TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
+TEST(WeakDirections, UseThePriorWithoutSignificantRelief) {
   for (const Scores scores : {Scores::independent, Scores::correlated}) {
     for (const double lambda : {-3.0, -0.2, 0.0}) {
       for (const double measured : {1.0, 0.3, 0.01}) {  // also with an imprecise mean
@@ -48,7 +48,7 @@ TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
 
 // The squared bias is the squared difference, 4 here, minus the part explained by its variance, 2: all of it
 // for independent errors, a tenth of it for correlated ones.
-TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
+TEST(WeakDirections, BiasFollowsFromTheDifferenceOfTheEstimates) {
   constexpr double lambda = 0.5, difference = 2;
   DepthInformation of_mean = with_lambda(lambda);
   of_mean.total *= 0.5;
@@ -61,7 +61,7 @@ TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
   EXPECT_NEAR(bias2(Scores::correlated), 3.8, 1e-12);
 }
 
-TEST(WeakDirections, AreNotHeldWhereTheStructuredEstimateIsNoWorse) {
+TEST(WeakDirections, HaveNoPriorIfTheStructuredEstimateIsAsGood) {
   EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::independent).holds());
   EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::correlated).holds());
 }
