@@ -201,7 +201,7 @@ TEST_P(Adapters, InfoSaysWhatIsThere) {
   }
 }
 
-TEST_P(Adapters, ReadsWhatIsAskedForAndNothingElse) {
+TEST_P(Adapters, ReadsOnlyRequestedChannels) {
   for (const Json& options : miniature().options) {
     const auto sequence = open(options);
     const SequenceInfo& info = sequence->info();
@@ -231,7 +231,7 @@ TEST_P(Adapters, ReadsWhatIsAskedForAndNothingElse) {
   }
 }
 
-TEST_P(Adapters, KeepsToTheRange) {
+TEST_P(Adapters, ReadsOnlyFramesOfTheRange) {
   const Json& options = miniature().options.front();
   const SequenceInfo all = open(options)->info();
   const auto last = open(options, fmt::format("@{}-{}", all.last_frame, all.last_frame));

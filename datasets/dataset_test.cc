@@ -14,7 +14,7 @@ TEST(SourceSpec, AllParts) {
   EXPECT_EQ(spec.last, 54);
 }
 
-TEST(SourceSpec, PathAlone) {
+TEST(SourceSpec, PathWithoutSequenceOrFrames) {
   const SourceSpec spec = SourceSpec::parse("vdo:demo");
   EXPECT_EQ(spec.path, "demo");
   EXPECT_EQ(spec.sequence, "");

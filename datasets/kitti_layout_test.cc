@@ -175,7 +175,7 @@ TEST(KittiLayoutErrors, ObjectPosesBelongToLabels) {
   EXPECT_NEAR(open_with(source)->truth().find(1, 1)->T_camera_object.translation().z(), 12.11, 1e-9);
 }
 
-TEST(KittiLayout, WithoutImagesTheTruthAlone) {
+TEST(KittiLayout, WritesTruthWithoutImages) {
   TempFolder temp;
   const PatternSequence written(6, 0, false);
   const auto read = open_with(write(written, temp.path()));
@@ -355,7 +355,7 @@ TEST(KittiLayoutErrors, NameTheFrameAndObject) {
 }
 
 // A writer can end at any point: full disk, Ctrl-C.
-TEST(KittiLayoutErrors, NothingIsLeftOfHalfASequence) {
+TEST(KittiLayoutErrors, AnInterruptedWriterLeavesNoFiles) {
   for (const char* layout : {"kitti", "vkitti2"}) {
     TempFolder temp;
     const PatternSequence sequence(4);
@@ -375,7 +375,7 @@ TEST(KittiLayoutErrors, NothingIsLeftOfHalfASequence) {
 }
 
 // kill -9 runs no destructor.
-TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
+TEST(KittiLayoutErrors, TheNextWriterRemovesFilesOfAKilledOne) {
   TempFolder temp;
   const PatternSequence sequence(4);
   LayoutRequest request{.out = temp.path(), .quiet = true};
@@ -400,7 +400,7 @@ TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
 }
 
 // A folder in the place of the last file ends the move half-way, as kill -9 would.
-TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
+TEST(KittiLayoutErrors, TheNextWriterCompletesAnInterruptedMove) {
   TempFolder temp;
   const PatternSequence sequence(4);
   const fs::path in_the_way = temp.path() / "a/training/object_pose/0007.txt";
@@ -427,7 +427,7 @@ TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
   EXPECT_EQ(files("a"), files("whole"));
 }
 
-TEST(KittiLayoutErrors, TheWorkingFolderIsNotMeantByNothing) {
+TEST(KittiLayoutErrors, AnEmptyFolderNameIsAnError) {
   for (const Layout& layout : layouts())
     expect_error([&] { layout.write(PatternSequence(2), {.out = "", .quiet = true}); }, "--out");
 }

@@ -37,7 +37,7 @@ TEST_F(KittiTracking, InfoSaysWhatIsThere) {
   EXPECT_EQ(open("#0007", {{"rate_hz", 9.66}})->info().rate_hz, 9.66);
 }
 
-TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
+TEST_F(KittiTracking, ComputesChannelsWithoutFiles) {
   remove("depth_02");
   remove("flow_02");
   const auto sequence = open();
@@ -67,7 +67,7 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
       file("image_03/0007") + ": no such folder, and depth = sgbm needs its right images: add it, or");
 }
 
-TEST_F(KittiTracking, MasksFromTheBestThatIsThere) {
+TEST_F(KittiTracking, MasksUseTheBestAvailableFiles) {
   const Image<uint16_t> mask = PatternSequence(5).read(3, {.mask = true}).mask;
   EXPECT_EQ(open()->read(3, {.mask = true}).mask, mask);
   remove("instances");
@@ -83,7 +83,7 @@ TEST_F(KittiTracking, MasksFromTheBestThatIsThere) {
   EXPECT_FALSE(open("#0007", {{"flow", "none"}})->info().channels.flow);
 }
 
-TEST_F(KittiTracking, TruthAloneOpens) {
+TEST_F(KittiTracking, OpensWithTruthOnly) {
   for (const char* folder : {"image_02", "image_03", "depth_02", "flow_02", "instances"}) remove(folder);
   const auto with_size = open();
   EXPECT_EQ(with_size->info().width, 160);

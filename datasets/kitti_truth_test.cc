@@ -83,7 +83,7 @@ TEST(KittiCourse, AStopInBetweenIsBridged) {
   for (const double slow : fit.slow_rad) EXPECT_NEAR(slow * deg, -0.5, 0.02);
 }
 
-TEST(KittiPoseFloor, HoldsWhatIsPlanted) {
+TEST(KittiPoseFloor, MeasuresPlantedErrors) {
   const std::vector<KittiOxts> exact = drive(300, -0.4, 0, wander(300, 0));
   const StepFloor steps = kitti_step_floor(exact).value();
   const TruthFloor none = kitti_pose_floor(kitti_imu_poses(exact), exact, steps, -0.4);
@@ -172,7 +172,7 @@ TEST_F(KittiHeadingFiles, CourseOrHeadingTakeTheWanderAway) {
   EXPECT_LT(rms_deg(course), 0.3 * rms_deg(yaw));
 }
 
-TEST_F(KittiHeadingFiles, OneOfTheTwo) {
+TEST_F(KittiHeadingFiles, HeadingAndVelocityAreExclusive) {
   InputLog inputs;
   const KittiTruthOptions both{.velocity = KittiVelocity::velocity_heading, .heading = KittiHeading::course};
   expect_error([&] { both.check(); }, "give one of them");

@@ -75,13 +75,13 @@ TEST(ReplayOnRealData, FlowIsThatOfTheTrueMotions) {
   expect_flow_of_truth(*open_source(*kitti), 10);
 }
 
-TEST(ReplayOnRealData, FramesThatAreNotThere) {
+TEST(ReplayOnRealData, MissingFramesAreErrors) {
   const auto source = real("replay-vkitti1", "vkitti_1.3.1_text", "#0018@330-350");
   if (!source) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
   expect_error([&] { open_source(*source); }, "frames 330-350 asked for, it has frames 0-338");
 }
 
-TEST(Replay, NothingToReplay) {
+TEST(Replay, AbsentDataAreErrors) {
   const TempFolder folder;
   const std::string path = folder.path().string();
   expect_error([&] { open_source(SourceSpec::parse("replay-vkitti1:" + path + "#0018")); }, path);

@@ -226,7 +226,7 @@ TEST_F(VdoFolder, FramesWithoutAPoseAreAWarning) {
   EXPECT_THAT(open_with(source())->info().warnings, ElementsAre(HasSubstr("no pose for 3 of 5 frames")));
 }
 
-TEST_F(VdoFolder, AnAssumedRateIsTold) {
+TEST_F(VdoFolder, AnAssumedRateIsAWarning) {
   fs::remove(file("camera.yaml"));
   fs::remove(file("times.txt"));
   Json camera = {{"fx", 200.0}, {"fy", 200.0}, {"cx", 159.5}, {"cy", 47.5}, {"bf", 200.0}};

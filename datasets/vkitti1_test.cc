@@ -49,7 +49,7 @@ TEST_F(Vkitti1Truths, AllThreePlaces) {
   EXPECT_EQ(inputs.entries().size(), 6u);
 }
 
-TEST_F(Vkitti1Truths, WhatARowMeans) {
+TEST_F(Vkitti1Truths, RowsAreConverted) {
   put("vkitti_1.3.1_text/0001_camera.txt", extrinsics);
   put("vkitti_1.3.1_text/0001_objects.txt", objects_file);
   const SequenceTruth truth = read("0001").truth;
@@ -75,7 +75,7 @@ TEST_F(Vkitti1Truths, ThePosesDecideWhereParkedIsWrong) {
   EXPECT_THAT(out.warnings, IsEmpty());
 }
 
-TEST_F(Vkitti1Truths, WhatIsNotThere) {
+TEST_F(Vkitti1Truths, MissingTruthIsAWarningOrAnError) {
   fs::create_directory(root_);
   expect_error([&] { read("0001"); }, root_.string() + ": no Virtual KITTI 1.3.1 in it");
   put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", extrinsics);
@@ -283,7 +283,7 @@ TEST_F(Vkitti1Files, EachArchiveInAFolderOfItsOwnName) {
   EXPECT_EQ(sequence->truth().objects.size(), 4u);
 }
 
-TEST_F(Vkitti1Files, NamesThatAreNotThere) {
+TEST_F(Vkitti1Files, UnknownNamesAreErrors) {
   const std::string root = "vkitti1:" + root_.string();
   expect_error([&] { open_with(root + "_no#0001"); }, "_no: no such folder");
   expect_error([&] { open_with(root + "#0002"); }, "no world '0002' in it; available: 0001");

@@ -31,7 +31,7 @@ TEST_F(Vkitti2Files, InfoSaysWhatIsThere) {
   }
 }
 
-TEST_F(Vkitti2Files, TheRightCameraAlone) {
+TEST_F(Vkitti2Files, TheRightCameraHasNoPartner) {
   const auto left = open_with(source_);
   const auto right = open_with(source_, {{"camera", 1}});
   EXPECT_FALSE(right->info().channels.rgb_right || right->info().channels.depth);
@@ -84,7 +84,7 @@ TEST_F(Vkitti2Files, EachArchiveInAFolderOfItsOwnName) {
   EXPECT_EQ(sequence->read(4, vkitti2_channels).mask(250, 120), 3);
 }
 
-TEST_F(Vkitti2Files, NamesThatAreNotThere) {
+TEST_F(Vkitti2Files, UnknownNamesAreErrors) {
   const std::string root = "vkitti2:" + root_.string();
   expect_error([&] { open_with(root + "_no#0001"); }, "_no: no such folder");
   expect_error([&] { open_with(root + "#Scene02"); }, "no scene 'Scene02' in it; available: Scene01");

@@ -127,7 +127,7 @@ TEST_P(VkittiLayouts, BytesDoNotDependOnThreads) {
   EXPECT_GE(one.size(), 10u);
 }
 
-TEST_P(VkittiLayouts, ASecondSequenceMayJoinButNoneIsOverwritten) {
+TEST_P(VkittiLayouts, ASecondSequenceIsAddedAndNoneIsOverwritten) {
   const FormulaSequence source({.first_frame = 3, .last_frame = 3});
   write(source, "0001/clone");
   write(source, "0001/rain");
@@ -139,7 +139,7 @@ TEST_P(VkittiLayouts, TheDefaultNameIsTheNumber) {
   EXPECT_THAT(text, testing::EndsWith(first() ? "#0018/clone" : "#Scene18/clone"));
 }
 
-TEST_P(VkittiLayouts, WhatCannotBeWritten) {
+TEST_P(VkittiLayouts, UnrepresentableSequencesAreErrors) {
   FormulaSequence hole;
   Trajectory camera;
   for (const int k : {3, 4, 6}) camera.set(k, *hole.truth().camera.pose(k));

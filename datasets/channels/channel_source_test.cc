@@ -92,7 +92,7 @@ TEST_F(Channel, SgbmGivesTheDepthOfTheDisparity) {
   EXPECT_GT(n_good, 0.97 * n_valid);
 }
 
-TEST_F(Channel, SgbmLeavesOutWhatOnlyOneViewSees) {
+TEST_F(Channel, SgbmIsInvalidWhereOnlyOneViewHasThePoint) {
   Image<Rgb> left = texture(0, 0), right = texture(5, 0);
   for (int y = 30; y < 70; ++y) {  // a near patch with 25 px of disparity
     for (int x = 150; x < 210; ++x) left(x, y) = right(x - 25, y) = texture(700, 33)(x, y);

@@ -41,7 +41,7 @@ TEST(KittiPng, CentimetresGiveDepthAndBack) {
   EXPECT_EQ(cm_from_depth(depth), n);
 }
 
-TEST(KittiPng, WhatCannotBeWrittenIsInvalid) {
+TEST(KittiPng, UnrepresentableValuesBecomeInvalid) {
   Image<float> depth(3, 1);
   depth(0, 0) = NAN;
   depth(1, 0) = 1e-4f;

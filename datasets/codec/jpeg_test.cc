@@ -37,7 +37,7 @@ TEST(Jpeg, DamagedFilesAreErrors) {
   expect_error([&] { decode_jpeg_rgb(half, "x.jpg"); }, "x.jpg: damaged JPEG file (Corrupt JPEG data");
 }
 
-TEST(Jpeg, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
+TEST(Jpeg, AHeaderWithMorePixelsThanTheFileIsRefused) {
   const auto claiming = [](int width, int height) {
     std::string bytes = textured_jpeg();
     const size_t frame = bytes.find("\xff\xc0");

@@ -157,7 +157,7 @@ TEST(PngErrors, EveryDamagedByteIsSeen) {
   expect_error([&] { decode_png16(damaged, "a.png"); }, "a.png: PNG chunk at byte 33 is damaged");
 }
 
-TEST(PngErrors, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
+TEST(PngErrors, AHeaderWithMorePixelsThanTheFileIsRefused) {
   const auto claiming = [](uint32_t width, uint32_t height) {
     std::string png = encode_png(Image<uint16_t>(40, 30));
     for (int i = 0; i < 4; ++i) {

@@ -132,13 +132,13 @@ std::map<std::string, Value> top_level(std::string_view text, const std::string&
   return values;
 }
 
-double positive(const Value& said, const std::string& name, const char* key) {
-  const std::optional<double> value = number_in(said.text);
+double positive(const Value& given, const std::string& name, const char* key) {
+  const std::optional<double> value = number_in(given.text);
   if (!value)
-    fail("{}: {}: expected a number in line {}, got '{}'", name, key, said.line, said.text.substr(0, 40));
+    fail("{}: {}: expected a number in line {}, got '{}'", name, key, given.line, given.text.substr(0, 40));
   if (!(*value >= 1e-6 && *value < 1e9)) {
     fail("{}: {} = {}: expected a positive number from 1e-6 to 1e9 in line {}", name, key,
-         said.text.substr(0, 40), said.line);
+         given.text.substr(0, 40), given.line);
   }
   return *value;
 }

@@ -118,7 +118,7 @@ TEST(YamlCameraErrors, NameFileAndKeys) {
   expect_error([] { decode_yaml_camera("%YAML:1.0\n---\n\t{ ] broken\n", "c.yaml"); }, "c.yaml: ");
 }
 
-TEST(TextRows, NumbersThatNoSequenceHas) {
+TEST(TextRows, NumbersOutsideThePlausibleRangeAreRefused) {
   const auto first_of = [](std::string_view text) {
     TextRows rows(text, "x.txt");
     rows.next();

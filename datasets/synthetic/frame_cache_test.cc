@@ -47,14 +47,14 @@ void expect_same(const Frame& a, const Frame& b) {
   expect_same(a.occlusion, b.occlusion);
 }
 
-TEST_F(Cache, GivesBackWhatWasRendered) {
+TEST_F(Cache, ReturnsTheRenderedImages) {
   const Frame rendered = open("")->read(3, all_channels);
   expect_same(open(folder_.string())->read(3, all_channels), rendered);
   EXPECT_EQ(files().size(), 7U);  // gray is derived from rgb
   expect_same(open(folder_.string())->read(3, all_channels), rendered);
 }
 
-TEST_F(Cache, WhatIsFoundIsNotRendered) {
+TEST_F(Cache, CachedImagesAreNotRendered) {
   open(folder_.string())->read(3, {.mask = true});
   const std::vector<fs::path> found = files();
   ASSERT_EQ(found.size(), 1U);
@@ -67,7 +67,7 @@ TEST_F(Cache, WhatIsFoundIsNotRendered) {
   EXPECT_EQ(open(folder_.string())->read(3, {.mask = true}).mask(0, 0), 77);
 }
 
-TEST_F(Cache, DamagedFilesAreRenderedAnew) {
+TEST_F(Cache, DamagedFilesAreRenderedAgain) {
   const Frame rendered = open("")->read(3, all_channels);
   open(folder_.string())->read(3, all_channels);
   for (const fs::path& path : files()) {
@@ -85,7 +85,7 @@ TEST_F(Cache, DamagedFilesAreRenderedAnew) {
   for (const fs::path& path : files()) EXPECT_GT(fs::file_size(path), 400000U) << path;
 }
 
-TEST_F(Cache, TwoAtOnce) {
+TEST_F(Cache, SupportsConcurrentUse) {
   const Frame rendered = open("")->read(3, all_channels);
   Frame one, two;
   std::thread first([&] { one = open(folder_.string())->read(3, all_channels); });
@@ -105,7 +105,7 @@ TEST_F(Cache, StopsWhenFullAndWithoutAFolder) {
   EXPECT_FALSE(open("/proc/no/such/folder")->read(3, {.mask = true}).mask.empty());
 }
 
-TEST_F(Cache, OfOthersIsRefused) {
+TEST_F(Cache, CachesOfOtherUsersAreRefused) {
   open(folder_.string())->read(3, {.mask = true});
   fs::permissions(folder_, fs::perms::all);
   expect_error([&] { open(folder_.string()); }, "others may write into this cache");

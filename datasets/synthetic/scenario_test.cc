@@ -67,7 +67,7 @@ TEST(Scenario, NoCarDrivesThroughAnother) {
   }
 }
 
-TEST(Scenario, CityHasWhatACityHas) {
+TEST(Scenario, CityHasStopsTurnsAndParkedCars) {
   const Scenario s = make_scenario("city");
   EXPECT_GE(s.n_frames(), 150);
   int standing = 0, longest_stop = 0;

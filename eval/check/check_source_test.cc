@@ -327,7 +327,7 @@ TEST(CheckSource, ExactSourcesPass) {
   }
 }
 
-TEST(CheckSource, AStandingCameraIsNotCheckedByLuck) {
+TEST(CheckSource, AStationaryCameraIsNotCheckable) {
   const std::vector<SourceCheck> checks =
       check_source(copy_of("synthetic:s01-crossing@0-3"), {.quiet = true});
   for (const char* name : {"static flow", "depth scale", "camera path"}) {
@@ -338,7 +338,7 @@ TEST(CheckSource, AStandingCameraIsNotCheckedByLuck) {
   }
 }
 
-TEST(CheckSource, TruthAloneIsEnough) {
+TEST(CheckSource, ChecksSourcesWithTruthOnly) {
   LoadedSequence sequence = copy_of("synthetic:s18@0-3");
   sequence.info_.channels = {};
   expect_clean(check_source(sequence, {.quiet = true}));
@@ -442,7 +442,7 @@ TEST(CheckRealSource, EachSeededMistakeInTheDemoFailsAndIsNamed) {
 }
 
 // The baseline of another camera pair: the first reported cause is the factor, not a similar one.
-TEST(CheckRealSource, AWrongBaselineIsToldAsAFactorOnDepth) {
+TEST(CheckRealSource, AWrongBaselineIsReportedAsAFactorOnDepth) {
   SEXTANT_NEEDS_DATA("kitti_03_demo");
   for (const char* frames : {"@0-5", "@6-12", "@0-19"}) {
     SCOPED_TRACE(frames);

@@ -26,7 +26,7 @@ RunResult run_of(const std::string& source) {
 
 SequenceTruth truth_of(const std::string& source) { return open_source(SourceSpec::parse(source))->truth(); }
 
-TEST(CaseDiagnosis, RightResultsAreReadAsTheyAreAndPlantsAreNamed) {
+TEST(CaseDiagnosis, PlantedMistakesAreNamedAndCorrectResultsAreNot) {
   const std::string source = "synthetic:city@0-8";
   const CaseMotions right = run_of(source).sources[0].motions;
   const SequenceTruth truth = truth_of(source);

@@ -185,7 +185,7 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator, const Trajectory* recorded_camera) {
   std::vector<std::string> out;
-  const auto tell = [&](const std::vector<ObjectExplanation>& found, const char* what) {
+  const auto add_lines = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
       std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
       // What is a flag or an edit elsewhere is a key in the configuration of an external program.
@@ -203,7 +203,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   for (const auto& [frame, pose] : estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
   for (const auto& [frame, pose] : truth.camera.poses())
     cameras.reference.emplace(ObjectFrame(0, frame), pose);
-  tell(explain_poses(cameras), "estimated camera");
+  add_lines(explain_poses(cameras), "estimated camera");
   // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
 
@@ -223,7 +223,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
                               after});
     }
   }
-  tell(explain_motions(data), "estimated motions");
+  add_lines(explain_motions(data), "estimated motions");
   return out;
 }
 

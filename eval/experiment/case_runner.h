@@ -43,7 +43,7 @@ struct CaseMotions {
 struct CaseOutcome {
   /// Ordered by pair; for each result of the estimator in turn: ego first, then objects by id.
   std::vector<Record> records;
-  CaseMotions motions;                ///< those of the first result, if there are several
+  CaseMotions motions;                ///< motions of the first result, if there are several
   NoiseVerification noise;            ///< achieved on the points
   std::vector<std::string> problems;  ///< PairSolver::problems()
 };

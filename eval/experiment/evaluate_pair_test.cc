@@ -106,7 +106,7 @@ TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
   EXPECT_EQ(ego.time_ms.at("total"), 3.5);
 }
 
-TEST_F(EvaluatePair, HalvesOfABodyAreRecordedWhereBothAgreeOrNot) {
+TEST_F(EvaluatePair, SplitNeesIsRecorded) {
   result_.ego.split = {4.0, 9.0};
   result_.objects[0].split.sides = 5.0;
   const std::vector<Record> records = evaluate();

@@ -73,7 +73,7 @@ class Limits : public testing::Test {
 const char* const gaussian = R"({"depth": {"delta_d_px": 0.3}, "flow": {"epe_x_px": 0.4, "epe_y_px": 0.2}})";
 const MeasurementNoise declared{0.4, 0.2, 0.3 / 350};
 
-TEST_F(Limits, BoundsAreThoseOfTheCleanPointsThatWereOffered) {
+TEST_F(Limits, BoundsUseTheCleanPointsOfTheEstimator) {
   max_object_distance_m_ = 10;  // excludes some points of the object
   const std::vector<Record> records = evaluate(gaussian);
   ASSERT_EQ(records.size(), 2U);
@@ -117,7 +117,7 @@ TEST_F(Limits, NoBoundWithoutGaussianNoise) {
   }
 }
 
-TEST_F(Limits, NoBoundForWhatWasNotOffered) {
+TEST_F(Limits, NoBoundWithoutPointsForTheEstimator) {
   max_object_distance_m_ = 6;
   const std::vector<Record> records = evaluate(gaussian);
   EXPECT_EQ(records[1].status, Status::gated);

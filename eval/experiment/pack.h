@@ -70,7 +70,7 @@ PackCache pack_cache(const std::string& folder);
 PackCache::Packed pack_source(const PackCache& cache, SourceSpec source, const Json& options, int jobs,
                               bool quiet);
 
-// ---- A cache file (pack) contains the extracted pairs of one source, from which sweeps run instead of
+// ---- A cache file contains the extracted pairs of one source, from which sweeps run instead of
 // decoding images again.
 //
 //   "SEXTPACK" | u32 version | u64 size of the manifest | manifest (JSON) | u64 size of the pairs | pairs |

@@ -36,7 +36,7 @@ class PackTest : public testing::Test {
   ExtractionOptions options_;
 };
 
-TEST_F(PackTest, ComesBackAsItWas) {
+TEST_F(PackTest, RoundTrips) {
   std::vector<ExtractedPair> pairs = load().pairs;
   ASSERT_EQ(pairs.size(), 3U);
   ASSERT_GT(pairs[0].pair.background.size(), 20U);
@@ -73,7 +73,7 @@ TEST_F(PackTest, DamageIsSeen) {
 }
 
 // 8 MB of zeros that declare a million pairs, each of which takes at least 105 bytes.
-TEST_F(PackTest, AForgedNumberTakesNoMemory) {
+TEST_F(PackTest, ForgedCountsAllocateNoMemory) {
   const auto number = [](uint64_t n) { return std::string(reinterpret_cast<const char*>(&n), sizeof n); };
   const std::string pairs = number(1'000'000) + std::string(8'000'000, '\0');
   const auto version = static_cast<uint32_t>(pack_version);
@@ -132,7 +132,7 @@ TEST_F(PackTest, AnotherOptionMakesAnotherPack) {
   EXPECT_TRUE(load().was_there);
 }
 
-TEST_F(PackTest, ADamagedPackIsMadeAnew) {
+TEST_F(PackTest, DamagedFilesAreComputedAgain) {
   const PackCache::Packed first = load();
   std::string bytes = read_file(first.file);
   bytes[bytes.size() / 2] ^= 1;
@@ -196,7 +196,7 @@ TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
   EXPECT_EQ(PackCache(cache_.folder() / "none").prune(true), 0U);
 }
 
-TEST_F(PackTest, ACacheOfOthersIsRefused) {
+TEST_F(PackTest, CachesOfOtherUsersAreRefused) {
   load();
   fs::permissions(cache_.folder(), fs::perms::all);
   expect_error([&] { load(); }, "others may write into this cache");
@@ -204,7 +204,7 @@ TEST_F(PackTest, ACacheOfOthersIsRefused) {
   expect_error([&] { cache_.prune(true); }, "others may write into this cache");
 }
 
-TEST_F(PackTest, PruneTakesWhatKilledProcessesLeft) {
+TEST_F(PackTest, PruneRemovesFilesOfKilledProcesses) {
   const PackCache::Packed present = load();
   const std::string request = sha256("a request");
   const std::vector<fs::path> left = {present.file.string() + ".tmp0123456789abcdef",

@@ -94,7 +94,7 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { parse(text); }, "p.json:6: options: unknown option key 'pipeline.min_object_aera'");
 }
 
-TEST_F(PlanTest, AProcedureFillsInWhatThePlanDoesNotSay) {
+TEST_F(PlanTest, AProcedureSuppliesMissingKeys) {
   const auto plan = [&](const std::string& more) {
     return parse_plan("{\"sources\":[\"" + source_ + "\"],\"procedure\":\"paper_release\"" + more + "}",
                       "plan.json", "");
@@ -114,7 +114,7 @@ TEST_F(PlanTest, AProcedureFillsInWhatThePlanDoesNotSay) {
       Error);
 }
 
-TEST(Procedures, EachIsAPlanAndSaysWhatItFollows) {
+TEST(Procedures, EachIsAPlanWithADescription) {
   ASSERT_FALSE(procedure_names().empty());
   for (const std::string& name : procedure_names()) {
     EXPECT_GT(find_procedure(name).at("description").get<std::string>().size(), 40U) << name;

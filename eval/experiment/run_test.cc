@@ -60,7 +60,7 @@ TEST_F(RunFixture, HasARecordOfEgoPerPairInOrder) {
   EXPECT_EQ(frame, 19);
 }
 
-TEST_F(RunFixture, HalvesOfBodiesAreOneMoreLookAndChangeNothing) {
+TEST_F(RunFixture, SplitHalvesDoNotChangeTheEstimate) {
   RunConfig config = config_of(fixture_->source());
   config.estimator = "joint_flow_depth";
   RunResult plain = run(config);
@@ -93,7 +93,7 @@ OutputFiles untimed_files(RunResult result) {
   return run_files(result);
 }
 
-TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
+TEST_F(RunFixture, ResumesAfterFinishedSources) {
   const TempFolder temp;
   RunConfig config = config_of(fixture_->source() + "@0-6", 2);
   for (const char* range : {"@6-9", "@9-14"})
@@ -147,7 +147,7 @@ TEST_F(RunFixture, RefusesTheSameFramesTwice) {
   expect_error([&] { run(config); }, "list each once");
 }
 
-TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
+TEST_F(RunFixture, ProvenanceListsTheFilesRead) {
   const RunResult result = run(config_of(fixture_->source() + "@0-2"));
   const Json json = run_provenance(result);
   EXPECT_EQ(json["configuration"]["options"]["pipeline"]["max_object_distance_m"], 25.0);
@@ -185,7 +185,7 @@ TEST(ResolveOptions, IsStrictAtEveryLevel) {
       40);
 }
 
-TEST(OutputFolder, IsCompleteOrNotThere) {
+TEST(OutputFolder, IsWrittenCompletelyOrNotAtAll) {
   const TempFolder temp;
   const fs::path out = temp.path() / "a" / "b";
   write_output_folder(out, {{"records.jsonl", "x\n"}, {"sub/t.txt", "y"}});
@@ -220,7 +220,7 @@ TEST(OutputFolder, GoesThroughNoLink) {
   EXPECT_EQ(read_file(theirs / "t.txt"), "theirs");
 }
 
-TEST(OutputFolder, LeavesWhatOthersHaveWritten) {
+TEST(OutputFolder, KeepsFilesOfOtherPrograms) {
   const TempFolder temp;
   const fs::path out = temp.path() / "made" / "out";
   {

@@ -194,7 +194,7 @@ class StaleCases {
     ++total_;
   }
   uint64_t total() const { return total_; }
-  void tell(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
+  void report(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
     if (!config.tell) return;
     for (const auto& [label, n] : n_)
       config.tell(
@@ -299,7 +299,7 @@ SweepOutcome sweep(const SweepConfig& config) {
     }
     outcome.n_stale = stale.total();
     if (stale.total() == 0 || config.reuse_stale) {
-      stale.tell(config, versions, is_kept);
+      stale.report(config, versions, is_kept);
       outcome.n_before = numbers.size();
       outcome.n_records =
           json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
@@ -307,8 +307,8 @@ SweepOutcome sweep(const SweepConfig& config) {
     }
     const bool is_summary = config.plan.keep == KeepOfCases::summary;
     if (is_summary) kept.clear();
-    stale.tell(config, versions,
-               is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
+    stale.report(config, versions,
+                 is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
     claimed = kept.empty() ? plan : join_claim(config.out, claimed, plan, config.allow_mixed);
   }
   {
@@ -330,7 +330,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       const bool is_done = block != journal.blocks().end() && (!is_stale || config.reuse_stale);
       if (!is_done && !finished.contains(number)) open.push_back(number);
     }
-    stale.tell(config, versions, config.reuse_stale ? is_kept : is_run_again);
+    stale.report(config, versions, config.reuse_stale ? is_kept : is_run_again);
     outcome.n_stale += stale.total();
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();

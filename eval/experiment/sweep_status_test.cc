@@ -32,7 +32,7 @@ class Status : public ::testing::Test {
   std::filesystem::path sweep_ = folder_.path() / "sweep";
 };
 
-TEST_F(Status, TellsDoneRunningStoppedAndMissing) {
+TEST_F(Status, DistinguishesDoneRunningStoppedAndMissing) {
   for (const uint64_t number : {1, 2, 4}) run_shard(number, 6, "shards/" + std::to_string(number));
   // Shards 2 and 4 in the middle of their work: a journal, which a process is writing in one of them.
   for (const char* shard : {"2", "4"}) {
@@ -68,7 +68,7 @@ TEST_F(Status, TakesFoldersOfAnyName) {
   EXPECT_EQ(sweep_status(sweep_, 0).to_submit(), "1,3");
 }
 
-TEST_F(Status, RefusesWhatIsNotOfTheSweep) {
+TEST_F(Status, RefusesShardsOfOtherSweeps) {
   run_shard(1, 3, "shards/1");
   expect_error([&] { sweep_status(sweep_, 4); }, "shards/1: is one of 3 shards, expected one of 4");
   run_shard(1, 3, "shards/copy");

@@ -41,7 +41,7 @@ class SweepSummary : public SmallPlan {
   }
 };
 
-TEST_F(SweepSummary, AreThoseOfTheRecords) {
+TEST_F(SweepSummary, EqualSummariesOfTheRecords) {
   sweep(config("records", KeepOfCases::records));
   const SweepOutcome outcome = sweep(config("sums"));
   EXPECT_EQ(outcome.n_cases, 12U);
@@ -112,7 +112,7 @@ TEST_F(SweepSummary, ResumesFromAnyCutOfTheJournal) {
   }
 }
 
-TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
+TEST_F(SweepSummary, AFullJournalIsMovedToAFileWithoutOtherChanges) {
   sweep(config("whole"));
   const SweepConfig small = [&] {
     SweepConfig of = config("small");
@@ -155,7 +155,7 @@ TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
   resume(12, "a file that was being made");
 }
 
-TEST_F(SweepSummary, WhatBecameAFileStaysInTheJournalWhereThatWasNotEmptied) {
+TEST_F(SweepSummary, AnInterruptedMoveOfTheJournalIsRepeated) {
   sweep(config("whole"));
   SweepConfig small = config("small");
   fs::create_directories(file("small") / "run.json" / "in the way");
@@ -197,7 +197,7 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
   merge_sweeps(parts, file("m"));
 }
 
-TEST_F(SweepSummary, AndRecordsAreDifferentSweeps) {
+TEST_F(SweepSummary, SummariesAndRecordsAreDifferentSweeps) {
   sweep(config("sums"));
   expect_error([&] { sweep(config("sums", KeepOfCases::records)); }, "holds a sweep of another plan");
   expect_error([&] { read_records(file("sums") / "records.jsonl"); }, "\"keep\": \"summary\"");

@@ -110,7 +110,7 @@ TEST_F(SweepTest, NoiseOnMasksHasItsOwnPacksAndEqualsARun) {
 }
 
 // Two estimators with the same points have the same noise; a third one uses fewer points.
-TEST_F(SweepTest, DrawsThatEstimatorsShareCountOnce) {
+TEST_F(SweepTest, SharedNoiseIsCountedOnce) {
   const auto noise_with = [&](const std::string& out, const std::string& estimators) {
     SweepConfig c = config(out);
     c.plan = parse_plan("{\"sources\":[\"" + source_ + "\"],\"estimators\":[" + estimators +
@@ -207,7 +207,7 @@ TEST_F(SweepTest, ADamagedBlockIsDoneAgain) {
   EXPECT_TRUE(journal.blocks().contains(4));
 }
 
-TEST_F(SweepTest, AJournalThatIsALinkIsLeftAlone) {
+TEST_F(SweepTest, AJournalThatIsALinkIsAnError) {
   fs::create_directories(file("linked"));
   write_file(file("precious"), "not a block\n");
   fs::create_symlink(file("precious"), file("linked") / "journal.jsonl");
@@ -310,7 +310,7 @@ TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
 }
 
 // A file size limit makes write() fail like a full disk.
-TEST_F(SweepTest, AFullDiskLosesNothing) {
+TEST_F(SweepTest, AFullDiskLosesNoFinishedCase) {
   sweep(config("whole"));
   const int status = status_of_child([&] {
     ::signal(SIGXFSZ, SIG_IGN);

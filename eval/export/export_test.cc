@@ -44,7 +44,7 @@ class Export : public testing::Test {
   TempFolder temp_;
 };
 
-TEST_F(Export, CsvQuotesWhatStrangersWrote) {
+TEST_F(Export, CsvQuotesUntrustedTexts) {
   EXPECT_EQ(
       read_file(exported(ExportFormat::csv)),
       "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,errors_Et_m,"
@@ -89,7 +89,7 @@ TEST_F(Export, NpzNamesNoFolder) {
   EXPECT_EQ(bytes.find("../"), std::string::npos);
 }
 
-TEST_F(Export, AnErrorLeavesWhatWasThere) {
+TEST_F(Export, AnErrorKeepsTheExistingFile) {
   const fs::path out = exported(ExportFormat::csv);
   const std::string before = read_file(out);
   write_file(folder() / "records.jsonl", "{}\n");

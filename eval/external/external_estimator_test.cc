@@ -30,7 +30,7 @@ TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
   EXPECT_EQ(last_.records.front().estimator, "example");
 }
 
-TEST_F(ExternalEstimatorTest, RecordsHaveWhatThoseOfEstimatorsInsideHave) {
+TEST_F(ExternalEstimatorTest, RecordsHaveTheKeysOfBuiltInEstimators) {
   write_camera();
   write_motions();
   const std::string noise = R"({"depth":{"delta_d_px":0.1},"flow":{"epe_px":0.2}})";
@@ -177,7 +177,7 @@ TEST_F(ExternalEstimatorTest, ProgramsMayCountFramesFromZero) {
 
 // ---- failures
 
-TEST_F(ExternalEstimatorTest, NothingWritten) {
+TEST_F(ExternalEstimatorTest, MissingOutputIsAProblem) {
   EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program has not written this file"));
   EXPECT_EQ(statuses("ego"), lost4);
   EXPECT_EQ(statuses("object:1"), not_detected4);

@@ -117,7 +117,7 @@ TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
 
 // ---- files that are not results
 
-TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
+TEST_F(ExternalProtocolTest, StrayFilesAreSkipped) {
   write_right_results();
   write_file(file("obj_centre.txt"), "4 1 1.5 2.5 9.5\n");
   run_well(copy_results, motions_);
@@ -126,7 +126,7 @@ TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
                                ": 'centre' in place of the * of 'obj_*.txt' is not a number: skipped"));
 }
 
-TEST_F(ExternalProtocolTest, ADamagedFileConcernsItsObjectAlone) {
+TEST_F(ExternalProtocolTest, ADamagedFileAffectsOnlyItsObject) {
   write_right_results();
   write_file(file("obj_5.txt"), "4 what\n");
   EXPECT_THAT(problem_of(copy_results, motions_), HasSubstr("obj_5.txt:1: "));
@@ -179,7 +179,7 @@ TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
   EXPECT_EQ(statuses("ego"), ok4);
 }
 
-TEST_F(ExternalProtocolTest, WhatAProgramWroteIsNotTouched) {
+TEST_F(ExternalProtocolTest, OutputsOfAProgramAreNotModified) {
   write_vdo_results();
   const std::string cut = "7 1 0 0";
   EXPECT_THAT(problem_of("cp $(dirname $0)/vdo/* $output/\n"
@@ -383,7 +383,8 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   expect_error([&] { is_sweep(file("data")); }, "holds neither run.json nor plan.json");
   c.estimator = "motion_only";
   write_output_folder(file("inside"), run_files(run(c)));
-  expect_error([&] { rescored_run({.folder = file("inside")}); }, "\"motion_only\" is not an external program");
+  expect_error([&] { rescored_run({.folder = file("inside")}); },
+               "\"motion_only\" is not an external program");
 }
 
 TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {

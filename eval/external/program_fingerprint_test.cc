@@ -77,7 +77,7 @@ TEST_F(ProgramFingerprintTest, DoesNotDependOnPlaceTimeAndLayoutOfTheConfigurati
   EXPECT_EQ(program_fingerprint(read_external_config(there.string()), there).sha256(), here.sha256());
 }
 
-TEST_F(ProgramFingerprintTest, WhatIsWrittenBesideItIsPassedOver) {
+TEST_F(ProgramFingerprintTest, FilesWrittenByTheProgramAreSkipped) {
   const Fingerprint before = now();
   for (const char* name :
        {"out/records.jsonl", "out/external/case_000000/log.txt", "running/journal.jsonl", "cache/1.pack",
@@ -139,7 +139,7 @@ TEST_F(ProgramFingerprintTest, TheInterpreterOfAScriptCounts) {
   EXPECT_THAT(names(command), ElementsAre("configuration", "interpreter sh", "run"));
 }
 
-TEST_F(ProgramFingerprintTest, AProgramThatIsNotThereIsLeftToItsStart) {
+TEST_F(ProgramFingerprintTest, AMissingProgramIsReportedAtItsStart) {
   EXPECT_THAT(names({{"command", "no_such_program_here {output}"}}),
               ElementsAre("configuration", "program.py"));
 }
@@ -154,7 +154,7 @@ TEST_F(ProgramFingerprintTest, LinksToFilesAreReadLinksToFoldersAreNot) {
   EXPECT_EQ(after([&] { write("../other/linked.py", "2"); }), "link.py changed");
 }
 
-TEST_F(ProgramFingerprintTest, LargeAndManyFilesBesideAreSaidToBeUnseen) {
+TEST_F(ProgramFingerprintTest, LargeAndManyFilesAreListedAsNotSeen) {
   write("large.bin", "");
   fs::resize_file(at("large.bin"), most_bytes_beside + 1);
   Fingerprint fingerprint = now();

@@ -7,7 +7,7 @@
 namespace sextant {
 namespace {
 
-TEST(Rescore, NumbersOfARunAreTakenAsTheyAreOrRefused) {
+TEST(Rescore, NumbersOfARunAreKeptOrRefused) {
   const TempFolder folder;
   const auto error = [&](const char* level, const char* seeds) {
     folder.write(

@@ -93,7 +93,7 @@ TEST_F(StaleCasesTest, AChangedConfigurationIsRunAgain) {
   EXPECT_EQ(sweep(by_plan).n_stale, 6U);
 }
 
-TEST_F(StaleCasesTest, AFileThatIsNamedInDependsAloneIsSeen) {
+TEST_F(StaleCasesTest, FilesNamedOnlyInDependsAreSeen) {
   fs::create_directories(file("elsewhere"));
   fs::rename(file("other_camera.txt"), file("elsewhere/one.txt"));
   write_file(file("elsewhere/camera.txt"), read_file(file("camera.txt")));
@@ -140,7 +140,7 @@ TEST_F(StaleCasesTest, ForceStartsOver) {
   expect_error([&] { sweep(other); }, "something else than a sweep");
 }
 
-TEST_F(StaleCasesTest, OfAnUnfinishedSweepTheStaleCasesAloneAreRunAgain) {
+TEST_F(StaleCasesTest, AnUnfinishedSweepRunsOnlyItsStaleCasesAgain) {
   const std::string estimator = config(good);
   const auto with_second = [&](const std::string& command) {
     write_file(file("second/second.json"), Json{{"command", command}}.dump());
@@ -168,7 +168,7 @@ TEST_F(StaleCasesTest, OfAnUnfinishedSweepTheStaleCasesAloneAreRunAgain) {
   EXPECT_EQ(of("a"), of("b"));
 }
 
-TEST_F(StaleCasesTest, FoldersThatDoNotSayWhatRanAreRunAgain) {
+TEST_F(StaleCasesTest, FoldersWithoutVersionsAreRunAgain) {
   const std::string estimator = config(good);
   sweep_into("a", estimator);
   Json plan = read_json(file("a/plan.json"));

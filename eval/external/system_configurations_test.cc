@@ -70,7 +70,7 @@ TEST_F(SystemConfigurations, VdoSlamBeforeAndAfterTheFinalBatch) {
   EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
 }
 
-TEST_F(SystemConfigurations, OrbSlam2OfTheCameraAlone) {
+TEST_F(SystemConfigurations, OrbSlam2HasOnlyCameraResults) {
   setenv("ORB_SLAM2_VOCABULARY", "/words", 1);
   offer_program("ORB_SLAM2", "mode=$1 vocabulary=$2 settings=$3 input=$4 output=$5\n" +
                                  std::string(check_settings) +

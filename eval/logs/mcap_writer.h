@@ -68,9 +68,9 @@ class McapWriter {
   std::map<std::string, uint16_t> schema_ids_;
   std::vector<std::string> schemas_, channels_;  ///< records as written
   size_t n_written_schemas_ = 0, n_written_channels_ = 0;
-  std::string records_;  ///< of the open chunk
+  std::string records_;  ///< records of the open chunk
   std::map<uint16_t, std::vector<Entry>> entries_;
-  uint64_t first_ns_ = 0, last_ns_ = 0;  ///< of the open chunk
+  uint64_t first_ns_ = 0, last_ns_ = 0;  ///< time range of the open chunk
   std::vector<Chunk> chunks_;
   std::map<uint16_t, uint64_t> counts_;  ///< messages of each channel
   std::map<uint16_t, uint32_t> sequence_;

@@ -219,7 +219,7 @@ SequenceTruth two_alike() {
   return truth;
 }
 
-TEST(ObjectLogs, PositionsTellObjectsApartThatMoveAlike) {
+TEST(ObjectLogs, PositionsDistinguishObjectsWithEqualMotion) {
   const TempFolder folder;
   write_dynosam(folder, 40);
   ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
@@ -276,7 +276,7 @@ TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
   EXPECT_EQ(frames, (std::vector<int>{0, 1, 2, 4, 5}));
 }
 
-TEST(ObjectLogs, DamageIsTold) {
+TEST(ObjectLogs, DamageIsReported) {
   const TempFolder folder;
   const auto error = [&](LogFormat format) {
     return error_of([&] { read_object_logs(folder.path(), {format}); });

@@ -48,7 +48,7 @@ TEST(PoseColumns, AnyOrderAndOtherColumns) {
   EXPECT_EQ(c->seconds_per_unit, 1e-6);
 }
 
-TEST(PoseColumns, WhatIsNotClearIsNothing) {
+TEST(PoseColumns, AmbiguousHeadersGiveNoResult) {
   EXPECT_FALSE(columns("")) << "no header";
   EXPECT_FALSE(columns("# ground truth trajectory of a drive"));
   EXPECT_FALSE(columns("#timestamp,p_x", 8)) << "fewer names than columns";

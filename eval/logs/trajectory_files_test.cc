@@ -21,7 +21,7 @@ class TrajectoryFiles : public testing::Test {
   TempFolder folder;
 };
 
-TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsFoundByItself) {
+TEST_F(TrajectoryFiles, EveryFormatReadsItsExampleAndIsDetected) {
   const std::string euroc =
       "#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z,v_x,v_y\n1403636579763555584,1,2,3,1,0,0,0,9,"
       "9\n1403636579863555584,2,2,3,1,0,0,0,9,9\n";
@@ -83,7 +83,7 @@ TEST_F(TrajectoryFiles, WindowsTextIsRead) {
   EXPECT_THAT(read(text).poses.stamps_s, ElementsAre(1.0, 1.1));
 }
 
-TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
+TEST_F(TrajectoryFiles, DamageIsReportedWithItsLine) {
   EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 nan 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2 is 'nan'"));
   EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 -inf 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2 is '-inf'"));
   EXPECT_THAT(error("1 1 2 3 0 0 0 1\n2 1e999 2 3 0 0 0 1\n", "tum"), HasSubstr(":2: value 2"));
@@ -142,7 +142,7 @@ TEST_F(TrajectoryFiles, StampsAndFramesMustRise) {
   EXPECT_THAT(error("5" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 comes after 5"));
 }
 
-TEST_F(TrajectoryFiles, PositionsAlone) {
+TEST_F(TrajectoryFiles, PositionsWithoutRotations) {
   for (const char* text :
        {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
         "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
@@ -197,7 +197,7 @@ TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
             openvins.poses.covariances[0]);
 }
 
-TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
+TEST_F(TrajectoryFiles, InvalidCovariancesAreErrors) {
   const std::string first = "1 1 2 3 0 0 0 1", second = "2 1 2 3 0 0 0 1";
   PoseCovariance P = covariance(), transposed = P;
   transposed.topRightCorner<3, 3>() = P.bottomLeftCorner<3, 3>();
@@ -241,7 +241,7 @@ TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
       << "12 values, but no matrix";
 }
 
-TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
+TEST_F(TrajectoryFiles, AmbiguousFormatsAreErrors) {
   for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
                            "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
     EXPECT_THAT(error(text, "auto"), AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))

@@ -102,7 +102,7 @@ TEST(Recordings, CovariancesOfPosesAreRead) {
   }
 }
 
-TEST(Rosbag2, IsReadFromItsFileAlone) {
+TEST(Rosbag2, IsReadWithoutMetadata) {
   TempFolder folder;
   const std::string path =
       folder.write("odd %41 #?name.db3",
@@ -170,7 +170,7 @@ TEST(Recordings, PosesOfSeveralBodiesOnOneTopic) {
               HasSubstr("poses of several bodies"));
 }
 
-TEST(Recordings, PosesThatAreNone) {
+TEST(Recordings, InvalidPosesAreErrors) {
   const std::string type = "geometry_msgs/PoseStamped";
   const auto one = [&](Sample s) { return bag_error(bag_of({{"/p", type, {ros1_message(type, s)}}})); };
   EXPECT_THAT(one({1, 0, {NAN, 0, 0, 0, 0, 0, 1}}), HasSubstr("bytes:/p:1: position"));
@@ -206,7 +206,7 @@ TEST(Recordings, CutOffAnywhereIsAnError) {
   }
 }
 
-TEST(Recordings, LengthsThatLieTakeNoMemory) {
+TEST(Recordings, ForgedLengthsAllocateNoMemory) {
   std::string bag = "#ROSBAG V2.0\n" + bytes(uint32_t{0xffffffff}) + "x";
   EXPECT_THAT(bag_error(bag), HasSubstr("4294967295 bytes where 1 are left"));
   const std::string header = op('\x05') + bag_field("compression", "lz4");

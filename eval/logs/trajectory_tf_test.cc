@@ -64,7 +64,7 @@ TEST(TransformTree, GoesUpAndDownTheTree) {
   EXPECT_THAT(error_of([] { path_of("lidar.camera"); }), HasSubstr("are static: there is no path"));
 }
 
-TEST(TransformTree, OtherMovingTransformsAreInterpolatedAndSaid) {
+TEST(TransformTree, OtherMovingTransformsAreInterpolatedWithAWarning) {
   const TrajectoryFile base = path_of("map.base");
   EXPECT_THAT(base.poses.stamps_s, ElementsAre(10.5, 11, 11.5)) << "12.5 is after the last of map -> odom";
   EXPECT_LT((base.poses.positions_m[1] - Eigen::Vector3d(2, 2, 0)).norm(), 1e-12);
@@ -89,7 +89,7 @@ std::string tree_error(const std::vector<std::vector<Transform>>& tf, const std:
   return error_of([&] { decode_trajectory(recording("mcap", tf, tf_static), "mcap", "/tf:" + frames); });
 }
 
-TEST(TransformTree, FramesThatAreNotThereAreNamed) {
+TEST(TransformTree, MissingFramesAreNamed) {
   EXPECT_THAT(tree_error(moving, fixed, "map.gripper"),
               AllOf(HasSubstr("no frame 'gripper'"), HasSubstr("map.odom (2 transforms)"),
                     HasSubstr("mount.camera (static)")));
@@ -120,7 +120,7 @@ TEST(TransformTree, HostileTreesAreErrors) {
               HasSubstr("has no frames to choose"));
 }
 
-TEST(TransformTree, StaticTransformsThatChangeAreSaid) {
+TEST(TransformTree, ChangingStaticTransformsAreAWarning) {
   const Channel moves{"/tf", "tf2_msgs/TFMessage", {ros1_transforms({{"a", "b", at(1, 0, 1)}})}};
   const Channel fixes{
       "/tf_static",

@@ -12,7 +12,7 @@ std::unique_ptr<Sequence> scene() { return open_with("synthetic:s18@0-4", {{"cac
 double at(const SpatialCorrelation& spatial, double r) { return spatial.at(r); }
 
 // Noise injected into a scene is recovered: magnitude by axis, tails, correlation.
-TEST(NoiseProfile, GivesItselfBack) {
+TEST(NoiseProfile, IsRecoveredFromItsOwnNoise) {
   const SpatialCorrelation injected{{{5, 0.3}, {20, 0.3}, {60, 0.3}}};
   const Json noise = {
       {"flow", {{"epe_x_px", 0.9}, {"epe_y_px", 0.4}}},

@@ -60,7 +60,7 @@ TEST(RecordKeys, OfCommittedRecordsAreInTheList) {
   EXPECT_GE(n_files, 5);
 }
 
-TEST(RecordKeys, NamesMapAndKeyOfWhatIsNotListed) {
+TEST(RecordKeys, NamesMapAndKeyOfUnlistedNumbers) {
   Record r;
   r.errors["Et_m"] = r.values["Et_m"] = r.time_ms["lunch"] = 1;
   EXPECT_THAT(unlisted_keys({r}), testing::ElementsAre("time_ms.lunch", "values.Et_m"));

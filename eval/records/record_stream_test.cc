@@ -44,7 +44,7 @@ TEST(RecordStream, ReadsAFileOfManyBlocksAsAWhole) {
   EXPECT_EQ(parse_records(text, "x"), records);
 }
 
-TEST(RecordStream, NothingOfALineStaysForTheNext) {
+TEST(RecordStream, LinesAreIndependent) {
   const TempFolder folder;
   Record last;
   write_file(folder.path() / "records.jsonl", write_records(many_records(2)));
@@ -63,7 +63,7 @@ TEST(RecordStream, NamesTheLineBehindTheFirstBlock) {
   expect_file_refused(path, "records.jsonl:30001: key");
 }
 
-TEST(RecordStream, RefusesALineThatIsNoRecord) {
+TEST(RecordStream, RefusesLinesThatAreNotRecords) {
   const TempFolder folder;
   const std::filesystem::path path = folder.path() / "records.jsonl";
   const std::string good = write_records(many_records(1));

@@ -61,7 +61,7 @@ TEST(Record, RoundTripsBitForBit) {
   EXPECT_EQ(parse_records(write_records(records), "x"), records);
 }
 
-TEST(Record, LeavesOutWhatIsNotFinite) {
+TEST(Record, LeavesOutNumbersThatAreNotFinite) {
   Record r = example();
   r.errors["Et_m"] = NAN;
   r.values["v_kmh"] = std::numeric_limits<double>::infinity();
@@ -103,9 +103,7 @@ TEST(Record, ReaderNamesFileLineAndKey) {
   expect_refused_after([](Json& j) { j["flow_truth"] = "guessed"; }, "key 'flow_truth'");
 }
 
-TEST(Record, ReadingNamesTheFileThatIsNotThere) {
-  EXPECT_THROW(read_records("/nonexistent/records.jsonl"), Error);
-}
+TEST(Record, ReadingNamesAMissingFile) { EXPECT_THROW(read_records("/nonexistent/records.jsonl"), Error); }
 
 TEST(Record, StripTimesLeavesTheRest) {
   Record expected = example();

@@ -117,7 +117,7 @@ TEST(Text, Utf8IsTheShortestForm) {
     EXPECT_FALSE(is_utf8(text)) << text;
 }
 
-TEST(Text, PagesHoldWhatXmlKnows) {
+TEST(Text, PageTextIsValidXml) {
   EXPECT_EQ(page_text("a\n\t\u0394"), "a\n\t\u0394");
   EXPECT_EQ(page_text("a\x01\uFFFE\uFFFF\xff"), "a\uFFFD\uFFFD\uFFFD\uFFFD");
 }

@@ -40,7 +40,7 @@ class FileLocks : public ::testing::TestWithParam<FileLock::Flock> {
   }
 };
 
-TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
+TEST_P(FileLocks, ASecondProcessGetsTheHolder) {
   {
     const auto lock = FileLock::take(file_, nullptr, GetParam());
     ASSERT_TRUE(lock);
@@ -62,7 +62,7 @@ TEST_P(FileLocks, EndsWithItsProcess) {
 
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutFlock, FileLocks, ::testing::Values(&::flock, &no_flock));
 
-TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
+TEST(FileLock, LocksOfOtherHostsAreKeptAndNamed) {
   const TempFolder folder;
   const std::filesystem::path file = folder.path() / "journal.jsonl";
   std::ofstream(file.string() + ".lock") << "node17 4711\n";
@@ -72,7 +72,7 @@ TEST(FileLock, OfAnotherHostIsKeptAndNamed) {
               HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
 }
 
-TEST(FileLock, TheSystemsReasonIsSaid) {
+TEST(FileLock, ErrorsContainTheSystemsReason) {
   const TempFolder folder;
   expect_error([&] { FileLock::take(folder.path() / "journal.jsonl", nullptr, &broken_flock); },
                "journal.jsonl: cannot lock: Input/output error");
@@ -117,12 +117,12 @@ TEST(Machine, HostNameIsFitForFiles) {
 namespace {
 
 /// Returns the error message of another process that tries to take the lock; "" if it succeeds.
-std::string from_another_process(const fs::path& folder, const fs::path& said) {
+std::string from_another_process(const fs::path& folder, const fs::path& message_file) {
   status_of_child([&] {
-    write_file(said, error_of([&] { const FolderLock lock(folder); }));
+    write_file(message_file, error_of([&] { const FolderLock lock(folder); }));
     return 0;
   });
-  return read_file(said);
+  return read_file(message_file);
 }
 
 TEST(FolderLock, OneProcessAtATime) {
@@ -132,7 +132,7 @@ TEST(FolderLock, OneProcessAtATime) {
     const FolderLock lock(out);
     const FolderLock again(out / "." / "");  // shared with itself
     EXPECT_THAT(from_another_process(out, temp / "message"), HasSubstr("out: another process is writing into "
-                                                                    "this folder"));
+                                                                       "this folder"));
     EXPECT_EQ(from_another_process(temp.path() / "other", temp / "message"), "no error");
   }
   EXPECT_EQ(from_another_process(out, temp / "message"), "no error");

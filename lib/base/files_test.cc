@@ -95,13 +95,13 @@ TEST_F(Files, InputLogRemembersEveryFileOnce) {
   EXPECT_EQ(b.sha256, sha256("abc"));
 }
 
-TEST_F(Files, APipeIsNotWaitedFor) {
+TEST_F(Files, OpeningAPipeDoesNotBlock) {
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   expect_error([&] { read_file(pipe); }, "pipe: is a pipe or device, expected a file");
 }
 
-TEST_F(Files, InputLogForgetsWhatCouldNotBeRead) {
+TEST_F(Files, InputLogContainsNoUnreadableFiles) {
   InputLog log;
   EXPECT_THROW(log.read(folder_ / "missing"), Error);
   EXPECT_TRUE(log.entries().empty());

@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-TEST(Interned, EqualTextsAreOne) {
+TEST(Interned, EqualTextsAreStoredOnce) {
   const Interned a = "Et_m", b = std::string("Et_m"), other = "Et_body_m";
   EXPECT_EQ(a, b);
   EXPECT_EQ(&a.str(), &b.str());
@@ -21,7 +21,7 @@ TEST(Interned, EqualTextsAreOne) {
   EXPECT_EQ(sizeof(Interned), sizeof(void*));
 }
 
-TEST(Interned, TheOrderIsThatOfTheTexts) {
+TEST(Interned, IsOrderedLikeTheTexts) {
   EXPECT_TRUE(Interned("ER_deg") < Interned("Et_m"));
   EXPECT_FALSE(Interned("Et_m") < Interned("Et_m"));
 }

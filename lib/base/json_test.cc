@@ -13,7 +13,7 @@ std::string parse_error(const std::string& text) {
 
 std::string nested(size_t levels) { return std::string(levels, '[') + std::string(levels, ']'); }
 
-TEST(ParseJson, IsWhatTheLibraryReads) {
+TEST(ParseJson, EqualsTheResultOfTheLibrary) {
   const std::string text =
       R"( {"b":[1,-2,2.5,true,null,"\u0394\n",{"a":{}},[]],"a":18446744073709551615,
            "c":-9223372036854775808} )";
@@ -37,7 +37,7 @@ TEST(ParseJson, NumbersBeyondADoubleAreRefused) {
   EXPECT_EQ(parse_error("[-1e400]"), "f.json:1: the number -1e400 is outside the range of a double");
 }
 
-TEST(ParseJson, AKeyThatIsThereTwiceIsRefused) {
+TEST(ParseJson, RepeatedKeysAreRefused) {
   EXPECT_EQ(parse_error("{\"a\": 1,\n\"b\": {\"a\": 2}, \"a\": 3}"), "f.json:2: key 'a' is repeated");
 }
 

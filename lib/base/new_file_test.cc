@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-TEST(NewFile, HasItsNameWhenItIsWhole) {
+TEST(NewFile, GetsItsNameWhenItIsComplete) {
   const TempFolder folder;
   {
     NewFile file(folder / "a");
@@ -23,14 +23,14 @@ TEST(NewFile, HasItsNameWhenItIsWhole) {
   EXPECT_EQ(files_below(folder.path()).size(), 1U) << "without commit() nothing stays";
 }
 
-TEST(NewFile, TemporaryNamesAreNotForeseen) {
+TEST(NewFile, TemporaryNamesAreUnpredictable) {
   const TempFolder folder;
   std::set<fs::path> names;
   for (int i = 0; i < 100; ++i) names.insert(NewFile(folder / "a").temporary());
   EXPECT_EQ(names.size(), 100U);
 }
 
-TEST(NewFile, ReplacesALinkAndLeavesWhatItLeadsTo) {
+TEST(NewFile, ReplacesALinkAndKeepsItsTarget) {
   const TempFolder folder;
   folder.write("theirs", "theirs");
   fs::create_symlink(folder / "theirs", folder / "link");
@@ -53,7 +53,7 @@ TEST(NewFile, TakesThePlaceOfFilesOnly) {
   expect_error([&] { write_file("/dev/null", "x"); }, "is a pipe or device: expected the name of a file");
 }
 
-TEST(StreamedFile, WritesIntoNoFileThatIsThere) {
+TEST(StreamedFile, DoesNotWriteIntoExistingFiles) {
   const TempFolder folder;
   folder.write("theirs", "theirs");
   fs::create_symlink(folder / "theirs", folder / "link");

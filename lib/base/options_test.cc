@@ -27,7 +27,7 @@ std::string error_with(const Json& json, const std::string& where = "") {
   return error_of([&] { read_options(json, options, where); });
 }
 
-TEST(ReadOptions, OverwritesOnlyWhatIsNamed) {
+TEST(ReadOptions, OverwritesOnlyNamedFields) {
   OuterOptions options;
   read_options(Json{{"robust", false}, {"ransac", {{"max_iterations", 10}}}}, options);
   EXPECT_FALSE(options.robust);

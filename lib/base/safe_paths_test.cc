@@ -63,7 +63,7 @@ TEST(FoldersBelow, AreNotReachedThroughLinks) {
   EXPECT_TRUE(fs::is_directory(out / "c"));
 }
 
-TEST(PrivateFolder, IsOursAlone) {
+TEST(PrivateFolder, IsWritableForItsUserOnly) {
   const TempFolder temp;
   const fs::path folder = temp.path() / "a" / "cache";
   check_private_folder(folder);  // does not exist

@@ -129,7 +129,7 @@ TEST(MotionLikelihood, FalseAlarmsComeAtTheStatedRate) {
   EXPECT_NEAR(alarms / static_cast<double>(n), 0.05, 0.012);
 }
 
-TEST(MotionLikelihood, SaysNothingWithoutACovariance) {
+TEST(MotionLikelihood, HasNoResultWithoutACovariance) {
   MotionEstimate body = background_at_rest;
   body.covariance.setConstant(INFINITY);
   EXPECT_FALSE(test_motion(body, background_at_rest, {0, 0, 0}, 0.1, {}));

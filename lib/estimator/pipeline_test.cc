@@ -85,7 +85,7 @@ TEST(Pipeline, StaticObjectIsGatedWithLabelZero) {
 }
 
 // A parked car whose current depths have errors above the threshold; joint_flow does not use these depths.
-TEST(Pipeline, LikelihoodTellsDynamicFromStaticByTheMotion) {
+TEST(Pipeline, LikelihoodClassifiesByTheEstimatedMotion) {
   ObjectObservation parked = observe(4, standing);
   for (size_t i = 0; i < parked.points.size(); ++i) parked.points.depth_curr[i] += i % 2 == 0 ? 0.5 : -0.5;
   const FramePair pair = make_pair(0, {parked, observe(5, moving)});
@@ -145,7 +145,7 @@ TEST(Pipeline, LabelsFollowTheMajorityNotTheMaskIds) {
   EXPECT_EQ(b.objects[1].track, 1);
 }
 
-TEST(Pipeline, PointsOfABodyThatVanishesBehindAnotherDoNotCount) {
+TEST(Pipeline, PointsOfAnOccludedBodyAreExcludedFromTheOccluder) {
   FrameEstimator estimator = make();
   // 40 points of instance 9 also land on instance 4; their motion is so similar that they would be inliers.
   ObjectObservation object = observe(4, moving);

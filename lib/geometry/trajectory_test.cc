@@ -82,7 +82,7 @@ TEST(PoseInterpolation, TakesTheShorterWayRound) {
               EigenNear(Eigen::AngleAxisd(3.2, Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1e-14));
 }
 
-TEST(PoseInterpolation, ARecordedPoseIsTakenAsItIs) {
+TEST(PoseInterpolation, RecordedPosesAreUnchanged) {
   PoseSeries s = turning({0, 1, 5}, 0.8, 5);
   s.rotations[1](0, 0) += 1e-7;  // off SO(3), as after rounding in a file
   const double times[] = {1.0};
@@ -91,7 +91,7 @@ TEST(PoseInterpolation, ARecordedPoseIsTakenAsItIs) {
   EXPECT_EQ(found.largest_gap_s, 0);
 }
 
-TEST(PoseInterpolation, NothingOutsideAndNoLongGap) {
+TEST(PoseInterpolation, DoesNotExtrapolateOrBridgeLongGaps) {
   const double times[] = {-0.1, 0.5, 1.5, 3.0, 4.5};
   const InterpolatedPoses found = interpolate_poses(turning({0, 1, 4}, 0.1, 1), times, 1.0);
   EXPECT_THAT(found.asked, ElementsAre(1));

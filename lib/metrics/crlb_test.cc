@@ -109,7 +109,7 @@ TEST(MotionBound, IsTheMotionBlockOfTheInverseInformationOfAllUnknowns) {
 
 // The errors of each channel are correlated by the distance of their pixels; the three channels are
 // independent.
-TEST(MotionBound, HoldsTheFullCovarianceOfCorrelatedErrors) {
+TEST(MotionBound, UsesTheFullCovarianceOfCorrelatedErrors) {
   const Scene scene = make_scene(6, 40);
   MeasurementNoise correlated = declared;
   correlated.independent_gaussian = false;
@@ -158,7 +158,7 @@ TEST(MotionBound, ExactDepthLeavesTheFlow) {
   expect_equal_covariance(bound->previous_depth, information.inverse(), 1e-6);
 }
 
-TEST(MotionBound, MoreMeasurementsNeverHurt) {
+TEST(MotionBound, MoreMeasurementsNeverIncreaseTheBound) {
   const Scene scene = make_scene(5, 40);
   const auto all = motion_bound(camera, scene.exact, scene.X, declared);
   std::vector<unsigned char> keep(40, 1);
@@ -172,7 +172,7 @@ TEST(MotionBound, MoreMeasurementsNeverHurt) {
   EXPECT_LT(rms_error(*all->both_depths).Et_m, rms_error(all->previous_depth).Et_m);
 }
 
-TEST(MotionBound, NoneWhereThereIsNoFiniteBound) {
+TEST(MotionBound, IsAbsentWithoutAFiniteBound) {
   const Scene scene = make_scene(6, 30);
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0, 0, 1e-3}));    // exact flow
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0, 1e-3}));  // exact flow in one axis

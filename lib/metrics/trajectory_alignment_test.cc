@@ -35,7 +35,7 @@ TEST(Umeyama, NeverReflects) {
   EXPECT_NEAR(umeyama(x, mirrored, true)->y_from_x.rotation.determinant(), 1, 1e-12);
 }
 
-TEST(Umeyama, PointsThatLeaveTheRotationOpenGiveNothing) {
+TEST(Umeyama, PointsThatDoNotDetermineTheRotationGiveNoResult) {
   const std::vector<Eigen::Vector3d> x = cloud(10), still(10, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(umeyama(x, still, true));
   EXPECT_FALSE(umeyama(still, x, true));
@@ -46,7 +46,7 @@ TEST(Umeyama, PointsThatLeaveTheRotationOpenGiveNothing) {
   EXPECT_FALSE(umeyama(line, line, false));
 }
 
-TEST(Umeyama, FlatnessTellsALine) {
+TEST(Umeyama, FlatnessIdentifiesALine) {
   std::vector<Eigen::Vector3d> slanted;
   for (int i = 0; i < 50; ++i) slanted.emplace_back(0.3 * i, 0.1 * i, 0.7 * i + (i == 20 ? 1e-6 : 0));
   const auto found = umeyama(slanted, slanted, false);
@@ -88,7 +88,7 @@ TEST(RotationAbout, IsTheLeastOfAllAngles) {
   for (double more = 0.05; more < 6.25; more += 0.1) EXPECT_GT(squares(more), squares(0)) << more;
 }
 
-TEST(RotationAbout, PointsOnTheAxisGiveNothing) {
+TEST(RotationAbout, PointsOnTheAxisGiveNoResult) {
   const std::vector<Eigen::Vector3d> x = cloud(10);
   std::vector<Eigen::Vector3d> on_axis;
   for (const Eigen::Vector3d& p : x) on_axis.emplace_back(1, 2, p[2]);
@@ -125,7 +125,7 @@ TEST(Association, OfTwoAsNearTheEarlierAndOneMayServeTwice) {
 
 TEST(Association, NothingNear) { EXPECT_THAT(associate_by_time({0.0, 1.0}, {0.5}, {}).reference, IsEmpty()); }
 
-TEST(Association, ByFrameTakesWhatBothHave) {
+TEST(Association, ByFrameMatchesCommonFrames) {
   const Association a = associate_by_frame({2, 3, 4, 7}, {0, 3, 5, 7, 9});
   EXPECT_THAT(a.reference, ElementsAre(1, 3));
   EXPECT_THAT(a.estimate, ElementsAre(1, 3));

@@ -67,7 +67,7 @@ TEST(PosePairs, NoPairIsAnError) {
   EXPECT_THROW(pairs(steady(5), "170deg", true), Error);
 }
 
-TEST(PosePairs, ParseRefusesWhatIsNoDistance) {
+TEST(PosePairs, ParseRefusesInvalidDistances) {
   for (const char* text : {"", "f", "1", "1x", "0f", "-1m", "1.5f", "nanm", "200deg", "4rad", "1 f"})
     EXPECT_THROW(PairSelection::parse(text), Error) << text;
   EXPECT_EQ(PairSelection::parse("0.5rad").text(), "0.5rad");
@@ -139,7 +139,7 @@ TEST(TrajectoryAlignment, StandingStillCannotBeAligned) {
   EXPECT_EQ(estimate.positions_m[2], moving.positions_m[0]);
 }
 
-TEST(TrajectoryAlignment, YawTurnsAboutUpAlone) {
+TEST(TrajectoryAlignment, YawRotatesOnlyAboutUp) {
   const PoseSeries truth = at({{0, 0, 0}, {3, 0, 1}, {3, 4, 2}, {1, 7, 0}}, 0.3);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                         tilt = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).toRotationMatrix();

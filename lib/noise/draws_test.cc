@@ -190,7 +190,7 @@ TEST(Draws, SeedsFramesChannelsAndSequencesAreUncorrelated) {
   }
 }
 
-TEST(Draws, NamesCannotRunIntoEachOther) {
+TEST(Draws, DifferentNamesGiveDifferentKeys) {
   const auto key = [](const Draws& draws) { return std::pair(draws.key().k0, draws.key().k1); };
   EXPECT_NE(key(Draws(1, "ab", "c")), key(Draws(1, "a", "bc")));
   EXPECT_NE(key(Draws(1, "a\nsequence 1 b", "")), key(Draws(1, "a", "b")));
@@ -237,7 +237,7 @@ TEST(Draws, DoNotDependOnOrderBatchOrThreads) {
 }
 
 // The bits are part of the interface: records of one version must be reproducible by the next.
-TEST(Draws, AreTheSameBitsForEver) {
+TEST(Draws, AreReproducibleBitForBit) {
   const Draws draws(42, "vdo", "0003");
   // printf 'sextant noise 1\nseed 42\ndataset 3 vdo\nsequence 4 0003\n' | sha256sum
   EXPECT_EQ(draws.key().k0, 0xdf284932U);

@@ -179,7 +179,7 @@ TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
 }
 
 // The bits are part of the interface: records of one version must be reproducible by the next.
-TEST(NoiseCorrelation, IsTheSameBitsForEver) {
+TEST(NoiseCorrelation, IsReproducibleBitForBit) {
   const Draws draws(42, "vdo", "0003");
   PixelList pixel;
   pixel.add(100, 50);
@@ -203,7 +203,7 @@ TEST(NoiseCorrelation, ReadsAndWritesItsOptions) {
     EXPECT_EQ(NoiseCorrelation::read(name, "").json(), name);
 }
 
-TEST(NoiseCorrelation, RefusesWhatIsNoCorrelation) {
+TEST(NoiseCorrelation, RefusesInvalidCorrelations) {
   const auto message = [](const char* text) {
     return error_of([&] { NoiseCorrelation::read(Json::parse(text), "noise.correlation"); });
   };

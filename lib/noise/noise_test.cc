@@ -112,7 +112,7 @@ TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
   }
 }
 
-TEST(Noise, WhichOtherPointsThereAreDoesNotMatter) {
+TEST(Noise, APointDoesNotDependOnOtherPoints) {
   const Frame prev = make_frame(7), curr = make_frame(8);
   const Noise some = noise(everything);
   const Correspondences many = some.apply(make_pair(prev, curr, 1), draws_of_test).pair.background;
@@ -212,7 +212,7 @@ TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
   EXPECT_GT(lost, 1000U);
 }
 
-TEST(Noise, VerificationMeasuresWhatWasAdded) {
+TEST(Noise, VerificationMeasuresTheAddedNoise) {
   const Noise some = noise(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_x_px": 1.34, "epe_y_px": 0.27,
       "bodies": {"objects": {"epe_px": 0.5}}}, "outliers": {"share": 0.2}})");
   NoiseVerification total;
@@ -305,7 +305,7 @@ TEST(Noise, DeclaresAndVerifiesSpatialCorrelation) {
   EXPECT_NEAR(*total.depth.normalised.sigma(), 1, 0.02);
 }
 
-TEST(Noise, DeclaresWhatIsNotGaussian) {
+TEST(Noise, DeclaresNonGaussianNoise) {
   const auto declared = [](const char* json) { return noise(json).declared(camera, 0); };
   EXPECT_TRUE(declared(R"({"flow": {"epe_px": 1}})").independent_gaussian);
   EXPECT_FALSE(

@@ -43,7 +43,7 @@ TEST(StoredProfiles, ScaleMultipliesSizes) {
             "independent");
 }
 
-TEST(StoredProfiles, RefusesWhatIsNone) {
+TEST(StoredProfiles, RefusesInvalidProfiles) {
   const std::string known = noise_profile_names().front();
   expect_refused({{"profile", known.substr(1)}}, "did you mean '" + known + "'");
   expect_refused({{"profile", 3}}, "expected a name or a file");

@@ -74,13 +74,13 @@ TEST(Bootstrap, BcaFollowsTheSkewnessThatPercentileMisses) {
   EXPECT_GT(bca->low, percentile->low);
 }
 
-TEST(Bootstrap, IsTheValueItselfWhereAllAreEqual) {
+TEST(Bootstrap, HasZeroWidthForEqualValues) {
   const auto interval = bootstrap(std::vector<double>(10, 3.5), mean);
   EXPECT_EQ(interval->low, 3.5);
   EXPECT_EQ(interval->high, 3.5);
 }
 
-TEST(Bootstrap, KnowsNothingFromOneCluster) {
+TEST(Bootstrap, HasNoIntervalForOneCluster) {
   EXPECT_FALSE(bootstrap(std::vector<double>{3}, mean));
   EXPECT_FALSE(bootstrap_by_cluster(std::vector<double>{1, 2, 3}, std::vector<uint64_t>{7, 7, 7}, mean));
   EXPECT_TRUE(bootstrap_by_cluster(std::vector<double>{1, 2, 3}, std::vector<uint64_t>{7, 7, 8}, mean));

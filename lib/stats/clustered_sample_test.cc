@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-TEST(ClusteredSample, EqualsTheStatisticOfTheCopiedValues) {
+TEST(ClusteredSample, EqualsTheStatisticOfTheConcatenatedValues) {
   PhiloxStream random(3, 0);
   for (int trial = 0; trial < 200; ++trial) {
     const size_t n = 1 + random.below(40);
@@ -35,7 +35,7 @@ TEST(ClusteredSample, EqualsTheStatisticOfTheCopiedValues) {
   }
 }
 
-TEST(ClusteredSample, IntervalsAreThoseOfTheCopyingBootstrap) {
+TEST(ClusteredSample, IntervalsEqualThoseOfTheGenericBootstrap) {
   PhiloxStream random(4, 0);
   std::vector<double> values;
   std::vector<uint64_t> label;
@@ -119,7 +119,7 @@ TEST(ClusteredSample, TakesSumsFromElsewhere) {
   EXPECT_DOUBLE_EQ(sample.quantile(both, 0.5), 2);
 }
 
-TEST(ClusteredSample, OneClusterHasNoIntervalAndNothingIsRefused) {
+TEST(ClusteredSample, OneClusterHasNoIntervalAndAnEmptySampleIsRefused) {
   const std::vector<double> values{1, 2, 3};
   const SampleSummary summary = summarize_sample(ClusteredSample(values, std::vector<uint64_t>{5, 5, 5}));
   EXPECT_DOUBLE_EQ(summary.median.value, 2);

@@ -35,7 +35,7 @@ RatioChange change_of(const std::vector<PairedSample>& samples) {
   return ratio_of_means(pointers);
 }
 
-TEST(RatioOfMeans, AFactorIsFoundExactlyWhateverTheErrorsAre) {
+TEST(RatioOfMeans, AFactorIsFoundExactlyForAnyErrors) {
   PhiloxStream random(1, 0);
   const RatioChange up =
       change_of({sample(random, 0, 6, 1e-3, 1.1, false), sample(random, 1, 6, 50, 1.1, false)});
@@ -57,7 +57,7 @@ TEST(RatioOfMeans, OneSampleIsTheRatioEstimatorOfCochran) {
   EXPECT_EQ(change.p.value(), 0.5);                   // t = 2: 0.18, but two cases changed: 2^(1 - 2)
 }
 
-TEST(RatioOfMeans, SidesThatChangePlacesChangeTheSignAlone) {
+TEST(RatioOfMeans, ExchangingTheSidesChangesOnlyTheSign) {
   PhiloxStream random(2, 0);
   PairedSample there = sample(random, 0, 8, 1, 1.2, true), back = there;
   for (PairedCase& one : back.cases) std::swap(one.base, one.fresh);
@@ -97,7 +97,7 @@ TEST(RatioOfMeans, HasNominalSizeForRedrawnErrorsAndFindsPlantedOnes) {
   EXPECT_GE(n_found, 950);
 }
 
-TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
+TEST(RatioOfMeans, FrameEffectsCommonToAllSeedsAreNotSignificant) {
   // In all seeds, each frame is better or worse by its own factor, as after a change of the order of points.
   int n_false = 0;
   for (int draw = 0; draw < 1000; ++draw) {
@@ -138,7 +138,7 @@ namespace {
 using Values = std::vector<double>;
 using Labels = std::vector<uint64_t>;
 
-TEST(PairedComparison, SeesWhatPairingRemoves) {
+TEST(PairedComparison, PairingRemovesCommonVariation) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   Values differences;
@@ -157,7 +157,7 @@ TEST(PairedComparison, SeesWhatPairingRemoves) {
   EXPECT_EQ(c.n_used, 50);
 }
 
-TEST(PairedComparison, TestsTheMeansOfTheClusters) {
+TEST(PairedComparison, TestsUseTheMeansOfTheClusters) {
   const Values differences = {1, 3, -2, 0, 4, 4, 1, -1};
   const Labels seeds = {7, 7, 2, 2, 9, 9, 5, 5};  // means by label: -1, 0, 2, 4
   const Values means = {-1, 0, 2, 4};
@@ -173,7 +173,7 @@ TEST(PairedComparison, TestsTheMeansOfTheClusters) {
   EXPECT_EQ(*compare_pairs(differences, seeds, {}, PairedTest::sign_flip).p, sign_flip_test(means).p);
 }
 
-TEST(PairedComparison, SaysNothingOfTheSpreadOfOneCluster) {
+TEST(PairedComparison, OneClusterHasNoIntervalAndNoTest) {
   const PairedComparison c = compare_pairs(Values{1, 2}, Labels{3, 3});
   EXPECT_FALSE(c.interval || c.detectable);
   EXPECT_EQ(*c.p, 1);
@@ -182,7 +182,7 @@ TEST(PairedComparison, SaysNothingOfTheSpreadOfOneCluster) {
   EXPECT_THROW(compare_pairs(Values{1, 2}, Labels{1}), InternalError);
 }
 
-TEST(PairedComparison, HolmCorrectsThoseOfAFamilyThatHaveAP) {
+TEST(PairedComparison, HolmCorrectsTheTestsWithAPValue) {
   PairedComparison a, b, untested;
   a.p = 0.02;
   b.p = 0.03;

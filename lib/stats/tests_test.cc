@@ -57,7 +57,7 @@ TEST(Wilcoxon, UsesTheCorrectedNormalForLargeSamples) {
   EXPECT_NEAR(test.p, 0.10789014311267978, 1e-12);
 }
 
-TEST(Wilcoxon, AllZerosSayNothing) {
+TEST(Wilcoxon, AllZerosGiveAPValueOfOne) {
   const WilcoxonTest test = wilcoxon_test(Values{0, 0, 0});
   EXPECT_EQ(test.n_used, 0);
   EXPECT_EQ(test.p, 1);
@@ -175,7 +175,7 @@ TEST(Tests, RefuseEmptyAndNonFiniteSamples) {
   EXPECT_THROW(sign_flip_test(Values(20, 1.0), 0), Error);
 }
 
-TEST(HodgesLehmann, IntervalIsWhatTheTestDoesNotReject) {
+TEST(HodgesLehmann, IntervalContainsTheShiftsThatTheTestAccepts) {
   const std::vector<double> x = {1.1, 2.7, 3.2, 4.9, 5.3}, y = {0.2, 0.9, 1.7, 2.2, 2.6};
   const auto interval = hodges_lehmann_interval(x, y, 0.95);
   ASSERT_TRUE(interval);
@@ -226,7 +226,7 @@ TEST(ChangePoints, ExactSeriesChangeWhereTheyStep) {
   EXPECT_THAT(change_points(std::vector<double>{1}, 0.5), IsEmpty());
 }
 
-TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
+TEST(ChangePoints, FindsAStepOfFourSigmaAndNoneInNoise) {
   int n_false = 0, n_found = 0;
   for (uint64_t draw = 1; draw <= 50; ++draw) {
     PhiloxStream random(draw, 0);
@@ -248,7 +248,7 @@ TEST(ChangePoints, OneDisturbedValueIsNoChange) {
   EXPECT_THAT(change_points(values, 1), IsEmpty());
 }
 
-TEST(ChangePoints, RefusesWhatIsNotFinite) {
+TEST(ChangePoints, RefusesValuesThatAreNotFinite) {
   EXPECT_THROW(change_points(std::vector<double>{1, NAN}, 0.1), Error);
   EXPECT_THROW(change_points(std::vector<double>{1, 2}, -1), Error);
 }

@@ -67,7 +67,7 @@ TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
   }
 }
 
-TEST(NoiseSlope, RefusesWhatHasNoSlope) {
+TEST(NoiseSlope, RefusesDataWithoutASlope) {
   EXPECT_THROW(slope_of(Values{1, 1, 1}, Values{1, 2, 3}, Labels{1, 2, 3}), Error);
   EXPECT_THROW(slope_of(Values{1}, Values{1}, Labels{1}), Error);
   EXPECT_THROW(slope_of(Values{1, NAN}, Values{1, 2}, Labels{1, 1}), Error);
@@ -117,7 +117,7 @@ TEST(MinimumDetectableEffect, IsFoundWithTheStatedPower) {
 }
 
 // chi2.ppf([.025, .975], 600) / 100.
-TEST(NeesInterval, IsThatOfChiSquare) {
+TEST(NeesInterval, EqualsTheQuantilesOfChiSquare) {
   const Interval interval = nees_interval(100, 6);
   EXPECT_NEAR(interval.low, 5.340185504659327, 1e-8);
   EXPECT_NEAR(interval.high, 6.697691522164112, 1e-8);

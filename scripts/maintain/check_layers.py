@@ -8,8 +8,7 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 3. Only TRUTH_READERS include sextant/truth/ directly.
 4. No file of TRUTH_FREE reaches sextant/truth/, not even through other headers: an estimator that can see
    the ground truth cannot be evaluated with it.
-5. Only the files in DOORS do what can harm: parse JSON (its limits are in base/json.h), run a program, create files and
-   folders.
+5. Only the files in ENTRY_POINTS parse JSON (its limits are in base/json.h), run a program, or create files and folders.
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
@@ -17,8 +16,11 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
    read typed rows: no cell is compared with a text, none is found by its number.
 9. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
 10. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
+11. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
+12. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
 
-Tests (*_test.cc, *testing.h) are exempt from all but the last two. Exit codes: 0 clean, 1 violations, 2 usage.
+Tests (*_test.cc, *testing.h) are exempt from 1 to 7. LANGUAGE_EXEMPT lists the folders that do not follow 10 and 11 yet.
+Exit codes: 0 clean, 1 violations, 2 usage.
 """
 
 import argparse
@@ -104,7 +106,7 @@ TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*",
 ONE_A_FOLDER = ["registry.h", "registry.cc", "main.cc"]
 
 # What -> (pattern, files that may).
-DOORS = {
+ENTRY_POINTS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
     "runs a program": (re.compile(r"(?:\b(?:popen|posix_spawnp?|exec[lv]p?e?)|::(?:system|fork))\s*\("),
@@ -157,6 +159,24 @@ READERS_WITHIN = {
     "read_image": "adapters vkitti1 and vkitti2", "parse_field": "every trajectory format of numbers",
 }
 
+# Words of 10 -> the terms of the field. The words part, subject and limit are left out: a pattern cannot distinguish their
+# private meanings from the ordinary ones.
+PRIVATE_WORDS = {
+    r"rooms?|houses?": "module", r"doors?": "entry point", r"strangers?": "untrusted input, third-party file",
+    r"halves of (?:a|the) bod\w+": "split-half consistency", r"limit of (?:the )?accuracy": "Cramer-Rao lower bound",
+    r"what holds them": "prior that regularises weakly observable directions", r"packs?": "correspondence cache",
+    r"tells?|told": "report, print; determine", r"said": "given, requested", r"anew": "again; resampled",
+}
+NO_SUBJECT = re.compile(r"(?:that|those|what|whether|the same|of)\b", re.IGNORECASE)
+LANGUAGE_EXEMPT = ["eval/cli/*", "eval/diagnosis/*", "eval/evaluation/*", "eval/examples/*", "eval/fuzz/*", "eval/gate/*",
+                   "eval/report/*", "eval/reproduce/*", "eval/view/*", "eval/workflow/*", "docs/architecture.md",
+                   "docs/evaluate.md", "docs/method.md", "docs/reproduction.md", "docs/scenes/README.md"]
+# Words in a meaning of their own: the houses of synthetic streets, and the content of a file that marks a folder.
+ORDINARY_WORDS = {"datasets/synthetic/*": r"houses?", "eval/experiment/pack.cc": r"packs?"}
+_WORDS = re.compile("|".join(rf"(?<![\w./-])(?:{word})(?![\w-])" for word in PRIVATE_WORDS), re.IGNORECASE)
+_COMMENT_OR_STRING = re.compile(r'(?P<comment>//[^\n]*)|"(?P<string>(?:\\.|[^"\\\n])*)"')
+_PYTHON_TEXT = re.compile(r'"""(?P<string>.*?)"""|(?P<comment>#[^\n]*)|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+
 _READER = re.compile(r"\b((?:decode|parse|read)_\w+)\(\s*(?:std::string_view|(?:const )?std::string|ByteSource"
                      r"|(?:const )?(?:std::filesystem|fs)::path|(?:const )?std::vector<(?:std::filesystem|fs)::path)\b")
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
@@ -204,16 +224,16 @@ def read_tree(root):
                 continue
             text = path.read_text(encoding="utf-8")
             includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
-            doors = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in DOORS.items()
+            uses = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in ENTRY_POINTS.items()
                      if name not in users for m in pattern.finditer(text)]
             if matches(name, REPORTS):
                 doors += report_problems(text, names)
             if path.suffix == ".h":
-                doors += [(text.count("\n", 0, m.start()) + 1,
-                           f"{m.group(1)}() reads files of strangers and has no target in {TARGETS}")
+                uses += [(text.count("\n", 0, m.start()) + 1,
+                           f"{m.group(1)}() reads untrusted files and has no target in {TARGETS}")
                           for m in _READER.finditer(text)
                           if m.group(1) not in READERS_WITHIN and not re.search(rf"\b{m.group(1)}\b", targets)]
-            files[name] = (path.relative_to(root).as_posix(), includes, doors)
+            files[name] = (path.relative_to(root).as_posix(), includes, uses)
     return files
 
 
@@ -231,6 +251,48 @@ def thread_problems(root):
         module = re.search(r"sextant_module\(\w+(?! THREADS)[\s)]", listing.read_text(encoding="utf-8"))
         if module and any(STARTS_THREADS.search(source.read_text(encoding="utf-8")) for source in listing.parent.glob("*.cc")):
             yield f"{listing.relative_to(root)}: a source starts threads: expected 'sextant_module(NAME THREADS ...'"
+
+
+def texts(path, text):
+    """(line, text) of the comments and messages of a file; strings without a blank are names, keys or formats. Of a
+    document: its lines without code."""
+    if path.suffix == ".md":
+        text = re.sub(r"^```.*?^```|`[^`\n]*`", lambda match: "\n" * match[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
+        yield from enumerate(text.splitlines(), 1)
+        return
+    for match in (_PYTHON_TEXT if path.suffix == ".py" else _COMMENT_OR_STRING).finditer(text):
+        found = match["comment"] or match["string"] or ""
+        if match["comment"] or " " in found:
+            yield text.count("\n", 0, match.start()) + 1, found
+
+
+def comments_without_subject(text):
+    """(line, text) of the comments that begin with a word of NO_SUBJECT; a comment continues over lines of one kind."""
+    before = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        match = re.match(r"(\s*///?(?!<)|.*///<)\s*(?:----\s*)?(.*)", line)
+        kind = match[1] if match else ""
+        if match and kind != before and NO_SUBJECT.match(match[2]):
+            yield number, match[2]
+        before = "" if "///<" in kind or (match and not match[2]) else kind
+
+
+def language_problems(root):
+    for top in ("lib", "datasets", "eval", "docs"):
+        for path in sorted((root / top).rglob("*")):
+            name = path.relative_to(root).as_posix()
+            if path.suffix not in (".h", ".cc", ".py", ".md") or matches(name, LANGUAGE_EXEMPT) or "/example" in name:
+                continue
+            text = path.read_text(encoding="utf-8")
+            ordinary = [word for pattern, word in ORDINARY_WORDS.items() if fnmatch.fnmatchcase(name, pattern)]
+            for line, words in texts(path, text):
+                for match in _WORDS.finditer(words):
+                    if not any(re.fullmatch(word, match[0], re.IGNORECASE) for word in ordinary):
+                        term = next(t for w, t in PRIVATE_WORDS.items() if re.fullmatch(w, match[0], re.IGNORECASE))
+                        yield f"{name}:{line}: '{match[0]}' is a private word: write {term}"
+            if path.suffix == ".h":
+                for line, comment in comments_without_subject(text):
+                    yield f"{name}:{line}: a comment begins with its subject, got '{comment[:40]}'"
 
 
 def path_to_truth(files, start):
@@ -251,13 +313,13 @@ def path_to_truth(files, start):
 
 def check(root):
     files = read_tree(root)
-    problems = [*test_problems(root), *thread_problems(root)]
+    problems = [*test_problems(root), *thread_problems(root), *language_problems(root)]
     first = {}
-    for name, (path, includes, doors) in files.items():
+    for name, (path, includes, uses) in files.items():
         file = name.rpartition("/")[2]
         if first.setdefault(file, path) != path and file not in ONE_A_FOLDER:
             problems.append(f"{path}: there is {first[file]} too: give one a name that says what it is")
-        problems += [f"{path}:{line}: {what}" for line, what in doors]
+        problems += [f"{path}:{line}: {what}" for line, what in uses]
         folder = folder_of(name)
         if folder not in LAYERS:
             problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/maintain/check_layers.py")
@@ -314,9 +376,9 @@ def self_test():
         ("relative include", "lib/geometry/se3.h", "../base/error.h", "write project includes"),
         ("missing header", "lib/geometry/se3.h", "sextant/base/no.h", "no such header"),
         ("unknown folder", "lib/extra/extra.h", "sextant/base/error.h", "has no place"),
-        ("another door for JSON", "eval/report/table.h", 'base/x"\nauto j = Json::parse(text);//', "parses JSON"),
+        ("another entry point for JSON", "eval/report/table.h", 'base/x"\nauto j = Json::parse(text);//', "parses JSON"),
         ("a reader that nothing fuzzes", "lib/geometry/se3.h", 'base/x"\nint decode_x(std::string_view bytes);//',
-         "decode_x() reads files of strangers and has no target"),
+         "decode_x() reads untrusted files and has no target"),
         ("a name twice", "eval/gate/table.h", "sextant/base/error.h", "there is eval/gate/table.h too"),
         ("a test in a folder of others", "lib/noise/depth_test.cc", 'base/x"\nauto folder = testing::TempDir();//',
          "TempFolder (base/testing.h) is the test's own"),
@@ -329,6 +391,11 @@ def self_test():
         ("a cell compared with a text", "eval/report/table.h", 'base/error.h"\nbool b = row == Cell("no");//',
          "compares a cell"),
         ("a cell by its number", "eval/report/table.h", 'base/error.h"\nauto cell = row[5];//', "by its number"),
+        ("a private word", "lib/base/error.h", 'base/x"\n// Files of strangers.//', "'strangers' is a private word"),
+        ("a private word in a message", "lib/base/error.h", 'base/x"\nauto a = "as the file said";//', "'said' is a private"),
+        ("a private word in a document", "docs/a.md", "a room of its own", "'room' is a private word"),
+        ("a comment without a subject", "lib/base/error.h", 'base/x"\n/// Whether it is one.//', "begins with its subject"),
+        ("a member without a subject", "lib/base/error.h", 'base/x"\nint a = 0;  ///< of the image//', "begins with its subject"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

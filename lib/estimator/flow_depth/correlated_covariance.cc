@@ -70,7 +70,7 @@ SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k
     score.derivative[offset] = Lanes{0, 0, by_offset, -now / k.bf};
     const double weight = kernel.weight(q);
     n_seen += 1;
-    slope += weight + kernel.bend(q) / (now > 0 ? 3 : 2);
+    slope += weight + kernel.curvature_term(q) / (now > 0 ? 3 : 2);
     score.residual = weight * Lanes{points.error_u(i) * k.per_u, points.error_v(i) * k.per_v,
                                     k.per_depth * (s - points.column(FlowDepthData::measured)[i]),
                                     now * (c - points.column(FlowDepthData::measured_curr)[i])};
@@ -203,22 +203,23 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   Vector6d by_offset = across;
   MotionPrior prior;
   Vector6d to_mean = Vector6d::Zero();
-  Matrix6d pull = Matrix6d::Zero();
+  Matrix6d of_prior = Matrix6d::Zero();
   if ((is_weak || !lower_factor(information.total - information.errors)) &&
       has_weak_directions(information)) {
     const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, *L, weights, of_each);
     to_mean = measured.step;
-    prior = hold_weak_directions(SE3::exp(to_mean) * X, information, measured.information,
+    prior = weak_direction_prior(SE3::exp(to_mean) * X, information, measured.information,
                                  gradient + (information.total - information.errors) * to_mean, scores.size(),
                                  parts.correlate() ? Scores::correlated : Scores::independent);
     if (prior.holds()) {
       // The prior's mean has errors too, from the errors of the same points.
-      pull = prior.precision * prior.covariance;
-      add(to * pull * *L, measured.scores, scores);
-      by_offset += pull * *L * measured.equations.curvature.col(offset).head<6>();
+      of_prior = prior.precision * prior.covariance;
+      add(to * of_prior * *L, measured.scores, scores);
+      by_offset += of_prior * *L * measured.equations.curvature.col(offset).head<6>();
     }
   }
-  const std::optional<Matrix6d> L_all = lower_factor(information.total + pull * prior.precision.transpose());
+  const std::optional<Matrix6d> L_all =
+      lower_factor(information.total + of_prior * prior.precision.transpose());
   const Eigen::LLT<Matrix6d> curvature(information.total - information.errors + prior.precision);
   if (!L_all || curvature.info() != Eigen::Success) return out;
   Vector6d step = Vector6d::Zero();

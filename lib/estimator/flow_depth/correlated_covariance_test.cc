@@ -109,7 +109,7 @@ TEST(CorrelatedErrors, SumsOverNodesAreSumsOverPairs) {
   }
 }
 
-TEST(CorrelatedErrors, AreSumsOfSquaresWhateverThePoints) {
+TEST(CorrelatedErrors, ArePositiveSemiDefiniteForAnyPoints) {
   for (const int n : {1, 2, 7, 300}) {
     for (const double width_px : {0.0, 2.0, 1e5}) {
       const ScoreMatrix sum =
@@ -158,8 +158,8 @@ MeanVariances mean_variances(const std::vector<Part>& parts, double independent,
     Vector6d g = Vector6d::Zero();
     for (const ErrorScore& p : points) {
       for (int a = 0; a < 6; ++a) {
-        const Lanes pull = p.derivative[a] * p.residual;
-        g[a] += sum_of_lanes(&pull);
+        const Lanes products = p.derivative[a] * p.residual;
+        g[a] += sum_of_lanes(&products);
         for (int b = 0; b < 6; ++b) {
           const Lanes product = p.derivative[a] * p.derivative[b];
           H(a, b) += sum_of_lanes(&product);
@@ -193,7 +193,7 @@ TEST(CorrelatedErrors, VariancesAreFoundInTheResidualsOfAFit) {
 }
 
 // The cost of always including them: a part of independent errors is attributed to correlation.
-TEST(CorrelatedErrors, IndependentErrorsCountAsCorrelatedInPart) {
+TEST(CorrelatedErrors, IndependentErrorsArePartlyAttributedToCorrelation) {
   const MeanVariances mean = mean_variances({}, 1, ones, 200);
   for (int channel = 0; channel < 3; ++channel) {
     EXPECT_NEAR(mean.independent[channel], 0.6, 0.15) << channel;
@@ -237,7 +237,7 @@ INSTANTIATE_TEST_SUITE_P(, CovarianceOption,
                          [](const auto& test) { return std::string(test.param); });
 
 // joint_flow_depth also weights the points by the correlation.
-TEST_P(CovarianceOption, LeavesPointsAndTheMotionOfOthersAsTheyAre) {
+TEST_P(CovarianceOption, ChangesNeitherPointsNorMotionOfOtherEstimators) {
   const auto random = correlated_problem(1, smooth);
   const MotionEstimate independent = estimate(random, "independent");
   const MotionEstimate correlated = estimate(random, "correlated");
@@ -303,7 +303,7 @@ TEST(CorrelatedWeights, GetMoreFromTheSamePoints) {
             0.8);
 }
 
-TEST(CorrelatedWeights, CostLittleWhereErrorsAreIndependentAndNobodySaysSo) {
+TEST(CorrelatedWeights, CostLittleForUndeclaredIndependentErrors) {
   EXPECT_NEAR(squared_error_by_weights([](unsigned seed) {
                 return make_random_problem(seed, {.n_points = 400, .delta_d_px = 0.2});
               }),
@@ -322,7 +322,7 @@ TEST(CorrelatedCovariance, DeclaredIndependenceIsTakenAtItsWord) {
 }
 
 // The disparities have a common offset, which moves each half of the points differently.
-TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
+TEST(SplitNees, DetectsErrorsMissingFromTheCovariance) {
   const auto mean = [](bool noisy_as_declared) {
     const auto estimator = make_estimator("joint_flow_depth", Json{{"covariance", "independent"}});
     double sides = 0, cells = 0;
@@ -365,7 +365,7 @@ TEST(SplitNees, IsRightWhereErrorsCorrelate) {
   EXPECT_NEAR(cells, 6, 1.2);
 }
 
-TEST(SplitNees, TooFewPointsHaveNone) {
+TEST(SplitNees, TooFewPointsHaveNoResult) {
   const auto random = make_random_problem(1, {.n_points = 5});
   const auto estimator = make_estimator("joint_flow");
   MotionEstimate whole;

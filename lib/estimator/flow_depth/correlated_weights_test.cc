@@ -76,7 +76,7 @@ struct Literal {
   }
 };
 
-TEST(CorrelatedWeights, AreThoseOfTheFullCovarianceWithACellForEveryPoint) {
+TEST(CorrelatedWeights, EqualTheFullCovarianceWithACellForEveryPoint) {
   // At most 24 cells: 16 of this side contain the points, at their centres except for a common shift.
   constexpr double width = 3 * 40;
   const double side = (2 * width + std::sqrt(4 * width * width * 24)) / (2 * 23);
@@ -168,7 +168,7 @@ TEST(PositiveDefiniteSystem, AgreesWithEigen) {
   }
 }
 
-TEST(PositiveDefiniteSystem, RefusesWhatIsNotPositiveDefinite) {
+TEST(PositiveDefiniteSystem, RefusesIndefiniteMatrices) {
   for (const int n : {1, 4, 6, 30}) {
     const Eigen::MatrixXd B = Eigen::MatrixXd::Random(n, n_right);
     Eigen::MatrixXd A = random_matrix(n, 0.1);

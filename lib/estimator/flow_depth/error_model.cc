@@ -253,15 +253,15 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   }
   // Kinds that are not determined get the mean correlation of the others.
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  double told = 0;
+  double n_determined = 0;
   for (int a = 0; a < n_parts; a += 2) {
     if (!among[a]) continue;
     mean += x.segment<2>(a);
-    told += 1;
+    n_determined += 1;
   }
-  for (size_t c = 0; c < n_lanes && told > 0; ++c) {
+  for (size_t c = 0; c < n_lanes && n_determined > 0; ++c) {
     const int a = 2 * kind_of[c];
-    const Eigen::Vector2d own = among[a] ? Eigen::Vector2d(x.segment<2>(a)) : mean / told;
+    const Eigen::Vector2d own = among[a] ? Eigen::Vector2d(x.segment<2>(a)) : mean / n_determined;
     out.independent[c] = own[0];
     out.correlated[c] = own[1];
   }

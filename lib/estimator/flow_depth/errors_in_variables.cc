@@ -165,7 +165,7 @@ bool has_weak_directions(const DepthInformation& information) {
   return at.determined && at.lambda[0] <= strong;
 }
 
-MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
+MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& information,
                                  const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
                                  Scores scores) {
   constexpr double three_sigma2 = 9;
@@ -217,7 +217,7 @@ MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLe
   previous.delta_d_curr_px = 0;
   evaluate_points(data, *mean, previous);
   const DepthInformation measured = depth_information(data, *mean, previous, kernel);
-  return hold_weak_directions(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
+  return weak_direction_prior(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
                               data.n_used(), Scores::independent);
 }
 

@@ -59,7 +59,7 @@ enum class Scores { independent, correlated };
 /// Returns the prior that regularises weakly observable directions towards `mean`; its precision is 0 in all
 /// other directions. `information`: of the structured estimate; `measured`: of the mean, which treats
 /// n_points depths as exact; `gradient`: of the structured cost at the mean.
-MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
+MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& information,
                                  const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
                                  Scores scores);
 

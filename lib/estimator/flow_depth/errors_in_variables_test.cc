@@ -22,11 +22,11 @@ MotionPrior hold(double lambda, double measured, double gradient, Scores scores)
   const DepthInformation of_mean{measured * Matrix6d::Identity(), Matrix6d::Zero()};
   Vector6d along = Vector6d::Zero();
   along[0] = gradient;
-  return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
+  return weak_direction_prior(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
 }
 
 // The noise appears larger than the relief, so that the cost alone has no minimum in this direction.
-TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
+TEST(WeakDirections, UseThePriorWithoutSignificantRelief) {
   for (const Scores scores : {Scores::independent, Scores::correlated}) {
     for (const double lambda : {-3.0, -0.2, 0.0}) {
       for (const double measured : {1.0, 0.3, 0.01}) {  // also with an imprecise mean
@@ -48,20 +48,20 @@ TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
 
 // The squared bias is the squared difference, 4 here, minus the part explained by its variance, 2: all of it
 // for independent errors, a tenth of it for correlated ones.
-TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
+TEST(WeakDirections, BiasFollowsFromTheDifferenceOfTheEstimates) {
   constexpr double lambda = 0.5, difference = 2;
   DepthInformation of_mean = with_lambda(lambda);
   of_mean.total *= 0.5;
   Vector6d gradient = Vector6d::Zero();
   gradient[0] = lambda * difference;
   const auto bias2 = [&](Scores scores) {
-    return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, gradient, n_points, scores).bias(0, 0);
+    return weak_direction_prior(SE3(), with_lambda(lambda), of_mean, gradient, n_points, scores).bias(0, 0);
   };
   EXPECT_NEAR(bias2(Scores::independent), 2, 1e-12);
   EXPECT_NEAR(bias2(Scores::correlated), 3.8, 1e-12);
 }
 
-TEST(WeakDirections, AreNotHeldWhereTheStructuredEstimateIsNoWorse) {
+TEST(WeakDirections, HaveNoPriorIfTheStructuredEstimateIsAsGood) {
   EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::independent).holds());
   EXPECT_FALSE(hold(0.9, 0.5, 1, Scores::correlated).holds());
 }

@@ -128,7 +128,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
         curv_curr = curv_curr > Real(0.1) * info_curr ? curv_curr : Real(0.1) * info_curr;
       }
       if (!d.refine || d.as_measured || step == last_step) break;
-      const L bend = Real(-2) * m.t[2] * iw;  // u''/u' = v''/v' = s'''/s''
+      const L second_over_first = Real(-2) * m.t[2] * iw;  // u''/u' = v''/v' = s'''/s''
       L along = eu * us * d.info_u + ev * vs * d.info_v;
       L gauss_newton = us * us * d.info_u + vs * vs * d.info_v + curv;
       if constexpr (both) {
@@ -136,7 +136,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
         gauss_newton += curv_curr * cs * cs;
       }
       const L first = along + slope;
-      const L second = gauss_newton + bend * along;
+      const L second = gauss_newton + second_over_first * along;
       const L next = s - first / (second > Real(0.3) * gauss_newton ? second : gauss_newton);
       const L low = Real(0.3) * s;
       const L high = Real(3) * s;

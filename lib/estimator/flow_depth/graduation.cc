@@ -38,7 +38,7 @@ double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& ke
     const double q = data.q(i);
     const double w = kernel.weight(q);
     square += w * w * q * per_d;
-    slope += w + kernel.bend(q) * per_d;
+    slope += w + kernel.curvature_term(q) * per_d;
     ++n;
   }
   return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;

@@ -150,7 +150,7 @@ double mean_nees(const RandomProblemOptions& problem, const JointFlowDepthOption
 }
 
 // 6 n degrees of freedom: standard error sqrt(2 / (6 n)) = 1.3 % for 2000 problems; 95 % within 2.5 %.
-TEST(JointFlowDepth, CovarianceIsHonest) {
+TEST(JointFlowDepth, CovarianceIsConsistent) {
   const RandomProblemOptions problem{.n_points = 120, .delta_d_px = 0.2};
   JointFlowDepthOptions options = with(Robust::none, 0.3, 0.3, 0.2);
   EXPECT_NEAR(mean_nees(problem, options, 2000), 1, 0.026);
@@ -162,7 +162,7 @@ TEST(JointFlowDepth, CovarianceIsHonest) {
   EXPECT_NEAR(mean_nees({.n_points = 1500, .delta_d_px = 0.2}, options, 100), 0.14, 0.05);
 }
 
-TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {
+TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsConsistent) {
   const RandomProblemOptions problem{.n_points = 200, .delta_d_px = 0.2};
   EXPECT_NEAR(mean_nees(problem, with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2), 300), 1, 0.12);
 }
@@ -226,7 +226,7 @@ TEST(JointFlowDepth, FarFlatBodiesAreNoWorseThanWithJointFlow) {
 // The covariance includes the bias that the data cannot exclude, which is large if the relief is not
 // significant. This object does not rotate and has no bias, so the covariance is conservative. Standard error
 // of 300 trials: 3.3 %.
-TEST(JointFlowDepth, CovarianceOfFarFlatBodiesHoldsWhatTheyErrBy) {
+TEST(JointFlowDepth, CovarianceOfFarFlatBodiesIsConservative) {
   for (const double relief_m : {0.2, 0.8, 1.5}) {
     const double nees = estimate_far_cars(JointFlowDepth({}), relief_m, 0).nees;
     EXPECT_GT(nees, 0.6) << relief_m;
@@ -235,7 +235,7 @@ TEST(JointFlowDepth, CovarianceOfFarFlatBodiesHoldsWhatTheyErrBy) {
   EXPECT_LT(estimate_far_cars(JointFlowDepth({}), 2.5, 0.05).nees, 1.25);
 }
 
-TEST(JointFlowDepth, AFarBodyThatTurnsIsNotDrawnToOneThatDoesNot) {
+TEST(JointFlowDepth, RotationOfAFarBodyIsNotSuppressedByThePrior) {
   const double turn = 3 * 3.14159265 / 180;
   const FarCars ours = estimate_far_cars(JointFlowDepth({}), 2.5, turn);
   const FarCars joint = estimate_far_cars(JointFlow({}), 2.5, turn);
@@ -256,7 +256,7 @@ TEST(JointFlowDepth, SameOptimumAsCeresWithAPrior) {
   }
 }
 
-TEST(JointFlowDepth, ReadmitsWhatTheStartLeftOut) {
+TEST(JointFlowDepth, ReadmitsInliersMissedByTheStart) {
   RandomProblem random = make_random_problem(5, {.n_points = 300, .delta_d_px = 0.2});
   for (size_t i = 0; i < 300; i += 2) random.start.inliers[i] = 0;
   for (const Robust robust : {Robust::none, Robust::huber, Robust::geman_mcclure_gnc}) {
@@ -267,7 +267,7 @@ TEST(JointFlowDepth, ReadmitsWhatTheStartLeftOut) {
   }
 }
 
-TEST(JointFlowDepth, WrongFlowsDoNotBendTheMotion) {
+TEST(JointFlowDepth, OutliersDoNotBiasTheMotion) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     RandomProblemOptions options{.n_points = 600, .delta_d_px = 0.1};
     options.outlier_share = 0.5;

@@ -36,7 +36,7 @@ TEST(RobustScale, GrossErrorsDoNotCountIfItBeginsWithGoodValues) {
 }
 
 // Samples of 1500 points, a quarter of which are correct.
-TEST(NoiseLevels, OfTheFewRightPoints) {
+TEST(NoiseLevels, AreEstimatedFromTheFewCorrectPoints) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const RandomProblem random = make_random_problem(seed, {.n_points = 3000,
                                                             .flow_noise_px = 0.3,
@@ -56,7 +56,7 @@ TEST(NoiseLevels, OfTheFewRightPoints) {
   }
 }
 
-TEST(NoiseLevels, DeclaredOnesStay) {
+TEST(NoiseLevels, DeclaredLevelsAreKept) {
   const RandomProblem random = make_random_problem(1, {.n_points = 300, .delta_d_px = 0.2});
   LevelSample sample(RoughFlowDepthData(FlowDepthData(random.problem)), random.start);
   const NoiseLevels levels = estimate_noise_levels(sample, LevelsOf::all, random.T_curr_prev, {0.7, 0, 0.4});

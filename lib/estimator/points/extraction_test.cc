@@ -152,7 +152,7 @@ TEST(ExtractFramePair, ObjectPointsAreEveryThirdPixelThatLandsOnAnInstance) {
   }
 }
 
-TEST(ExtractFramePair, KnowsWhatAppearsAndWhatIsLost) {
+TEST(ExtractFramePair, ReportsAppearingAndLostInstances) {
   Frame prev = make_frame(0);
   Frame curr = make_frame(1);
   fill(prev.mask, 30, 30, 60, 60, 7);

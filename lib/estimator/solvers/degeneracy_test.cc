@@ -127,7 +127,7 @@ TEST(Degeneracy, WeakButHealthyBodiesAreEstimated) {
   }
 }
 
-TEST(Degeneracy, ConditionIsThatOfTheCovariance) {
+TEST(Degeneracy, ConditionEqualsThatOfTheCovariance) {
   const auto random = make_random_problem(1, {.n_points = 200});
   for (const EstimatorEntry& entry : estimators()) {
     const MotionEstimate estimate = entry.make(Json::object())->estimate(random.problem, random.start);
@@ -137,7 +137,7 @@ TEST(Degeneracy, ConditionIsThatOfTheCovariance) {
   }
 }
 
-TEST(Degeneracy, MeasurementsThatAreNoneDoNotCount) {
+TEST(Degeneracy, InvalidMeasurementsAreIgnored) {
   auto random = make_random_problem(2, {.n_points = 100});
   Correspondences& p = random.problem.points;
   p.flow_u[3] = NAN, p.depth[5] = 0, p.depth[7] = -4, p.depth[11] = INFINITY, p.v[13] = INFINITY;
@@ -304,7 +304,7 @@ TEST(Degeneracy, RandomFramePairsThroughThePipeline) {
   }
 }
 
-TEST(Degeneracy, ACovarianceThatLeavesTheMotionOpenIsNoEstimate) {
+TEST(Degeneracy, ACovarianceThatDoesNotDetermineTheMotionGivesNoEstimate) {
   MotionEstimate estimate;
   estimate.status = Status::ok;
   estimate.covariance = Matrix6d::Identity();

@@ -44,7 +44,7 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
                              double rounding = 1e-12) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   // bound on third over second derivatives (1/m, 1/rad), for the error after a Newton step
-  constexpr double bend = 1e3;
+  constexpr double third_over_second = 1e3;
   SolverResult result;
   result.T_curr_prev = start;
   NormalEquations at = accumulate(start);
@@ -64,7 +64,8 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
     }
     const SE3 candidate = SE3::exp(step) * result.T_curr_prev;
     const double step_size = step.cwiseAbs().maxCoeff();
-    const double error = at.is_exact ? std::min(step_size, bend * step_size * step_size) : step_size;
+    const double error =
+        at.is_exact ? std::min(step_size, third_over_second * step_size * step_size) : step_size;
     if (error < options.step_tolerance && candidate.is_finite()) {
       // predicted, without another evaluation
       at.cost += at.gradient.dot(step) + 0.5 * step.dot(at.hessian * step);

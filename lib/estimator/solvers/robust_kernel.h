@@ -66,25 +66,25 @@ struct RobustKernel {
   }
   double weight(double q) const {
     if (kind == Kind::huber) return huber(q).weight;
-    const double share = shrinking(q);
+    const double share = root_weight(q);
     return kind == Kind::geman_mcclure ? share * share : 1;
   }
   /// Returns 2 q rho''(q): the reduction of the curvature along the residual compared to IRLS.
-  double bend(double q) const {
+  double curvature_term(double q) const {
     if (kind == Kind::huber) return huber(q).inside ? 0 : -huber(q).weight;
-    const double share = shrinking(q);
+    const double share = root_weight(q);
     return kind == Kind::geman_mcclure ? -4 * share * share * (1 - share) : 0;
   }
   /// Returns rho''(q).
   double weight_slope(double q) const {
     if (kind == Kind::huber) return huber(q).inside ? 0 : -0.5 * huber(q).weight / q;
-    const double share = shrinking(q);
+    const double share = root_weight(q);
     return kind == Kind::geman_mcclure ? -2 * share * share * share / (scale * scale) : 0;
   }
 
  private:
   HuberAt<double> huber(double q) const { return {Huber<double>(1, scale), q}; }
-  double shrinking(double q) const { return scale * scale / (scale * scale + q); }
+  double root_weight(double q) const { return scale * scale / (scale * scale + q); }
 };
 
 // Closed form of the joint problem (docs/method.md), whose terms have Huber's kernel h (robust_kernel.h) with

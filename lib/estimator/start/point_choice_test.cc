@@ -41,7 +41,7 @@ double rms_error_m(const RandomProblemOptions& problem, double threshold_px, Ref
 /// Noise of the background in the paper's Table II, applied to both axes.
 constexpr RandomProblemOptions noisy{.n_points = 1500, .flow_noise_px = 1.34};
 
-TEST(PointChoice, InliersAndAllAreWhatTheySay) {
+TEST(PointChoice, InliersAndAllSelectAsDocumented) {
   RandomProblem random = make_random_problem(1, noisy);
   random.problem.points.depth[7] = NAN;
   random.problem.points.flow_u[8] = INFINITY;

@@ -156,7 +156,7 @@ TEST(P3P, FindsWhatOpenCvFinds) {
   EXPECT_LT(more, 500);
 }
 
-TEST(P3P, DegenerateTrianglesGiveNothingThatIsNotFinite) {
+TEST(P3P, DegenerateTrianglesGiveFiniteSolutionsOrNone) {
   const Eigen::Vector3d a(0, 0, 5), b(1, 0, 5), c(2, 0, 5);
   const auto ray = [](const Eigen::Vector3d& p) { return p.normalized(); };
   for (const auto& points : {std::array{a, a, a}, std::array{a, a, b}, std::array{a, b, c},
