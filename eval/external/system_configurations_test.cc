@@ -70,6 +70,16 @@ TEST_F(SystemConfigurations, VdoSlamBeforeAndAfterTheFinalBatch) {
   EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
 }
 
+TEST_F(SystemConfigurations, VdoSlamFrontEndWithoutTheFinalBatch) {
+  offer_program("VDO_SLAM", "output=$3\n[ $VDO_FRONT_ONLY = 1 ] && mkdir $output/front\n"
+                            "cp $here/camera.txt $here/obj_1.txt $here/times.txt $output/front");
+  last_ = run_with("external:" + configuration("vdo_slam_front.json"));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_THAT(estimators(), ElementsAre("VDO_SLAM 9d33024.front"));
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_LT(worst("ego", "Et_m"), 1e-9);
+}
+
 TEST_F(SystemConfigurations, OrbSlam2HasOnlyCameraResults) {
   setenv("ORB_SLAM2_VOCABULARY", "/words", 1);
   offer_program("ORB_SLAM2", "mode=$1 vocabulary=$2 settings=$3 input=$4 output=$5\n" +

@@ -227,7 +227,7 @@ def read_tree(root):
             uses = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in ENTRY_POINTS.items()
                      if name not in users for m in pattern.finditer(text)]
             if matches(name, REPORTS):
-                doors += report_problems(text, names)
+                uses += report_problems(text, names)
             if path.suffix == ".h":
                 uses += [(text.count("\n", 0, m.start()) + 1,
                            f"{m.group(1)}() reads untrusted files and has no target in {TARGETS}")
