@@ -31,7 +31,7 @@ _MEASUREMENT = ["base", "geometry", "measurement"]
 _ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
               "estimator/estimators", "estimator"]
 _DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
-_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html"]
+_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/paper", "eval/report/claims", "eval/report/html"]
 LAYERS = {
     "base": [],
     "geometry": ["base"],
@@ -63,6 +63,7 @@ LAYERS = {
     "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
     "eval/report/html": ["base", "eval/records", "eval/report"],
     "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
+    "eval/report/paper": ["base", "stats", "eval/records", "eval/report", "eval/report/html", "eval/report/tables"],
     "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
     "eval/export": ["base", "metrics", "eval/records"],
     "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
@@ -73,10 +74,10 @@ LAYERS = {
                                                "eval/report"],
     "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
                                                               "eval/diagnosis", "eval/logs"],
-    "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
+    "eval/reproduce": ["base", "datasets/codec", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
     "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
-                      "eval/report", "eval/report/html", "eval/reproduce"],
+                      "eval/report", "eval/report/html", "eval/report/paper", "eval/reproduce"],
     "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check",
                  "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
                  "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",
