@@ -2,6 +2,7 @@
 
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
+#include "sextant/eval/report/paper/renderings.h"
 #include "sextant/eval/workflow/report_output.h"
 
 namespace sextant {
@@ -23,8 +24,11 @@ void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
     fmt::print("{}", json_text(Json{{"report", made.report.string()}, {"verdicts", verdicts}}));
     return;
   }
-  for (const VerdictLine& line : document.verdicts) {
-    if (!flags.quiet) fmt::print("{:<18} {}\n", line.verdict, line.subject);
+  if (!flags.quiet) {
+    fmt::print("{}\n\n", wrapped(document.abstract, 100));
+    for (const VerdictLine& line : document.verdicts) fmt::print("{:<18} {}\n", line.verdict, line.subject);
+    for (const PaperLayout& table : made.tables) fmt::print("\n{}", to_text(table, false));
+    fmt::print("{}\n", verdict_signs);
   }
   fmt::print("Report: {}\nVerdicts: {}\n", made.report.string(), count_verdicts(document.verdicts));
 }

@@ -116,7 +116,7 @@ std::string citation() {
 std::string to_markdown(const ReportDocument& document) {
   std::string text =
       fmt::format("# {}\n\n{}\n\n", markdown_text(document.title), markdown_text(document.abstract));
-  text += verdicts_markdown(document.verdicts);
+  text += document.lead.markdown + verdicts_markdown(document.verdicts);
   for (const ReportSection& section : document.sections) text += section_markdown(section);
   if (!document.provenance.empty()) text += "## Provenance\n\n";
   for (const auto& [key, value] : document.provenance)

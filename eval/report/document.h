@@ -4,6 +4,7 @@
 // in html/html.h. Same document, same bytes.
 //
 //   DIR/report.html, report.md
+//   DIR/details.html                              where sections are details; report.md has all sections
 //   DIR/tables/<name>.md .tex .csv .json
 //   DIR/figures/<name>.svg .pdf .png .gp .csv     drawn by gnuplot
 //   DIR/pictures/<name>.png                       overlays on images
@@ -61,6 +62,13 @@ struct Picture {
   std::string png;     ///< bytes; of pages that stand for themselves JPEG too
   std::string link{};  ///< where the picture leads
   bool small = false;  ///< stands beside others
+  std::string jpeg{};  ///< bytes for the page, smaller; empty: the page has `png` too
+};
+
+/// Markup that the program has made, all text in it escaped.
+struct Fragment {
+  std::string html, markdown;
+  std::string style, script;  ///< of the page
 };
 
 struct ReportSection {
@@ -73,13 +81,16 @@ struct ReportSection {
   std::vector<std::string> commands{};  ///< for a shell, one line each; below the paragraphs
   std::vector<Explorer> explorers{};    ///< above pictures and figures; report.html alone has them
   bool in_summary = false;              ///< the page has it folded below the summary's lines already
+  bool is_detail = false;               ///< stands on details.html, beside the page
 };
 
 struct ReportDocument {
   std::string title;
   std::string abstract;  ///< one paragraph
+  Fragment lead{};       ///< between the abstract and the summary
   std::vector<VerdictLine> verdicts;
   std::vector<ReportSection> sections;
+  std::string details_abstract{};  ///< one paragraph, of details.html
   std::vector<std::pair<std::string, std::string>> provenance;
   std::string citation;  ///< BibTeX; see citation()
 };

@@ -19,19 +19,24 @@ struct Compiled {
   std::string words;
 };
 
-/// A two-column page with this body; none where pdflatex is not installed.
-inline std::optional<Compiled> compile_latex(const std::string& body) {
+/// A whole document; none where pdflatex is not installed.
+inline std::optional<Compiled> compile_latex_document(const std::string& text) {
   if (std::system("command -v pdflatex > /dev/null 2>&1") != 0) return std::nullopt;
   const ScratchFolder scratch("sextant-latex-");
   const std::string folder = scratch.path().string();
-  write_file(folder + "/page.tex",
-             "\\documentclass[twocolumn]{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n"
-             "\\usepackage{booktabs, amsmath, textcomp}\n\\extrafloats{100}\n\\begin{document}\n" +
-                 body + "\\end{document}\n");
+  write_file(folder + "/page.tex", text);
   const std::string command =
       "cd '" + folder + "' && pdflatex -interaction=nonstopmode -halt-on-error page.tex > out.txt 2>&1";
   const int status = std::system(command.c_str());
   return Compiled{status == 0, read_file(folder + "/out.txt")};
+}
+
+/// A two-column page with this body.
+inline std::optional<Compiled> compile_latex(const std::string& body) {
+  return compile_latex_document(
+      "\\documentclass[twocolumn]{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n"
+      "\\usepackage{booktabs, amsmath, textcomp}\n\\extrafloats{100}\n\\begin{document}\n" +
+      body + "\\end{document}\n");
 }
 
 }  // namespace sextant

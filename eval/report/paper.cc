@@ -12,12 +12,8 @@ std::span<const EmbeddedFile> published_files();
 
 namespace {
 
-Json embedded(const std::string& name) {
-  return parse_json(find_entry(published_files(), name, "file").text, "results/published/" + name);
-}
-
 const Json& paper_data() {
-  static const Json data = embedded("zhang2020_data.json");
+  static const Json data = published_json("zhang2020_data.json");
   return data;
 }
 
@@ -36,6 +32,10 @@ bool agrees(const std::string& pattern, const std::string& sequence) {
 
 }  // namespace
 
+Json published_json(const std::string& name) {
+  return parse_json(find_entry(published_files(), name, "file").text, "results/published/" + name);
+}
+
 bool RecordFilter::matches(const Record& record) const {
   return record.dataset == dataset && record.sequence == sequence && record.frame >= first_frame &&
          record.frame <= last_frame;
@@ -53,6 +53,7 @@ Paper::Paper(const Json& values, const Json& data)
   recorded_dataset = recorded.at("dataset").get<std::string>();
   recorded_title = recorded.at("title").get<std::string>();
   recorded_rate_hz = recorded.at("rate_hz").get<double>();
+  stated = data.at("fig_4");
   for (const Json& set : data.at("sets")) {
     RecordFilter filter{set.at("dataset"), set.at("sequence")};
     if (set.contains("frames")) {
@@ -107,13 +108,14 @@ TableText Paper::table(const std::string& number) const {
 Statement Paper::statement(const std::string& claim) const {
   const Json& entry = member(claims_, claim);
   const std::string data = text(entry, "fetch");
-  return {text(entry, "statement"), text(entry, "place"), data.empty() ? "" : fetch(data)};
+  return {text(entry, "statement"), text(entry, "place"), text(entry, "brief"),
+          data.empty() ? "" : fetch(data)};
 }
 
 std::string Paper::fetch(const std::string& data) const { return member(fetch_, data).get<std::string>(); }
 
 const Paper& paper() {
-  static const Paper paper(embedded("zhang2020.json"), paper_data());
+  static const Paper paper(published_json("zhang2020.json"), paper_data());
   return paper;
 }
 

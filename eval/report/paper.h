@@ -42,6 +42,7 @@ struct PaperEstimator {
 /// A statement of the paper, or of ours about it.
 struct Statement {
   std::string statement, place;
+  std::string brief;  ///< in the answer of a reproduction; empty: it is not in the answer
   std::string fetch;  ///< gets the data it needs; empty: the scenarios are enough
 };
 
@@ -63,6 +64,7 @@ struct Paper {
   std::string code_procedure;  ///< the procedure of the published code
   std::string recorded_dataset, recorded_title;  ///< data set of recorded trajectories
   double recorded_rate_hz = 0;
+  Json stated;  ///< by noise parameter: title of a panel of fig. 4, largest errors that the text states
 
   /// The column of the paper for an estimator, whatever procedure its name has behind a comma; none for ours.
   std::optional<std::string> column_of(const std::string& estimator) const;
@@ -100,6 +102,9 @@ struct Paper {
 
 /// The paper that is reproduced, read once from the files that come with the program.
 const Paper& paper();
+
+/// A file of results/published, which come with the program.
+Json published_json(const std::string& name);
 
 /// The number at this path of the published values; none where the paper prints none. Throws Error where the
 /// path does not exist: a misspelt key must not look like a missing value.

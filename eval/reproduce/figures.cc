@@ -3,9 +3,12 @@
 #include <algorithm>
 
 #include "sextant/base/files.h"
+#include "sextant/datasets/codec/jpeg.h"
+#include "sextant/datasets/codec/png.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figures/record_figures.h"
+#include "sextant/eval/report/paper/layout.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/published_rows.h"
@@ -16,9 +19,14 @@ namespace {
 
 using Sections = std::vector<PlacedSection>;
 
+constexpr int page_quality = 85;  // of JPEG pictures on the page; the PNG lies beside it
+
 void add_section(PaperPlace place, const std::string& name, const std::string& heading,
-                 std::vector<Figure> figures, Sections& sections) {
-  if (!figures.empty()) sections.push_back({place, {name, heading, {}, {}, std::move(figures), {}}});
+                 std::vector<Figure> figures, Sections& sections, bool is_detail = true) {
+  if (figures.empty()) return;
+  ReportSection section{name, heading, {}, {}, std::move(figures), {}};
+  section.is_detail = is_detail;
+  sections.push_back({place, std::move(section)});
 }
 
 /// Fig. 1: the picture of a pair, and the tracks from above.
@@ -28,12 +36,16 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& se
     const std::string title = data_title(records.front().dataset, records.front().sequence);
     const std::string tracks = (parts / part->name / "tracks.csv").string();
     ReportSection section{part->name + "-section", "Fig. 1: " + title};
+    const std::string png = read_file(parts / part->name / "overlay.png");
     section.pictures = {
-        {part->name + "-picture",
-         "Static features with a quarter of their flow; moving objects with their points, outline, "
-         "estimated and true speed.",
-         "Camera image with static features on the background and the outlines of moving objects",
-         read_file(parts / part->name / "overlay.png")}};
+        {.name = part->name + "-picture",
+         .caption = "Static features with a quarter of their flow; moving objects with their points, "
+             "outline, "
+                    "estimated and true speed.",
+         .alt = "Camera image with static features on the background and the outlines of moving objects",
+         .png = png,
+         .link = "pictures/" + part->name + "-picture.png",
+         .jpeg = encode_jpeg(decode_png_rgb(png, "overlay.png"), page_quality)}};
     section.figures = showcase_figures(title, parse_tracks(read_file(tracks), tracks), records);
     for (Figure& figure : section.figures) figure.name = part->name + "_" + figure.name;
     sections.push_back({PaperPlace::fig_1, std::move(section)});
@@ -61,6 +73,7 @@ void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& l
   add_record_links(levels, record_places(folders, {part.sweep}), parts.parent_path() / "report", table);
   section.tables.push_back({"fig_4_" + part.name, std::move(table), {"dataset", "sequence"}});
   section.figures = noise_level_figures(levels);
+  section.is_detail = true;
   sections.push_back({PaperPlace::fig_4, std::move(section)});
 }
 
@@ -89,6 +102,18 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
     if (!set.bodies.empty()) sets.push_back(std::move(set));
   }
   return sets;
+}
+
+/// The sets of the part that is nearest to the paper's data and has the paper's method.
+std::vector<RecordSet> nearest_sets(const Evidence& evidence) {
+  const EvidencePart* nearest = nullptr;
+  for (const EvidencePart* part : evidence.with(PartRole::sets)) {
+    const auto has_method = [](const Record& record) { return record.estimator == paper().method; };
+    if (!std::ranges::any_of(part->records, has_method)) continue;
+    const auto rank = [](const EvidencePart& p) { return data_nearness(p.records.front().dataset); };
+    if (nearest == nullptr || rank(*part) < rank(*nearest)) nearest = part;
+  }
+  return nearest == nullptr ? std::vector<RecordSet>() : paper_record_sets(*nearest);
 }
 
 std::vector<CameraPath> recorded_paths(const fs::path& folder, const std::string& sequence) {
@@ -136,6 +161,7 @@ void add_classification(const EvidencePart& part, Sections& sections) {
   add_addresses("estimator", std::vector(table.rows.size(), records_of_part(part.name)), table);
   section.tables.push_back({"tests_" + part.name, std::move(table), {"dataset"}});
   section.figures = std::move(figures);
+  section.is_detail = true;
   sections.push_back({PaperPlace::ours, std::move(section)});
 }
 
@@ -145,19 +171,29 @@ std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence
   Sections sections;
   add_showcases(parts, evidence, sections);
   std::vector<NoiseLevelRow> all_levels;
+  std::vector<std::vector<NoiseLevelRow>> sweeps;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {
     const NoisePart shown = with_systems(*part, evidence);
     std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
     add_noise_levels(parts, levels, shown, sections);
-    std::ranges::move(levels, std::back_inserter(all_levels));
+    all_levels.insert(all_levels.end(), levels.begin(), levels.end());
+    sweeps.push_back(std::move(levels));
   }
+  std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
+    return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
+  });
+  add_section(PaperPlace::fig_4, "fig4", "Fig. 4: error against depth and flow "
+      "noise", paper_noise_figures(sweeps), sections,
+              false);
   std::vector<RecordSet> sets;
   for (const EvidencePart* part : evidence.with(PartRole::sets))
     std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
-  add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation", epe_figures(sets),
-              sections);
+  add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation",
+              paper_epe_figures(nearest_sets(evidence)), sections, false);
+  add_section(PaperPlace::fig_5, "fig5_estimators", "Fig. 5, by estimator "
+      "(ours)", epe_figures(sets), sections);
   add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
-              top_view_figures(recorded_views(parts / "recorded")), sections);
+              top_view_figures(recorded_views(parts / "recorded")), sections, false);
   add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",
               attribution_figures(attribution_paths(evidence)), sections);
   add_section(PaperPlace::ours, "distributions", "Distribution of the errors (ours)",

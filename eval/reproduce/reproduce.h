@@ -15,7 +15,9 @@
 
 #include "sextant/eval/experiment/pack.h"
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/evidence.h"
+#include "sextant/eval/report/paper/page.h"
 #include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
@@ -33,7 +35,19 @@ struct ReproduceConfig {
 void run_parts(const ReproduceConfig& config);
 
 /// The report of what is in config.out. Throws Error where nothing is.
-ReportDocument reproduction_document(const ReproduceConfig& config);
+struct ReproductionReport {
+  ReportDocument document;
+  std::vector<PaperLayout> tables;     ///< as the paper prints them
+  std::vector<PrintedFigure> figures;  ///< of paper.html, all in the document
+};
+ReproductionReport reproduction_report(const ReproduceConfig& config);
+
+// ---- the answer: what holds, what does not and why, what was not measured and what would measure it,
+// in at most 120
+// words.
+
+std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
+                             const std::vector<PaperLayout>& tables);
 
 // ---- by what, on which machine and from which inputs the records of a report were made: from the run.json of its
 // parts. Same folders, same lines.

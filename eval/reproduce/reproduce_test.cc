@@ -1,6 +1,10 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
+#include <iterator>
+#include <regex>
+#include <sstream>
+
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -45,7 +49,7 @@ class ReproduceTest : public testing::Test {
   fs::path part_file(const std::string& part, const std::string& name = "records.jsonl") const {
     return config_.out / "parts" / part / name;
   }
-  OutputFiles report() const { return report_folder(reproduction_document(config_), {false, 1}); }
+  OutputFiles report() const { return report_folder(reproduction_report(config_).document, {false, 1}); }
 
   TempFolder folder_;
   std::string source_;
@@ -62,24 +66,73 @@ TEST_F(ReproduceTest, ReportsWhatWasMeasuredAndWhatIsMissing) {
   EXPECT_THAT(files.at("tables/claims.csv"), HasSubstr("parts/noise/records.jsonl"));
 }
 
-TEST_F(ReproduceTest, OpensWithTheAnswerThenClaimsOneRowEach) {
+TEST_F(ReproduceTest, OpensWithTheAnswerAndTheTablesOfThePaper) {
   run_parts(config_);
-  const ReportDocument document = reproduction_document(config_);
-  size_t n_claims = 0, n_figures = 0;
-  for (const VerdictLine& line : document.verdicts) {
-    n_claims += line.group == "Claims";
-    n_figures += line.figures.size();
-    EXPECT_TRUE(line.figures.empty() || line.group == "Tables of the paper") << line.subject;
-  }
+  const ReproductionReport report = reproduction_report(config_);
+  size_t n_claims = 0;
+  for (const VerdictLine& line : report.document.verdicts) n_claims += line.group == "Claims";
   EXPECT_EQ(n_claims, claims().size());
-  EXPECT_GE(n_figures, 1U);  // Table IV has published values of the sample
-  const std::string html = report_page(document, 1);
-  EXPECT_LT(html.find("answer_table_4_ego_motion"), html.find("<h3>Claims</h3>"));
-  EXPECT_LT(html.find("<h3>Claims</h3>"), html.find("id=\"table_1_classification\""));
-  EXPECT_LT(html.find("id=\"table_1_classification\""), html.find("id=\"table_2_flow_error\""));
-  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // folded above
-  EXPECT_THAT(html, HasSubstr("measured by: scripts/fetch vkitti1 --rgb --depth --flow --masks &amp;&amp; sextant reproduce"));
-  EXPECT_THAT(html, HasSubstr("<a href=\"../parts/demo/records.jsonl\">"));
+  const OutputFiles files = report_folder(report.document, {true, 1});
+  const std::string& html = files.at("report.html");
+  EXPECT_LT(html.find(report.document.abstract.substr(0, 12)), html.find("id=\"paper_table_1\""));
+  EXPECT_LT(html.find("id=\"paper_table_1\""), html.find("id=\"paper_table_2\""));
+  EXPECT_LT(html.find("id=\"paper_table_5\""), html.find("<h3>Claims</h3>"));
+  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // folded in the summary
+  EXPECT_EQ(html.find("id=\"table_1_classification\""), std::string::npos);
+  EXPECT_THAT(html, HasSubstr("href=\"details.html#table_1_classification\""));
+  EXPECT_THAT(html, HasSubstr("run: scripts/fetch vkitti1 --rgb --depth --flow --masks &amp;&amp; "
+      "sextant reproduce"));
+  const std::string& details = files.at("details.html");
+  EXPECT_LT(details.find("id=\"table_1_classification\""), details.find("id=\"table_2_flow_error\""));
+  EXPECT_THAT(details, HasSubstr("answer_table_4_ego_motion"));
+  EXPECT_THAT(details, HasSubstr("<a href=\"../parts/demo/records.jsonl\">"));
+  EXPECT_THAT(paper_page("t", "a", report.tables, report.figures, files), HasSubstr("<figcaption>Fig. 4"));
+}
+
+TEST_F(ReproduceTest, TheAnswerHasAtMost120Words) {
+  run_parts(config_);
+  const ReproductionReport report = reproduction_report(config_);
+  std::vector<CheckedClaim> checked;
+  for (const Claim& claim : claims()) checked.push_back({&claim, {}});
+  const auto n_words = [&] {
+    std::istringstream words(answer_paragraph(checked, report.tables));
+    return std::distance(std::istream_iterator<std::string>(words), {});
+  };
+  EXPECT_THAT(answer_paragraph(checked, report.tables), HasSubstr("Not measured: tables I"));
+  for (CheckedClaim& claim : checked) claim.results.emplace_back().verdict = Verdict::reproduced;
+  EXPECT_THAT(answer_paragraph(checked, report.tables), HasSubstr("choice of points"));
+  EXPECT_LE(n_words(), 120);
+  for (size_t i = 0; i < checked.size(); ++i)
+    if (!checked[i].claim->brief.empty()) checked[i].results.front().verdict = static_cast<Verdict>(i % 3);
+  EXPECT_LE(n_words(), 120) << answer_paragraph(checked, report.tables);
+}
+
+/// Pages of the PDF that Chromium prints of a page; none without Chromium.
+std::optional<size_t> printed_pages(const std::string& html, const fs::path& folder) {
+  if (std::system("command -v chromium > /dev/null 2>&1") != 0) return std::nullopt;
+  write_file(folder / "paper.html", html);
+  const std::string command = fmt::format(
+      "chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+          "--disable-background-networking "
+      "--user-data-dir='{0}/profile' --no-pdf-header-footer --print-to-pdf='{0}/paper.pdf' "
+          "'file://{0}/paper.html' "
+      "> '{0}/out.txt' 2>&1",
+      folder.string());
+  EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder / "out.txt");
+  const std::string pdf = read_file(folder / "paper.pdf");
+  static const std::regex page(R"(/Type\s*/Page\b)");
+  return std::distance(std::sregex_iterator(pdf.begin(), pdf.end(), page), {});
+}
+
+TEST_F(ReproduceTest, PrintsOnAtMostFourPages) {
+  run_parts(config_);
+  const ReproductionReport report = reproduction_report(config_);
+  const OutputFiles files = report_folder(report.document, {true, 1});
+  const std::string html = paper_page("t", report.document.abstract, report.tables, report.figures, files);
+  const std::optional<size_t> n = printed_pages(html, folder_.path());
+  if (!n) GTEST_SKIP() << "no chromium: install it to run this test";
+  EXPECT_GE(*n, 1U);
+  EXPECT_LE(*n, 4U);
 }
 
 TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
@@ -112,7 +165,7 @@ TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
 TEST_F(ReproduceTest, SaysByWhatAndFromWhatTheRecordsWereMade) {
   run_parts(config_);
   std::map<std::string, std::string> provenance;
-  for (const auto& [key, value] : reproduction_document(config_).provenance) provenance[key] = value;
+  for (const auto& [key, value] : reproduction_report(config_).document.provenance) provenance[key] = value;
   EXPECT_THAT(provenance.at("libraries"), HasSubstr("OpenCV"));
   EXPECT_THAT(provenance.at("machine"), HasSubstr("cores"));
   EXPECT_THAT(provenance.at("part noise"), HasSubstr("3 seeds; "));
@@ -174,10 +227,10 @@ TEST_F(ReproduceTest, AnotherPlanProgramOrInputRunsAgain) {
 }
 
 TEST_F(ReproduceTest, AFolderWithoutRecordsIsRefused) {
-  EXPECT_THROW(reproduction_document(config_), Error);
+  EXPECT_THROW(reproduction_report(config_).document, Error);
   config_.parts.erase(config_.parts.begin(), config_.parts.begin() + 2);
   run_parts(config_);
-  EXPECT_THROW(reproduction_document(config_), Error);
+  EXPECT_THROW(reproduction_report(config_).document, Error);
 }
 
 TEST(ReproductionParts, HavePlansThatAreRead) {

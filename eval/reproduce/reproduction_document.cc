@@ -74,16 +74,18 @@ Table data_table(const Json& data, const Evidence& evidence) {
 }
 
 /// What the summary says of a table of the paper.
-VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table) {
+VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table,
+                         const std::vector<PaperLayout>& layouts) {
   std::vector<std::string> verdicts;
-  for (const PaperRow& row : table.rows) {
-    if (!row.verdict().empty()) verdicts.push_back(row.verdict());
+  const auto layout = std::ranges::find(layouts, entry.number, &PaperLayout::number);
+  for (const LayoutRow& row : layout->versions.front().rows) {
+    for (const auto& cell : row.cells)
+      for (const LayoutValue& value : cell)
+        if (value.published && !value.verdict.empty()) verdicts.push_back(value.verdict);
   }
-  const bool judged = !verdicts.empty() || table.rows.empty();
-  VerdictLine line{paper().table(entry.number).title, judged ? joint_verdict(verdicts) : "measured",
-                   judged ? answer_text(table.rows) : "no published values", "#" + entry.name};
+  VerdictLine line{paper().table(entry.number).title, joint_verdict(verdicts), answer_text(table.rows),
+                   "#" + entry.name};
   line.group = "Tables of the paper";
-  if (auto figure = answer_figure(entry.name, table)) line.figures.push_back(std::move(*figure));
   return line;
 }
 
@@ -95,15 +97,20 @@ VerdictLine verdict_line(const PaperTable& entry, const Table& ours) {
   return line;
 }
 
-std::vector<PlacedSection> paper_table_sections(const Evidence& evidence,
-                                                std::vector<VerdictLine>& verdicts) {
+/// The long tables and the figures of their answers: details of the page.
+std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
+                                               const std::vector<PublishedTable>& published,
+                                               const std::vector<PaperLayout>& layouts,
+                                               std::vector<VerdictLine>& verdicts) {
   std::vector<PlacedSection> sections;
   for (const PaperTable& entry : paper_tables()) {
     const TableText text = paper().table(entry.number);
     Table shown;
+    std::vector<Figure> figures;
     if (entry.published) {
-      PublishedTable table = entry.published(evidence);
-      verdicts.push_back(verdict_line(entry, table));
+      PublishedTable table = *std::ranges::find(published, entry.number, &PublishedTable::number);
+      verdicts.push_back(verdict_line(entry, table, layouts));
+      if (auto figure = answer_figure(entry.name, table)) figures.push_back(std::move(*figure));
       for (PaperRow& row : table.rows) row.command = measuring_line(text.fetch);
       shown = table.table();
     } else {
@@ -115,36 +122,61 @@ std::vector<PlacedSection> paper_table_sections(const Evidence& evidence,
       section.paragraphs.push_back("The paper measured on: " + text.data +
                                    ". To get what is public of it: " + text.fetch + ".");
     }
+    section.figures = std::move(figures);
     section.tables.push_back({entry.name, std::move(shown), entry.split_by});
+    section.is_detail = true;
     sections.push_back({entry.place, std::move(section)});
   }
   return sections;
 }
 
+/// Figures of the paper's numbers that the page itself shows, in the paper's order.
+std::vector<PrintedFigure> printed_figures(const std::vector<PlacedSection>& sections) {
+  std::vector<PrintedFigure> figures;
+  for (const PlacedSection& placed : sections) {
+    if (placed.section.is_detail || placed.place == PaperPlace::ours) continue;
+    for (const Figure& figure : placed.section.figures)
+      figures.push_back({placed.place, figure.caption, figure.name, figure.width_cm});
+  }
+  return figures;
+}
+
 }  // namespace
 
-ReportDocument reproduction_document(const ReproduceConfig& config) {
+ReproductionReport reproduction_report(const ReproduceConfig& config) {
   const Json data = read_data_json(config.out);
   const Evidence evidence = read_evidence(config);
   const std::vector<CheckedClaim> checked = check_claims(evidence);
-  ReportDocument document;
+  std::vector<PublishedTable> published;
+  for (const PaperTable& entry : paper_tables())
+    if (entry.published) published.push_back(entry.published(evidence));
+  ReproductionReport report;
+  report.tables = paper_layouts(published);
+  ReportDocument& document = report.document;
   document.title = "Reproduction of Robust Ego and Object 6-DoF Motion Estimation and Tracking";
-  document.abstract =
-      "Every table, figure and claim of the paper (Zhang, Henein, Mahony, Ila, IROS 2020), "
-      "rebuilt from records beside the published values.";
-  std::vector<PlacedSection> sections = paper_table_sections(evidence, document.verdicts);
+  document.abstract = answer_paragraph(checked, report.tables);
+  document.lead = paper_fragment(report.tables);
+  document.details_abstract =
+      "The long tables behind report.html, one row a measured value, and our "
+      "own forms of the figures.";
+  std::vector<PlacedSection> sections =
+      long_table_sections(evidence, published, report.tables, document.verdicts);
   std::ranges::move(figure_sections(config.out / "parts", evidence, config.jobs),
                     std::back_inserter(sections));
   std::ranges::stable_sort(sections, {}, &PlacedSection::place);
+  report.figures = printed_figures(sections);
   for (PlacedSection& placed : sections) document.sections.push_back(std::move(placed.section));
   std::ranges::move(claim_verdicts(checked, "#claims"), std::back_inserter(document.verdicts));
-  ReportSection claims{"claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}};
+  ReportSection claims{
+      "claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}};
   claims.in_summary = true;
   document.sections.insert(document.sections.begin(), std::move(claims));
-  document.sections.push_back({"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}});
+  ReportSection measured{"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}};
+  measured.is_detail = true;
+  document.sections.push_back(std::move(measured));
   document.provenance = reproduction_provenance(config.out / "parts", evidence);
   document.citation = citation();
-  return document;
+  return report;
 }
 
 }  // namespace sextant

@@ -42,9 +42,14 @@ ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const Met
 Reproduction reproduce(const ReproduceConfig& config, bool report_only) {
   const FolderLock lock(config.out);
   if (!report_only) run_parts(config);
-  Reproduction made{.document = reproduction_document(config), .report = {}};
+  const ReproductionReport report = reproduction_report(config);
+  Reproduction made{.document = report.document, .tables = report.tables, .report = {}};
   const std::filesystem::path folder = make_folder_below(config.out, "report");
-  write_output_folder(folder, report_folder(made.document, {true, config.jobs, config.quiet}));
+  OutputFiles files = report_folder(made.document, {true, config.jobs, config.quiet});
+  files["paper.html"] =
+      paper_page(made.document.title, made.document.abstract, report.tables, report.figures, files);
+  files.merge(paper_files(report.tables));
+  write_output_folder(folder, files);
   made.report = folder / "report.html";
   return made;
 }

@@ -31,7 +31,8 @@ ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const Met
 /// into config.out/report. Throws Error on bad data, Interrupted on Ctrl-C: the same call resumes.
 struct Reproduction {
   ReportDocument document;
-  std::filesystem::path report;  ///< report.html
+  std::vector<PaperLayout> tables;  ///< as the paper prints them
+  std::filesystem::path report;     ///< report.html
 };
 Reproduction reproduce(const ReproduceConfig& config, bool report_only);
 

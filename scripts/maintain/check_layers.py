@@ -35,7 +35,7 @@ _MEASUREMENT = ["base", "geometry", "measurement"]
 _ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
               "estimator/estimators", "estimator"]
 _DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
-_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html"]
+_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/paper", "eval/report/claims", "eval/report/html"]
 LAYERS = {
     "base": [],
     "geometry": ["base"],
@@ -67,6 +67,7 @@ LAYERS = {
     "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
     "eval/report/html": ["base", "eval/records", "eval/report"],
     "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
+    "eval/report/paper": ["base", "stats", "eval/records", "eval/report", "eval/report/html", "eval/report/tables"],
     "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
     "eval/benchmark": ["base", "stats", "metrics", "datasets", "noise", "estimator", "eval/records", "eval/experiment",
                        "eval/report", "eval/report/figures", "eval/report/html"],
@@ -79,10 +80,10 @@ LAYERS = {
                                                "eval/report", "eval/report/figures"],
     "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
                                                               "eval/diagnosis", "eval/logs"],
-    "eval/reproduce": ["base", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
+    "eval/reproduce": ["base", "datasets/codec", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
                        "eval/report"] + _PAPER,
     "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
-                      "eval/report", "eval/reproduce"] + _PAPER,
+                      "eval/report", "eval/report/paper", "eval/reproduce"] + _PAPER,
     "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/benchmark",
                  "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
                  "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",

@@ -28,7 +28,7 @@ PLACES = [
     ["eval/external", None, "eval/experiment", "eval/evaluation", None],
     ["eval/pictures", "eval/view", "eval/records", "eval/export", None],
     [None, "eval/report", None, "eval/gate", None],
-    ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", None],
+    ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", "eval/report/paper"],
     ["eval/workflow", "eval/reproduce", "eval/python", "eval/cli", "eval/fuzz"],
     ["base", None, "geometry", None, "stats"],
 ]

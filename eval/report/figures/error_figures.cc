@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/paper.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 
@@ -198,6 +199,60 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
   figure.caption =
       "Fig. 5, mean end-point error of the flow before and after the optimisation, over inliers, with 95 % "
       "intervals.";
+  return {figure};
+}
+
+std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
+  const std::vector<EpeBar> bars = {{"before", "initial flow", "#999999", paper().method, "epe_initial_px"},
+                                    {"after", "optimised flow", "#0072B2", paper().method,
+                                     "epe_refined_px"}};
+  const Slots slots{bars.size()};
+  std::vector<EpeRow> rows;
+  std::string tics;
+  size_t n = 0;
+  for (const RecordSet& set : sets) {
+    for (const BodyRecords& body : set.bodies) {
+      const size_t n_before = rows.size();
+      for (size_t i = 0; i < bars.size(); ++i) {
+        if (const auto epe_px = mean_epe(of_estimator(body.records, bars[i].estimator), bars[i].key))
+          rows.push_back({set.title, body.title, bars[i].name, slots.x(n, i), *epe_px});
+      }
+      if (rows.size() == n_before) continue;
+      const std::string label = set.title.substr(0, set.title.find(',')) + " " + body.title;
+      tics += fmt::format("{}{} {}", n > 0 ? ", " : "", gp_tic(label), n);
+      ++n;
+    }
+  }
+  if (rows.empty()) return {};
+  Panel panel;
+  panel.settings = fmt::format(
+      "set xrange [-0.6:{}]\nset xtics scale 0 rotate by -25 ({}) noenhanced\nset ylabel \"mean EPE "
+          "[px]\"\nset yrange [0:*]\n",
+      gp_number(static_cast<double>(n) - 0.4), tics);
+  std::vector<LegendEntry> legend;
+  for (const EpeBar& bar : bars) {
+    const std::string style = fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour);
+    const std::string x = only_where({{"stage", bar.name}}, "column(\"x\")");
+    panel.plots.push_back(fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x,
+                                      gp_number(0.9 * slots.width()), style));
+    panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
+    legend.push_back({bar.title, style});
+  }
+  Figure figure;
+  figure.name = "fig5_paper";
+  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
+                           {Column::text("body"), &EpeRow::body},
+                           {Column::text("stage"), &EpeRow::stage},
+                           {Column::text("x"), &EpeRow::x}};
+  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
+             [](const EpeRow& row) { return &row.epe_px; });
+  figure.data = table_of("", "", fields, rows);
+  const PanelLayout layout{
+      .width_cm = 13.0, .panel_height_cm = 5.6, .right_cm = 2.4, .bottom_cm = 1.8, .top_cm = 0.2};
+  set_panels(layout, legend, {panel}, figure);
+  figure.script += "set xtics norotate\n";
+  figure.caption = "Fig. 5: mean end-point error of the initial and of the optimised flow, over "
+      "inliers, with 95 % intervals.";
   return {figure};
 }
 

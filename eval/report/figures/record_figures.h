@@ -25,6 +25,8 @@ namespace sextant {
 //                  at 5 and 95 %; one figure a set
 
 std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets);
+/// Fig. 5 in the paper's form: two bars a body, of the paper's method alone, all sets in one diagram.
+std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets);
 std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets);
 
 // ---- The figures of a noise sweep.
@@ -37,6 +39,11 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets);
 
 /// Rows of one sweep. Nothing where there are fewer than two levels.
 std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& rows);
+
+/// Fig. 4 in the paper's form, one diagram for each noise that the paper swept: E_t of the paper's
+/// method as curves on
+/// the left axis, E_R as bars on the right one; the largest errors that the paper states as dashed lines.
+std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevelRow>>& sweeps);
 
 std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& rows);
 

@@ -1,8 +1,10 @@
 #include "sextant/eval/report/html/html.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <span>
+#include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -54,12 +56,15 @@ std::string paragraph(const std::string& text, const char* css_class = nullptr) 
   return fmt::format("<p class=\"{}\">{}</p>\n", css_class, with_links(text));
 }
 
+constexpr const char* details_page = "details.html";
+
 std::string contents(const ReportDocument& document) {
   std::string html = "<nav aria-label=\"Contents\">\n<ul>\n";
   if (!document.verdicts.empty()) html += "<li><a href=\"#summary\">Summary</a></li>\n";
   for (const ReportSection& section : document.sections) {
     if (!section.in_summary)
-      html += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", section.name, html_escaped(section.heading));
+      html += fmt::format("<li><a href=\"{}#{}\">{}</a></li>\n", section.is_detail ? details_page : "",
+                          section.name, html_escaped(section.heading));
   }
   if (!document.provenance.empty()) html += "<li><a href=\"#provenance\">Provenance</a></li>\n";
   if (!document.citation.empty()) html += "<li><a href=\"#citation\">How to cite</a></li>\n";
@@ -174,7 +179,7 @@ std::string pictures_html(const std::vector<Picture>& pictures) {
   };
   for (const Picture& p : pictures) {
     row(p.small);
-    html += image({p.name, p.png, p.alt, p.caption, p.link});
+    html += image({p.name, p.jpeg.empty() ? p.png : p.jpeg, p.alt, p.caption, p.link});
   }
   row(false);
   return html;
@@ -263,20 +268,21 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
       "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
-      "<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
+      "<title>{0}</title>\n<style>\n{1}{4}</style>\n</head>\n<body>\n"
+      "<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
       html_escaped(document.title),
-      std::string(page_file("page.css")).append(has_explorer(document) ? page_file("explorer.css") : ""), paragraph(document.abstract, "abstract"),
-      contents(document));
-  html += "<main>\n" + summary(document.verdicts, drawn);
+      std::string(page_file("page.css")).append(has_explorer(document) ? page_file("explorer.css") : ""),
+      paragraph(document.abstract, "abstract"), contents(document), document.lead.style);
+  html += "<main>\n" + document.lead.html + summary(document.verdicts, drawn);
   for (const ReportSection& section : document.sections) {
-    if (!section.in_summary) html += section_html(section, drawn);
+    if (!section.in_summary && !section.is_detail) html += section_html(section, drawn);
   }
   html += provenance(document);
   if (!document.citation.empty())
     html += fmt::format(
         "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
         html_escaped(document.citation));
-  html += fmt::format("</main>\n<script>\n{}</script>\n", page_file("sort.js"));
+  html += fmt::format("</main>\n<script>\n{}{}</script>\n", page_file("sort.js"), document.lead.script);
   if (has_explorer(document))
     html += fmt::format("<script>\n{}{}</script>\n", page_file("canvas.js"), page_file("explorer.js"));
   return html + "</body>\n</html>\n";
@@ -339,6 +345,31 @@ void add_table_files(const NamedTable& named, OutputFiles& files) {
   files[stem + ".json"] = json_text(rows_to_json(named.table));
 }
 
+/// The sections that are details, as a document of their own; nothing where there are none.
+std::optional<ReportDocument> details_of(const ReportDocument& document) {
+  ReportDocument details;
+  details.title = document.title + ": details";
+  details.abstract = document.details_abstract;
+  for (ReportSection section : document.sections) {
+    if (!std::exchange(section.is_detail, false)) continue;
+    details.sections.push_back(std::move(section));
+  }
+  return details.sections.empty() ? std::nullopt : std::optional(std::move(details));
+}
+
+/// Links of the summary to sections and tables that are details lead to their page.
+ReportDocument with_details_links(ReportDocument document) {
+  std::set<std::string> names;
+  for (const ReportSection& section : document.sections) {
+    if (!section.is_detail) continue;
+    names.insert("#" + section.name);
+    for (const NamedTable& table : section.tables) names.insert("#" + table.name);
+  }
+  for (VerdictLine& line : document.verdicts)
+    if (names.contains(line.link)) line.link = details_page + line.link;
+  return document;
+}
+
 /// Names of data that differ in signs alone are the same stem: figures after the first get a number.
 ReportDocument with_distinct_figures(ReportDocument document) {
   std::set<std::string> names;
@@ -371,7 +402,8 @@ OutputFiles report_folder(const ReportDocument& given, const ReportFolderOptions
   }
   if (!options.draw_figures) return files;
   OutputFiles drawn = draw(figures_of(document), options.jobs, options.quiet);
-  files["report.html"] = to_html(document, drawn);
+  files["report.html"] = to_html(with_details_links(document), drawn);
+  if (const auto details = details_of(document)) files["details.html"] = to_html(*details, drawn);
   files["report.md"] = to_markdown(document);
   for (auto& [name, bytes] : drawn) files["figures/" + name] = std::move(bytes);
   return files;

@@ -29,7 +29,7 @@ constexpr std::array<Count, 6> counted = {{
 
 struct SequenceRuns {
   std::string sequence;  ///< the paper's, or empty
-  std::string data;
+  std::string data, dataset;
   std::string noise;
   std::string estimator;
   std::string part;
@@ -50,6 +50,7 @@ std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
       if (it == runs.end()) {
         runs.push_back({paper().sequence_of(record.dataset, record.sequence),
                         data,
+                        record.dataset.str(),
                         noise,
                         record.estimator,
                         part->name,
@@ -79,6 +80,7 @@ void add_rows(const std::string& sequence, const Json& published, std::optional<
     row.noise = runs->noise;
     row.estimator = runs->estimator;
     row.data = runs->data;
+    row.dataset = runs->dataset;
     row.records = runs->part;
   }
   for (const Count& count : counted) {

@@ -105,6 +105,7 @@ void add_rows(const std::string& sequence, const std::string& system, const Reco
     row.measured = measure_mean(records, NumberMap::errors, q.error);
     if (!row.measured && !row.published) continue;
     row.data = data;
+    if (!records.empty()) row.dataset = records.front()->dataset.str();
     row.records = part;
     if (q.error == std::string("Et_m")) {
       row.more = {{"Et_rmse_m", floor.rmse_m},

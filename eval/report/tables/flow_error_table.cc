@@ -54,6 +54,7 @@ void add_flow_rows(const Json& published, const RecordRefs& records, const Recor
       if (body != bodies.end()) row.measured = measure_mean(body->second, q.map, q.key);
       if (row.measured) scale(q.factor, *row.measured);
       if (!records.empty()) row.data = data_title(filter);
+      row.dataset = filter.dataset;
       row.records = part;
       table.rows.push_back(std::move(row));
     }

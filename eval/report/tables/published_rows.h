@@ -39,6 +39,7 @@ struct PaperRow {
   std::optional<double> published{};
   std::optional<Measured> measured{};
   std::string data{};     ///< on which it was measured, or what is missing
+  std::string dataset{};  ///< of the records
   std::string records{};  ///< the part
   std::string command{};  ///< would measure it; shown where nothing was measured
   std::map<std::string, std::optional<double>> more{};  ///< cells of the table's own columns, by key

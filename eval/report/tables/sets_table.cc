@@ -31,6 +31,7 @@ bool add_measured(const Json& line, const SetData& data, const EvidencePart& par
       if (of_body) row.measured = measure_mean(*of_body, NumberMap::errors, error);
       if (!row.published && !row.measured) continue;  // a system of the camera alone has no objects
       row.data = data_title(data.filter);
+      row.dataset = data.filter.dataset;
       row.records = part.name;
       table.rows.push_back(std::move(row));
     }

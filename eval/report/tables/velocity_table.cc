@@ -12,7 +12,7 @@ namespace {
 struct GroupRecords {
   RecordRefs with_truth, estimated;
   int first_frame = 0, last_frame = 0;
-  std::string data;
+  std::string data, dataset;
 };
 
 bool is_of(const Json& column, const Record& record) {
@@ -27,6 +27,7 @@ GroupRecords group_records(const EvidencePart& part, const std::string& estimato
     if (group.data.empty()) {
       group.first_frame = record.frame - 1;
       group.data = data_title(record.dataset, record.sequence);
+      group.dataset = record.dataset.str();
     }
     group.last_frame = std::max(group.last_frame, record.frame);
     if (record.is_ego() || !has_truth(record)) continue;
@@ -52,6 +53,7 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
   PaperRow row{.group = column.at("sequence"), .body = column.at("objects"), .estimator = estimator};
   row.records = part;
   if (group != nullptr) row.data = group->data;
+  if (group != nullptr) row.dataset = group->dataset;
   if (group != nullptr && !measured) row.data += ": no moving object of this group within the gates";
   if (group != nullptr && !group->with_truth.empty()) {
     row.more["coverage_percent"] =

@@ -1,0 +1,151 @@
+// Fig. 4 of the paper: error against the noise of depth (left) and of flow (right).
+
+#include <algorithm>
+
+#include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/figures/record_figures.h"
+#include "sextant/eval/report/paper.h"
+
+namespace sextant {
+namespace {
+
+constexpr size_t most_bodies = 4;  // the camera and three objects, as in the paper
+
+/// One body at one level.
+struct LevelMark {
+  std::string panel, body;
+  double level = 0;
+  double bar_x = 0;  ///< beside the bars of the other bodies
+  std::optional<IntervalEstimate> Et_m, ER_deg;
+};
+
+std::optional<IntervalEstimate> mean_error(const NoiseLevelRow& row, const char* error) {
+  const SampleSummary* summary = find_in(row.errors, error);
+  return summary ? std::optional(summary->mean) : std::nullopt;
+}
+
+/// The largest end of the intervals, and what the paper states.
+double top_of(const std::vector<LevelMark>& marks, std::optional<IntervalEstimate> LevelMark::*error,
+              double stated) {
+  double top = stated;
+  for (const LevelMark& mark : marks) {
+    const auto& estimate = mark.*error;
+    if (estimate) top = std::max(top, estimate->interval ? estimate->interval->high : estimate->value);
+  }
+  return top;
+}
+
+std::string stated_line(double at, const char* axis, const std::string& colour) {
+  return fmt::format(
+      "set arrow from graph 0, {1} {0} to graph 1, {1} {0} nohead lc rgb \"{2}\" dt 2 lw "
+      "1\n",
+      gp_number(at), axis, colour);
+}
+
+Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
+               const std::vector<std::string>& bodies, double step) {
+  const Json& stated = paper().stated.at(name);
+  const double Et_m = stated.at("Et_m"), ER_deg = stated.at("ER_deg");
+  Panel panel{stated.at("title"), "", {}};
+  const double low = marks.front().level - step / 2, high = marks.back().level + step / 2;
+  panel.settings = fmt::format(
+      "set border 11\nset xlabel {} noenhanced\nset xrange [{}:{}]\nset ylabel \"mean E_t [m] "
+      "(curves)\" noenhanced\nset yrange [0:{}]\n"
+      "set y2label \"mean E_R [deg] (bars)\" noenhanced\nset y2tics\nset y2range [0:{}]\n",
+      gp_text(parameter_title(name)), gp_number(low), gp_number(high),
+      gp_number(1.15 * top_of(marks, &LevelMark::Et_m, Et_m)),
+      gp_number(1.6 * top_of(marks, &LevelMark::ER_deg, ER_deg)));
+  panel.settings += stated_line(Et_m, "first", "#000000") + stated_line(ER_deg, "second", "#909090");
+  const double width = 0.75 * step / static_cast<double>(bodies.size());
+  for (const bool bars : {true, false}) {
+    for (size_t i = 0; i < bodies.size(); ++i) {
+      const std::string x = only_where({{"panel", name}, {"body", bodies[i]}},
+                                       bars ? "column(\"bar_x\")" : "column(\"level\")");
+      const std::string colour = line_colour(i);
+      if (bars) {
+        panel.plots.push_back(fmt::format(
+            "data using {}:(column(\"ER_deg\")):({}) axes x1y2 with boxes fc rgb \"{}\" fs transparent "
+            "solid 0.3 noborder",
+            x, gp_number(0.9 * width), colour));
+      } else {
+        panel.plots.push_back(interval_plot(x, "Et_low_m", "Et_high_m", colour, 1));
+        panel.plots.push_back(
+            fmt::format("data using {}:(column(\"Et_m\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} "
+                        "ps 0.5",
+                        x, colour, filled_point(i)));
+      }
+    }
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevelRow>>& sweeps) {
+  Figure figure;
+  figure.name = "fig4_paper";
+  std::vector<LevelMark> all;
+  std::vector<Panel> panels;
+  std::vector<std::string> bodies, sources;
+  for (const auto& [parameter, stated] : paper().stated.items()) {
+    const auto sweep = std::ranges::find_if(sweeps, [&](const std::vector<NoiseLevelRow>& rows) {
+      return !rows.empty() && rows.front().parameter == parameter;
+    });
+    if (sweep == sweeps.end()) continue;
+    std::vector<LevelMark> marks;
+    std::vector<std::string> of_panel;
+    for (const NoiseLevelRow& row : *sweep) {
+      if (row.estimator != paper().method || row.noise.find(" (spatial ") != std::string::npos) continue;
+      if (std::ranges::find(of_panel, row.body) == of_panel.end()) of_panel.push_back(row.body);
+      if (of_panel.size() > most_bodies) break;
+      marks.push_back(
+          {parameter, row.body, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
+    }
+    if (marks.empty()) continue;
+    of_panel.resize(std::min(of_panel.size(), most_bodies));
+    double step = marks.back().level;
+    for (size_t i = 1; i < marks.size(); ++i)
+      if (marks[i].level > marks[i - 1].level) step = std::min(step, marks[i].level - marks[i - 1].level);
+    const auto n = static_cast<double>(of_panel.size());
+    for (LevelMark& mark : marks) {
+      const auto place = static_cast<double>(std::ranges::find(of_panel, mark.body) - of_panel.begin());
+      mark.bar_x += (place - (n - 1) / 2) * 0.75 * step / n;
+    }
+    panels.push_back(panel_of(parameter, marks, of_panel, step));
+    if (of_panel.size() > bodies.size()) bodies = of_panel;
+    sources.push_back(fmt::format("{} on {}", stated.at("title").get<std::string>(),
+                                  data_title(sweep->front().dataset, sweep->front().sequence)));
+    std::ranges::move(marks, std::back_inserter(all));
+  }
+  if (panels.empty()) return {};
+  Fields<LevelMark> fields = {{Column::text("panel"), &LevelMark::panel},
+                              {Column::text("body"), &LevelMark::body},
+                              {Column::text("level"), &LevelMark::level},
+                              {Column::text("bar_x"), &LevelMark::bar_x}};
+  fields.add(estimate_fields(Column::text("Et_m"), "Et_low_m", "Et_high_m"), &LevelMark::Et_m);
+  fields.add(estimate_fields(Column::text("ER_deg"), "ER_low_deg", "ER_high_deg"), &LevelMark::ER_deg);
+  figure.data = table_of("", "", fields, all);
+  std::vector<LegendEntry> legend;
+  for (size_t i = 0; i < bodies.size(); ++i)
+    legend.push_back({body_title(bodies[i]), fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} "
+                                                         "ps 0.5",
+                                                         line_colour(i), filled_point(i))});
+  legend.push_back({"paper, E_t", "with lines lc rgb \"#000000\" dt 2 lw 1"});
+  legend.push_back({"paper, E_R", "with lines lc rgb \"#909090\" dt 2 lw 1"});
+  const PanelLayout layout{.columns = panels.size(),
+                           .width_cm = panels.size() == 1 ? 9.0 : 18.0,
+                           .panel_height_cm = 5.8,
+                           .left_cm = 1.9,
+                           .right_cm = 2.0,
+                           .bottom_cm = 1.3};
+  set_panels(layout, legend, panels, figure);
+  figure.script += "unset y2tics\nunset y2label\nunset arrow\n";
+  figure.caption = fmt::format(
+      "Fig. 4: mean error of the joint optimisation against {}. Curves: E_t with 95 % intervals, left "
+      "axis; bars: E_R, right "
+      "axis; dashed: what the paper states as the largest.",
+      fmt::join(sources, ", and "));
+  return {figure};
+}
+
+}  // namespace sextant

@@ -1,0 +1,386 @@
+#include "sextant/eval/report/paper/layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sextant/base/error.h"
+#include "sextant/base/json.h"
+
+namespace sextant {
+namespace {
+
+/// Fields of a PaperRow and the values that they must have.
+using Selector = std::map<std::string, std::string>;
+
+const Json& layout_data() {
+  static const Json data = published_json("zhang2020_layout.json");
+  return data;
+}
+
+const std::map<std::string, std::string PaperRow::*>& selectable() {
+  static const std::map<std::string, std::string PaperRow::*> fields = {
+      {"group", &PaperRow::group},         {"body", &PaperRow::body},         {"noise", &PaperRow::noise},
+      {"estimator", &PaperRow::estimator}, {"quantity", &PaperRow::quantity}, {"data", &PaperRow::data}};
+  return fields;
+}
+
+bool selects(const Selector& selector, const PaperRow& row) {
+  return std::ranges::all_of(selector, [&](const auto& condition) {
+    const auto field = selectable().find(condition.first);
+    if (field == selectable().end()) throw InternalError("layout: no field '" + condition.first + "'");
+    const std::string& value = row.*(field->second);
+    const std::string& wanted = condition.second;
+    return wanted.ends_with('*') ? value.starts_with(wanted.substr(0, wanted.size() - 1)) : value == wanted;
+  });
+}
+
+Selector selector_of(const Json& entry, const char* key = "select") {
+  return entry.value(key, Json::object()).get<Selector>();
+}
+
+/// `more` replaces what both have.
+Selector joined(Selector selector, const Selector& more) {
+  for (const auto& [field, value] : more) selector[field] = value;
+  return selector;
+}
+
+std::string text(const Json& entry, const char* key) { return entry.value(key, std::string()); }
+
+/// Everything that a cell of one version depends on.
+struct CellContext {
+  const PublishedTable& table;
+  const Json& kinds;      ///< of data, the nearest first
+  const Json* only_kind;  ///< null: the nearest that has the value
+  const Json& procedure;
+  const Json& column;
+  const Json& row;
+  std::string system;  ///< estimator of a row below the rule; empty: the column's
+
+  /// What the row of the paper and of every procedure has in common.
+  Selector place(const std::string& quantity) const {
+    Selector place = joined(selector_of(column), selector_of(row));
+    if (!quantity.empty()) place["quantity"] = quantity;
+    return place;
+  }
+};
+
+bool is_of_kind(const PaperRow& row, const Json& kind) {
+  return std::ranges::count(kind.at("datasets"), Json(row.dataset)) > 0;
+}
+
+struct Found {
+  const PaperRow* row = nullptr;
+  const Json* kind = nullptr;
+};
+
+/// The measured row on the nearest data; of several on one kind the one with most pairs.
+Found find_measured(const CellContext& context, const std::string& quantity) {
+  Selector place = joined(context.place(quantity), selector_of(context.procedure));
+  const std::string suffix = text(context.procedure, "procedure");
+  if (!suffix.empty() && place.contains("estimator")) place["estimator"] += ", " + suffix;
+  if (!context.system.empty()) place["estimator"] = context.system;
+  for (const Json& kind : context.kinds) {
+    if (context.only_kind != nullptr && &kind != context.only_kind) continue;
+    Selector here = place;
+    if (context.column.contains("on"))
+      here = joined(here, selector_of(context.column.at("on"), text(kind, "name").c_str()));
+    Found found;
+    for (const PaperRow& row : context.table.rows) {
+      if (!row.measured || !is_of_kind(row, kind) || !selects(here, row)) continue;
+      if (found.row == nullptr || row.measured->n_pairs > found.row->measured->n_pairs) found = {&row, &kind};
+    }
+    if (found.row != nullptr) return found;
+  }
+  return {};
+}
+
+std::optional<double> find_published(const CellContext& context, const std::string& quantity) {
+  if (!context.system.empty()) return std::nullopt;
+  Selector place = context.place(quantity);
+  if (context.column.contains("published"))
+    place = joined({{"quantity", place.at("quantity")}}, selector_of(context.column, "published"));
+  for (const PaperRow& row : context.table.rows) {
+    if (row.published && selects(place, row)) return row.published;
+  }
+  return std::nullopt;
+}
+
+Measured scaled(Measured measured, double factor) {
+  measured.value *= factor;
+  for (std::optional<Interval>* interval : {&measured.interval, &measured.one_run}) {
+    if (*interval) *interval = Interval{(*interval)->low * factor, (*interval)->high * factor};
+  }
+  return measured;
+}
+
+/// The verdict of PaperRow on these two numbers.
+std::string plain_verdict(const std::optional<double>& published, const std::optional<Measured>& measured) {
+  PaperRow row;
+  row.published = published;
+  row.measured = measured;
+  return row.verdict();
+}
+
+/// 95 % interval of a proportion `p` of n.
+Interval wilson_interval(double p, double n) {
+  constexpr double z = 1.959964;
+  const double scale = 1 / (1 + z * z / n), centre = scale * (p + z * z / (2 * n));
+  const double half = scale * z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  return {centre - half, centre + half};
+}
+
+/// Sets rates and verdict of a count that is one of `rate_of`.
+void judge_rate(const CellContext& context, const std::string& quantity, LayoutValue& value) {
+  const Found total = find_measured(context, quantity);
+  const std::optional<double> published_total = find_published(context, quantity);
+  value.rate_of = quantity;
+  const bool has_published = value.published && published_total && *published_total > 0;
+  const bool has_measured = value.measured && total.row != nullptr && total.row->measured->value > 0;
+  if (has_published) value.published_rate = *value.published / *published_total;
+  if (has_measured) value.rate = value.measured->value / total.row->measured->value;
+  if (!value.measured || !value.published) {
+    value.verdict = plain_verdict(value.published, value.measured);
+  } else if (!has_published || !has_measured) {
+    value.verdict = "not comparable";
+    value.reason =
+        fmt::format("{} has no detections that are {}", has_published ? "our data" : "the paper", quantity);
+  } else {
+    const double n = total.row->measured->value;
+    Measured rate = scaled(*value.measured, 1 / n);
+    const Interval sampling = wilson_interval(*value.rate, n);
+    std::optional<Interval>& range = rate.one_run ? rate.one_run : rate.interval;
+    range =
+        range ? Interval{std::min(range->low, sampling.low), std::max(range->high, sampling.high)} : sampling;
+    value.verdict = plain_verdict(value.published_rate, rate);
+  }
+}
+
+LayoutValue value_of(const CellContext& context, const std::string& quantity, const std::string& name) {
+  LayoutValue value{.name = name};
+  value.factor = context.row.value("factor", 1.0);
+  value.published = find_published(context, quantity);
+  const Found found = find_measured(context, quantity);
+  if (found.row != nullptr) {
+    value.measured = value.factor == 1 ? *found.row->measured : scaled(*found.row->measured, value.factor);
+    value.estimator = found.row->estimator;
+    value.data = found.row->data;
+    value.dataset = found.row->dataset;
+    value.records = records_of_part(found.row->records);
+  }
+  const std::string rate_of = text(context.row, "rate_of");
+  const Json reasons = context.row.value("not_comparable", Json::object());
+  const std::string kind = found.kind == nullptr ? "" : text(*found.kind, "name");
+  const std::string reason = reasons.contains(kind) ? text(reasons, kind.c_str()) : text(reasons, "*");
+  if (!rate_of.empty()) {
+    judge_rate(context, rate_of, value);
+  } else if (found.row != nullptr && value.published && !reason.empty()) {
+    value.verdict = "not comparable";
+    value.reason = reason;
+  } else {
+    value.verdict = plain_verdict(value.published, value.measured);
+  }
+  const bool judged = value.verdict == "within" || value.verdict == "outside";
+  const std::string words = found.kind == nullptr ? "" : text(*found.kind, "words");
+  if (judged && !words.empty()) value.verdict += ", " + words;
+  return value;
+}
+
+LayoutCell cell_of(const CellContext& context, const std::string& label) {
+  const Json quantities = context.row.value("quantities", Json::array({""}));
+  LayoutCell values;
+  for (size_t i = 0, begin = 0; i < quantities.size(); ++i) {
+    const size_t end = quantities.size() > 1 ? label.find('/', begin) : std::string::npos;
+    values.push_back(value_of(context, quantities[i], label.substr(begin, end - begin)));
+    begin = end == std::string::npos ? end : end + 1;
+  }
+  return values;
+}
+
+/// The one value that is least as the table prints it; null where two are.
+template <typename Number>
+LayoutValue* least(const std::vector<LayoutValue*>& values, int decimals, const Number& number_of) {
+  const auto least = std::ranges::min_element(values, {}, number_of);
+  const auto shown = [&](const LayoutValue* value) { return layout_number(number_of(value), decimals); };
+  const bool is_alone = std::ranges::count(values, shown(*least), shown) == 1;
+  return is_alone ? *least : nullptr;
+}
+
+/// Marks the least value of every group of columns that the paper compares, measured on the same data.
+void mark_best(const Json& columns, LayoutRow& row) {
+  std::map<int, std::vector<LayoutValue*>> groups;
+  for (size_t j = 0; j < row.cells.size(); ++j)
+    if (columns[j].contains("best") && row.cells[j].size() == 1)
+      groups[columns[j].at("best").get<int>()].push_back(&row.cells[j].front());
+  for (auto& [group, values] : groups) {
+    const LayoutValue& first = *values.front();
+    const auto all = [&](auto has) { return values.size() > 1 && std::ranges::all_of(values, has); };
+    LayoutValue *published = nullptr, *measured = nullptr;
+    if (all([](const LayoutValue* v) { return v->published.has_value(); }))
+      published = least(values, row.decimals, [](const LayoutValue* v) { return *v->published; });
+    if (all([&](const LayoutValue* v) { return v->measured && v->data == first.data; }))
+      measured = least(values, row.decimals, [](const LayoutValue* v) { return v->measured->value; });
+    if (published != nullptr) published->best_published = true;
+    if (measured != nullptr) measured->best = true;
+  }
+}
+
+std::string joined_labels(const std::vector<std::string>& labels) {
+  return fmt::format("{}", fmt::join(labels, " "));
+}
+
+/// One version of a table under construction.
+struct VersionMaker {
+  const PublishedTable& table;
+  const Json& layout;
+  const Json& kinds;
+  const Json& procedure;
+  const Json* only_kind;
+
+  LayoutRow row_of(const Json& entry, const Json* system) const {
+    LayoutRow row;
+    row.labels = entry.at("labels").get<std::vector<std::string>>();
+    row.decimals = entry.at("decimals").get<int>();
+    row.name = joined_labels(row.labels);
+    if (system != nullptr) {
+      row.is_ours = true;
+      row.in_terminal = system->value("terminal", false);
+      const std::string title = text(*system, "title");
+      if (!title.empty()) {
+        row.labels =
+            row.labels.size() > 1 ? std::vector{title, row.name} : std::vector{row.name + ", " + title};
+        row.name += ", " + title;
+      }
+    }
+    const Json& columns = layout.at("columns");
+    for (size_t j = 0; j < columns.size(); ++j) {
+      const bool has = system == nullptr || !system->contains("columns") ||
+                       std::ranges::count(system->at("columns"), Json(j)) > 0;
+      const std::string estimator = system == nullptr ? "" : text(*system, "estimator");
+      const CellContext context{table, kinds, only_kind, procedure, columns[j], entry, estimator};
+      row.cells.push_back(has ? cell_of(context, entry.at("labels").back()) : LayoutCell());
+    }
+    mark_best(columns, row);
+    return row;
+  }
+
+  LayoutVersion version() const {
+    LayoutVersion version{.procedure = text(procedure, "title")};
+    for (const Json& entry : layout.at("rows")) version.rows.push_back(row_of(entry, nullptr));
+    for (const LayoutRow& row : version.rows) {
+      for (const auto& cell : row.cells)
+        version.n_measured += !cell.empty() && cell.front().measured.has_value();
+    }
+    for (const Json& system : layout.value("ours", Json::array())) {
+      bool any = false;
+      for (const Json& entry : system.contains("rows") ? system.at("rows") : layout.at("rows")) {
+        LayoutRow row = row_of(entry, &system);
+        const bool measured = std::ranges::any_of(row.cells, [](const auto& cell) {
+          return std::ranges::any_of(cell, [](const LayoutValue& v) { return v.measured.has_value(); });
+        });
+        if (measured) version.rows.push_back(std::move(row));
+        any |= measured;
+      }
+      if (any && system.contains("note")) version.notes.push_back(text(system, "note"));
+    }
+    return version;
+  }
+};
+
+/// Distinct, in order of appearance.
+void add_distinct(const std::string& item, std::vector<std::string>& list) {
+  if (!item.empty() && std::ranges::find(list, item) == list.end()) list.push_back(item);
+}
+
+/// The data in words, and the notes of the cells.
+void describe(const std::string& missing, const Json& kinds, LayoutVersion& version) {
+  std::vector<std::string> data, titles, reasons;
+  bool is_missing = false;
+  for (const LayoutRow& row : version.rows) {
+    for (const auto& cell : row.cells) {
+      for (const LayoutValue& value : cell) {
+        add_distinct(value.reason, reasons);
+        is_missing |= !row.is_ours && value.published && !value.measured;
+        if (row.is_ours || !value.measured) continue;
+        add_distinct(value.data, data);
+        for (const Json& kind : kinds)
+          if (std::ranges::count(kind.at("datasets"), Json(value.dataset)) > 0)
+            add_distinct(text(kind, "title"), titles);
+      }
+    }
+  }
+  version.data = fmt::format("{}", fmt::join(data.size() > 1 ? titles : data, "; "));
+  for (const std::string& reason : reasons) version.notes.push_back("\u2260 " + reason);
+  if (is_missing) version.notes.push_back("\u2013 run: " + missing);
+}
+
+bool shows_the_same(const LayoutVersion& a, const LayoutVersion& b) {
+  if (a.procedure != b.procedure || a.n_measured != b.n_measured) return false;
+  for (size_t i = 0; i < std::min(a.rows.size(), b.rows.size()); ++i) {
+    for (size_t j = 0; j < a.rows[i].cells.size(); ++j) {
+      const auto &x = a.rows[i].cells[j], &y = b.rows[i].cells[j];
+      if (x.empty() != y.empty() || (!x.empty() && x.front().data != y.front().data)) return false;
+    }
+  }
+  return true;
+}
+
+PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable& table) {
+  PaperLayout layout{.name = text(entry, "name"), .number = table.number, .title = text(entry, "title")};
+  layout.missing = measuring_line(paper().table(table.number).fetch);
+  for (const Json& line : entry.at("header")) {
+    auto& groups = layout.header.emplace_back();
+    for (const Json& group : line) groups.push_back({text(group, "text"), group.value("span", size_t(1))});
+  }
+  for (const Json& column : entry.at("columns")) layout.columns.push_back(text(column, "name"));
+  for (const Json& procedure : entry.at("procedures")) {
+    std::vector<const Json*> choices = {nullptr};
+    for (const Json& kind : kinds) choices.push_back(&kind);
+    for (const Json* kind : choices) {
+      LayoutVersion version = VersionMaker{table, entry, kinds, procedure, kind}.version();
+      const bool known = std::ranges::any_of(
+          layout.versions, [&](const LayoutVersion& other) { return shows_the_same(version, other); });
+      if (known || (version.n_measured == 0 && !layout.versions.empty())) continue;
+      describe(layout.missing, kinds, version);
+      layout.versions.push_back(std::move(version));
+    }
+  }
+  // Where the nearest procedure was not measured, the next one that was comes first.
+  if (layout.versions.front().n_measured == 0 && layout.versions.size() > 1)
+    layout.versions.erase(layout.versions.begin());
+  return layout;
+}
+
+}  // namespace
+
+size_t data_nearness(const std::string& dataset) {
+  const Json& kinds = layout_data().at("data");
+  return static_cast<size_t>(
+      std::ranges::find_if(
+          kinds,
+          [&](const Json& kind) { return std::ranges::count(kind.at("datasets"), Json(dataset)) > 0; }) -
+      kinds.begin());
+}
+
+std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables) {
+  const Json& data = layout_data();
+  std::vector<PaperLayout> layouts;
+  for (const Json& entry : data.at("tables")) {
+    const auto table = std::ranges::find(tables, text(entry, "number"), &PublishedTable::number);
+    SEXTANT_CHECK(table != tables.end());
+    layouts.push_back(layout_of(entry, data.at("data"), *table));
+  }
+  return layouts;
+}
+
+std::string PaperLayout::sentence(const LayoutVersion& version) const {
+  if (version.n_measured == 0) return "Not measured here. In brackets: the paper.";
+  return fmt::format("Ours: {}; {}. In brackets: the paper.", version.procedure, version.data);
+}
+
+std::string layout_number(double value, int decimals) {
+  const bool is_whole = std::abs(value - std::round(value)) < 1e-9;
+  return fmt::format("{:.{}f}", value, decimals == 0 && !is_whole ? 1 : decimals);
+}
+
+}  // namespace sextant
