@@ -11,10 +11,10 @@ namespace sextant {
 namespace {
 
 /// The frame pairs of one cluster at one level.
-struct Cell {
+struct SeedFrameCell {
   double n_truth = 0, n_estimated = 0, error_sum = 0;
 
-  void add(const Cell& more) {
+  void add(const SeedFrameCell& more) {
     n_truth += more.n_truth;
     n_estimated += more.n_estimated;
     error_sum += more.error_sum;
@@ -24,7 +24,7 @@ struct Cell {
 /// cells[level][cluster].
 struct Grid {
   std::vector<double> levels;
-  std::vector<std::vector<Cell>> cells;
+  std::vector<std::vector<SeedFrameCell>> cells;
   size_t n_clusters = 0;
 };
 
@@ -41,7 +41,7 @@ Grid grid_of(const std::vector<LevelCounts>& levels) {
   Grid grid{.n_clusters = labels.size()};
   for (const LevelCounts& level : levels) {
     grid.levels.push_back(level.level);
-    std::vector<Cell>& cells = grid.cells.emplace_back(grid.n_clusters);
+    std::vector<SeedFrameCell>& cells = grid.cells.emplace_back(grid.n_clusters);
     for (const auto& pair : level.pairs) {
       const auto at = labels.find(by_seed ? pair.seed : static_cast<uint64_t>(pair.frame));
       cells[static_cast<size_t>(std::distance(labels.begin(), at))].add(
@@ -70,7 +70,7 @@ Crossing find_crossing(const Grid& grid, std::span<const size_t> clusters, const
   std::optional<double> before_level, before_error, before_coverage;
   for (size_t i = 0; i < grid.levels.size(); ++i) {
     if (grid.levels[i] < limits.nominal) continue;
-    Cell sum;
+    SeedFrameCell sum;
     for (const size_t cluster : clusters) sum.add(grid.cells[i][cluster]);
     if (sum.n_truth == 0) continue;  // none of the resampled frames has this level
     const double level = grid.levels[i], coverage = sum.n_estimated / sum.n_truth;

@@ -152,9 +152,9 @@ std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
 }
 
 /// The same case, run now.
-std::vector<Record> run_again(const CheckedSweep& sweep, uint64_t number, const VerifyOptions& options) {
-  const Json entry = sweep.plan.at("estimators").at(0);
-  Plan plan = sweep.expected;
+std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, const VerifyOptions& options) {
+  const Json entry = checked.plan.at("estimators").at(0);
+  Plan plan = checked.expected;
   const PlanCase one = plan.at(number);
   plan.sources = {plan.sources[one.source]};
   plan.levels = {plan.levels[one.level]};

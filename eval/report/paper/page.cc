@@ -15,7 +15,7 @@ std::span<const EmbeddedFile> paper_page_files();
 
 namespace {
 
-std::string_view page_file(std::string_view name) {
+std::string_view paper_file(std::string_view name) {
   return find_entry(paper_page_files(), name, "file").text;
 }
 
@@ -162,8 +162,8 @@ Fragment paper_fragment(const std::vector<PaperLayout>& layouts) {
     fragment.markdown += to_markdown(layout) + "\n";
   }
   fragment.html += "</div>\n</section>\n";
-  fragment.style = page_file("paper.css");
-  fragment.script = page_file("versions.js");
+  fragment.style = paper_file("paper.css");
+  fragment.script = paper_file("versions.js");
   return fragment;
 }
 
@@ -189,7 +189,7 @@ std::string paper_page(const std::string& title, const std::string& answer,
       "style-src 'unsafe-inline'\">\n"
       "<title>{0}</title>\n<style>\n{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n<p>{3}</p>\n<p "
       "class=\"note\">{4}.</p>\n<main>\n",
-      html_escaped(title), page_file("paper.css"), page_file("print.css"), html_escaped(answer),
+      html_escaped(title), paper_file("paper.css"), paper_file("print.css"), html_escaped(answer),
       verdict_signs);
   for (const auto& [place, part] : places) html += part;
   return html + "</main>\n</body>\n</html>\n";
