@@ -92,7 +92,7 @@ class StaticMasks final : public MaskSource {
   }
   std::string provenance() const override { return text; }
 
-  static constexpr const char* text = "masks: background only, the scenes are static";
+  static constexpr const char* text = "masks: background alone, the scenes are static";
 
  private:
   ChannelInputs inputs_;

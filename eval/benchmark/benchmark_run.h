@@ -36,14 +36,14 @@ struct BenchmarkSweep {
 };
 
 struct BenchmarkPlan {
-  std::string label;   ///< of the estimator
+  std::string label;   ///< label of the estimator
   std::string folder;  ///< below OUT
   std::vector<BenchmarkSweep> sweeps;
   std::map<std::string, std::string> left_out;  ///< track -> reason
 };
 
-/// Of each estimator. Throws Error on an unknown suite, track or estimator. A track whose data are not there is left
-/// out where it is not asked for by name.
+/// Returns one plan per estimator. Throws Error on an unknown suite, track or estimator. A track without its data is
+/// left out unless it is requested by name.
 std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite);
 
 /// Runs the sweeps of one estimator, or goes on with them. Throws what sweep() throws.

@@ -52,7 +52,7 @@ struct Breakdown {
 /// Cost of a frame pair, which differs from run to run.
 struct Cost {
   std::string estimator;
-  std::optional<double> median_ms;       ///< of the time of all bodies of a frame pair
+  std::optional<double> median_ms;       ///< median time of all bodies of a frame pair
   std::optional<double> peak_memory_mb;  ///< largest; external programs only
   std::string machine;
 };
@@ -61,7 +61,7 @@ struct Cost {
 struct CardSweep {
   std::string track, name;
   uint64_t n_cases = 0, n_records = 0;
-  std::string records_sha256;  ///< of the records without what differs from run to run (strip_times())
+  std::string records_sha256;  ///< hash of the records without times and memory (strip_times())
 };
 
 struct Card {
@@ -84,8 +84,8 @@ struct Card {
 /// Tracks that an estimator cannot run, each with the reason: {"TRACK": "reason"}, beside its sweeps.
 inline constexpr const char* left_out_name = "left_out.json";
 
-/// Of the sweeps in FOLDER/<sweep>/ and FOLDER/left_out.json. Throws Error where a sweep is missing, unfinished or
-/// one of several shards.
+/// Makes a card from the sweeps in FOLDER/<sweep>/ and FOLDER/left_out.json. Throws Error if a sweep is missing,
+/// unfinished or one of several shards.
 Card make_card(const Suite& suite, const std::filesystem::path& folder);
 
 /// card.json: everything but `costs` is the same for any jobs, shards, interruptions.

@@ -37,7 +37,7 @@ OutputFiles card_files(const Card& card, const Suite& suite, int jobs);
 struct ProfileRow {
   std::string estimator;
   int n_cases = 0, n_solved = 0;
-  std::vector<double> ratios;  ///< of the solved cases, rising
+  std::vector<double> ratios;  ///< ratios of the solved cases, ascending
 
   double share_within(double tau) const;
 };

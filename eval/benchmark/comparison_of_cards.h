@@ -18,13 +18,13 @@ namespace sextant {
 struct CardComparison {
   std::string track, body;
   double level = 0;
-  int n_pairs = 0;         ///< that both estimated
+  int n_pairs = 0;         ///< frame pairs that both estimated
   double change_percent = 0;  ///< error of the estimator over that of the reference, minus 1
   std::optional<Interval> interval_percent;
   std::optional<double> p, p_corrected;
 };
 
-/// Of two folders of sweeps (card.h), each with one result. Throws Error where they have no case in common.
+/// Compares two folders of sweeps (card.h), each with one result. Throws Error if they have no case in common.
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
                                                const std::filesystem::path& reference);
 

@@ -48,7 +48,7 @@ struct SuiteTrack {
   std::map<std::string, std::vector<int>> objects;  ///< empty: all that have truth
   std::vector<SuiteSweep> sweeps;
 
-  /// Whether the track counts the record: it has truth, and its body is the camera or one of `objects`.
+  /// Returns true if the track counts the record: it has truth, and its body is the camera or one of `objects`.
   bool counts(const Record& record) const;
 };
 
@@ -58,7 +58,7 @@ struct Suite {
   double error_ratio = 2;
   double min_coverage = 0.9;
   std::vector<SuiteTrack> tracks;
-  std::string sha256;  ///< of the file
+  std::string sha256;  ///< hash of the file
 
   /// Throws Error that names the nearest track.
   const SuiteTrack& track(const std::string& name) const;
@@ -74,7 +74,7 @@ std::vector<std::string> suite_names();
 /// A suite that comes with the program, or the file NAME.json. Throws Error on an unknown name, naming the nearest.
 Suite find_suite(const std::string& name);
 
-/// Of the name of every plan of a quick run.
+/// Suffix of the name of every plan of a quick run.
 inline constexpr const char* quick_ending = ", quick";
 
 /// The plan of one sweep for an estimator (an entry of "estimators" in a plan), as JSON text for parse_plan().

@@ -305,7 +305,7 @@ Fingerprints rescored_fingerprints(const Plan& plan, const fs::path& rescored) {
     Fingerprint fingerprint;
     const auto versions = i < recorded.size() ? ran.find(recorded[i].value("label", "")) : ran.end();
     if (versions == ran.end() || versions->second.empty()) {
-      fingerprint.not_seen = {fmt::format("the program: {} does not record which version ran", where)};
+      fingerprint.not_seen = {fmt::format("the program: {} does not say which version ran", where)};
     } else {
       fingerprint = versions->second.front();
       for (size_t version = 1; version < versions->second.size(); ++version)

@@ -71,8 +71,9 @@ TEST_F(SystemConfigurations, VdoSlamBeforeAndAfterTheFinalBatch) {
 }
 
 TEST_F(SystemConfigurations, VdoSlamFrontEndWithoutTheFinalBatch) {
-  offer_program("VDO_SLAM", "output=$3\n[ $VDO_FRONT_ONLY = 1 ] && mkdir $output/front\n"
-                            "cp $here/camera.txt $here/obj_1.txt $here/times.txt $output/front");
+  offer_program("VDO_SLAM",
+                "output=$3\n[ $VDO_FRONT_ONLY = 1 ] && mkdir $output/front\n"
+                "cp $here/camera.txt $here/obj_1.txt $here/times.txt $output/front");
   last_ = run_with("external:" + configuration("vdo_slam_front.json"));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
   EXPECT_THAT(estimators(), ElementsAre("VDO_SLAM 9d33024.front"));

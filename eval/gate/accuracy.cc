@@ -178,7 +178,8 @@ std::optional<Measured> measure(const PairedErrors& errors, size_t source, const
   std::vector<uint64_t> clusters;
   PairedSample sample{source, {}};
   for (const ErrorPair& pair : pairs) {
-    const bool changed = std::abs(rise(pair)) > std::max(rules.absolute, rules.relative * std::abs(pair.base));
+    const double rounding = std::max(rules.absolute, rules.relative * std::abs(pair.base));
+    const bool changed = std::abs(rise(pair)) > rounding;
     const double difference = changed ? rise(pair) : 0;
     if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
     differences.push_back(difference);

@@ -57,9 +57,9 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
   for (const AccuracyRow* row : changed) {
     const Subject& s = row->subject;
     const auto& [seed, frame] = row->largest_change().at;
-    const std::string command = fmt::format("sextant view {} {}{} --estimator {} --level {} --seed {}",
-                                            shell_word(c.base), shell_word(c.fresh), source_flag(c.base, s, frame),
-                                            shell_word(s.estimator.str()), s.level, seed);
+    const std::string command = fmt::format(
+        "sextant view {} {}{} --estimator {} --level {} --seed {}", shell_word(c.base), shell_word(c.fresh),
+        source_flag(c.base, s, frame), shell_word(s.estimator.str()), s.level, seed);
     const auto [page, is_new] = pages.try_emplace(command, fmt::format("view_{}", pages.size() + 1));
     if (is_new) section.commands.push_back(command + " --out " + shell_word((out / page->second).string()));
     rows.push_back({row, fmt::format("{}/index.html#frame={}&body={}", page->second, frame, s.body.str())});
@@ -68,7 +68,8 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
   fields.add(subject_fields(), [](const Row& row) { return &row.error->subject; });
   fields.add({{Column::text("metric", "error"), [](const Row& row) { return row.error->metric; }},
               {Column::count("seed"), [](const Row& row) { return row.pair().at.first; }},
-              {Column::count("frame").leading_to("page"), [](const Row& row) { return row.pair().at.second; }},
+              {Column::count("frame").leading_to("page"),
+               [](const Row& row) { return row.pair().at.second; }},
               {Column::number("base", "BASE", 6), [](const Row& row) { return row.pair().base; }},
               {Column::number("new", "NEW", 6), [](const Row& row) { return row.pair().fresh; }},
               {Column::count("base_line", "line in BASE").leading_to("base_records"),
@@ -76,12 +77,14 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
               {Column::count("new_line", "line in NEW").leading_to("new_records"),
                [](const Row& row) { return row.pair().fresh_line; }},
               {Column::text("verdict"), [](const Row& row) { return row.error->word(); }},
-              {Column::text("base_records").only_in_files(), [&](const Row&) { return address_from(out, base); }},
-              {Column::text("new_records").only_in_files(), [&](const Row&) { return address_from(out, fresh); }},
+              {Column::text("base_records").only_in_files(),
+               [&](const Row&) { return address_from(out, base); }},
+              {Column::text("new_records").only_in_files(),
+               [&](const Row&) { return address_from(out, fresh); }},
               {Column::text("page").only_in_files(), &Row::page}});
   section.paragraphs.push_back(
-      "The case in which each error changed most. Its frame leads to a page with both runs, once the line for it "
-      "below has been run; lines lead to the records.");
+      "The case in which each error changed most. Its frame leads to a page with both runs, once the line "
+      "for it below has been run; lines lead to the records.");
   section.tables = {{"frames", table_of("", "", fields, rows), {"dataset", "sequence", "estimator"}}};
   return section;
 }

@@ -136,8 +136,8 @@ Table family_table(const Comparison& c, bool changed_only) {
               {Column::number("detectable_percent", "detectable [%]", 2),
                [](const Row& row) { return percent(row.detectable); }}});
   return table_of("Errors, pooled over sources and bodies",
-                  "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; detectable: "
-                  "found with probability 80 %.",
+                  "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; "
+                  "detectable: found with probability 80 %.",
                   fields, rows);
 }
 
@@ -160,8 +160,8 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
                [](const Row& row) { return percent_of(row.detectable, row.base); }},
               {Column::text("verdict"), &Row::word}});
   return table_of("Errors, case by case",
-                  "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % interval, p "
-                  "corrected by Holm; detectable: found with probability 80 %.",
+                  "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
+                  "interval, p corrected by Holm; detectable: found with probability 80 %.",
                   fields, by_weight(c.accuracy, changed_only));
 }
 
@@ -204,8 +204,8 @@ Table speed_table(const Comparison& c, bool changed_only) {
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
   const std::vector<const Row*> rows = by_weight(c.speed, changed_only);
   Table table = table_of("Times",
-                         "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by Mann-Whitney, delta: "
-                         "Cliff's; detectable: found with probability 80 %.",
+                         "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by "
+                         "Mann-Whitney, delta: Cliff's; detectable: found with probability 80 %.",
                          fields, rows);
   if (std::ranges::any_of(rows, [](const Row* row) { return !row->interval; })) {
     table.notes.emplace_back(

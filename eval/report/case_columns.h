@@ -1,7 +1,8 @@
 #pragma once
 
-// Records in columns: a row is a case, one seed and frame of what one estimator made of one body. Noise levels
-// (noise_level.h) and the series of a comparison (eval/gate/subject_cases.h) keep their numbers beside these.
+// Records in columns: a row is a case, one seed and frame of what one estimator made of one body. Noise
+// levels (noise_level.h) and the series of a comparison (eval/gate/subject_cases.h) keep their numbers beside
+// these.
 
 #include <algorithm>
 #include <cstdint>
@@ -45,7 +46,8 @@ void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
   values = std::move(ordered);
 }
 
-/// Visits the cases of two tables in order, both sorted: the row of each, or nothing where one lacks the case.
+/// Visits the cases of two tables in order, both sorted: the row of each, or nothing where one lacks the
+/// case.
 template <typename Visit>
 void for_each_case(const CaseColumns& first, const CaseColumns& second, const Visit& visit) {
   for (size_t a = 0, b = 0; a < first.size() || b < second.size();) {

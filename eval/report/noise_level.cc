@@ -150,7 +150,8 @@ std::vector<SeedFrame> NoiseLevel::shared(const NoiseLevel& other) const {
 
 size_t NoiseLevel::n_seeds() const {
   size_t n = 0;
-  for (size_t row = 0; row < cases_.size(); ++row) n += row == 0 || cases_.seeds[row] != cases_.seeds[row - 1];
+  const std::vector<uint64_t>& seeds = cases_.seeds;
+  for (size_t row = 0; row < seeds.size(); ++row) n += row == 0 || seeds[row] != seeds[row - 1];
   return n;
 }
 

@@ -72,8 +72,9 @@ std::string stem_of_recording(const Recording& recording) {
 }  // namespace
 
 std::span<const RecordedSystem> recorded_systems() {
-  static constexpr RecordedSystem systems[] = {{"ORB-SLAM3", "orbslam3_camera", ".txt", "kitti"},
-                                               {"VDO-SLAM front end", "vdo_slam_frontend", ".xml", "vdo_xml"}};
+  static constexpr RecordedSystem systems[] = {
+      {"ORB-SLAM3", "orbslam3_camera", ".txt", "kitti"},
+      {"VDO-SLAM front end", "vdo_slam_frontend", ".xml", "vdo_xml"}};
   return systems;
 }
 

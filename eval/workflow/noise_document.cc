@@ -133,8 +133,8 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   return document;
 }
 
-ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
-                             const ReportFolderOptions& options) {
+ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders,
+                             const std::filesystem::path& out, const ReportFolderOptions& options) {
   const auto lock = lock_folder(out);
   ReportDocument document = noise_document(folders, options.jobs, options.quiet, out);
   if (document.sections.empty())

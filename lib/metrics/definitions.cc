@@ -84,7 +84,7 @@ const std::vector<MetricDefinition>& table() {
       {"step_gt_m", values, "ego", "true step", "m", 4, neither, "length of the true translation of the pair",
        truth_only},
       {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
-       "RMS error of the true steps themselves along the path, if the data set gives it; one number per "
+       "RMS error of the true steps themselves along the way, where the data set tells; one number a "
        "sequence"},
       {"lateral_floor_m", values, "ego", "lateral floor of the truth", "m", 4, neither,
        "the same across the heading: RMS of what of the true steps goes sideways, less a lever arm"},
@@ -206,7 +206,7 @@ const std::vector<MetricDefinition>& table() {
       {"cpu", time_ms, "ego", "cpu", "ms", 2, lower,
        "external programs: their processor time, spread over the pairs"},
       {"program", time_ms, "ego", "program", "ms", 2, lower,
-       "external programs that report it: their own time of the pair"},
+       "external programs that tell it: their own time of the pair"},
   };
   return definitions;
 }

@@ -34,7 +34,7 @@ struct PairOfValues {
 using Pairs = std::map<uint64_t, std::vector<PairOfValues>>;
 
 /// One body of a set under two estimators, or before and after.
-struct PairedSample {
+struct PairedValues {
   const EvidencePart* part;
   RecordFilter filter;
   std::string set, body, estimator;
@@ -61,11 +61,11 @@ void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> role
 
 /// Where both have a body, its E_t case by case.
 void add_samples(const EvidencePart& part, const SetData& data, const std::string& estimator,
-                 const Bodies& first, const Bodies& second, std::vector<PairedSample>& samples) {
+                 const Bodies& first, const Bodies& second, std::vector<PairedValues>& samples) {
   for (const std::string& body : common_keys<Bodies>({&first, &second})) {
     const auto of_first = errors_by_case(first.at(body), "Et_m");
     const auto of_second = errors_by_case(second.at(body), "Et_m");
-    PairedSample sample{&part, data.filter, data.set, body, estimator, {}};
+    PairedValues sample{&part, data.filter, data.set, body, estimator, {}};
     for (const SeedFrame& at : common_keys<std::map<SeedFrame, double>>({&of_first, &of_second}))
       sample.pairs[at.first].push_back({of_first.at(at), of_second.at(at)});
     if (!sample.pairs.empty()) samples.push_back(std::move(sample));
@@ -74,9 +74,9 @@ void add_samples(const EvidencePart& part, const SetData& data, const std::strin
 
 /// The baseline and the paper's method for every body, set and part of these roles; names must agree in
 /// what follows these, which is a procedure or a choice of points.
-std::vector<PairedSample> estimator_samples(const Evidence& evidence, std::initializer_list<PartRole> roles) {
+std::vector<PairedValues> estimator_samples(const Evidence& evidence, std::initializer_list<PartRole> roles) {
   const std::string& name = paper().baseline;
-  std::vector<PairedSample> samples;
+  std::vector<PairedValues> samples;
   for_each_set(evidence, roles, [&](const auto& part, const auto& data, const auto& estimators) {
     for (const auto& [baseline, bodies] : estimators) {
       if (!baseline.starts_with(name)) continue;
@@ -89,8 +89,8 @@ std::vector<PairedSample> estimator_samples(const Evidence& evidence, std::initi
 }
 
 /// One function on the inliers and on all points, of every body and set.
-std::vector<PairedSample> selection_samples(const Evidence& evidence) {
-  std::vector<PairedSample> samples;
+std::vector<PairedValues> selection_samples(const Evidence& evidence) {
+  std::vector<PairedValues> samples;
   for_each_set(evidence, {PartRole::attribution},
                [&](const auto& part, const auto& data, const auto& estimators) {
                  for (const std::string& function : {paper().baseline, paper().method}) {
@@ -103,7 +103,7 @@ std::vector<PairedSample> selection_samples(const Evidence& evidence) {
 }
 
 /// `statistic` of the pairs of all seeds, and its interval over these.
-ClaimResult measured(const PairedSample& sample, const std::string& quantity, const std::string& stated,
+ClaimResult measured(const PairedValues& sample, const std::string& quantity, const std::string& stated,
                      const std::function<double(const std::vector<const PairOfValues*>&)>& statistic) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
   for (const auto& [seed, of_seed] : sample.pairs) by_seed.push_back(&of_seed);
@@ -140,7 +140,7 @@ constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
 std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
   constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
-  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
+  for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (sample.body != "Ego") continue;
     ClaimResult result = measured(sample, gain_title, "about 300", percent_above);
     result.verdict = is_above(least_percent, result.value, result.interval);
@@ -151,7 +151,7 @@ std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
 
 std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
+  for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (sample.body == "Ego") continue;
     ClaimResult result = measured(sample, gain_title, "10 .. 20", percent_above);
     result.verdict = is_between(10, 20, result.value, result.interval);
@@ -165,7 +165,7 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
   constexpr double none_percent = 1;
   constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
-  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::attribution})) {
+  for (const PairedValues& sample : estimator_samples(evidence, {PartRole::attribution})) {
     const size_t at = sample.estimator.find(" on ");
     if (at == std::string::npos) continue;
     const std::string points = sample.estimator.substr(at + 1);
@@ -174,7 +174,7 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
     result.verdict = is_between(-none_percent, none_percent, result.value, result.interval);
     results.push_back(std::move(result));
   }
-  for (PairedSample& sample : selection_samples(evidence)) {
+  for (PairedValues& sample : selection_samples(evidence)) {
     if (sample.body != "Ego") continue;
     ClaimResult result =
         measured(sample, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
@@ -187,7 +187,7 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
 std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
   constexpr double equal_um = 1;
   std::vector<ClaimResult> results;
-  for (const PairedSample& sample : estimator_samples(evidence, {PartRole::sets})) {
+  for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets})) {
     const auto largest = [](const std::vector<const PairOfValues*>& pairs) {
       double max = 0;
       for (const PairOfValues* pair : pairs) max = std::max(max, std::abs(pair->first - pair->second));
@@ -206,7 +206,7 @@ std::vector<ClaimResult> check_epe_falls(const Evidence& evidence) {
     const Bodies* joint = find_in(estimators, paper().method);
     if (joint == nullptr) return;
     for (const auto& [body, records] : *joint) {
-      PairedSample sample{&part, data.filter, data.set, body, paper().method, {}};
+      PairedValues sample{&part, data.filter, data.set, body, paper().method, {}};
       for (const Record* r : records) {
         const auto before = find_number(r->errors, "epe_initial_px");
         const auto after = find_number(r->errors, "epe_refined_px");
@@ -241,7 +241,7 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
       const std::string noise = delta_d_px > 0 ? fmt::format("delta_d {} px", delta_d_px) : "exact depth";
       const double stated =
           100 * (count("false_positive") + count("false_negative")) / count("total_detections");
-      PairedSample sample{part, {dataset, name}, "sequence", sequences[column], paper().method, {}};
+      PairedValues sample{part, {dataset, name}, "sequence", sequences[column], paper().method, {}};
       for (const auto& [seed, records] : by_seed) {
         const ClassificationCounts c = count_classification(records);
         sample.pairs[seed].push_back({100.0 * (c.false_positive + c.false_negative), 1.0 * c.total()});

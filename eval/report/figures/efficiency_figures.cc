@@ -62,7 +62,8 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
                           {Column::text("body"), &Ratio::body},
                           {Column::text("estimator"), &Ratio::estimator},
                           {Column::text("level"), &Ratio::level}};
-  fields.add(estimate_fields(Column::text("ratio"), "low", "high"), [](const Ratio& ratio) { return &ratio.of; });
+  fields.add(estimate_fields(Column::text("ratio"), "low", "high"),
+             [](const Ratio& ratio) { return &ratio.of; });
   figure.data = table_of("", "", fields, ratios);
   double low = ratios.front().level, high = low, lowest = 0.5, highest = 2;
   for (const Ratio& ratio : ratios) {
