@@ -8,6 +8,7 @@
 #include <set>
 
 #include "sextant/base/file_lock.h"
+#include "sextant/base/json.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/command_tree.h"
 #include "sextant/eval/cli/testing.h"

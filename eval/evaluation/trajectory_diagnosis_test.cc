@@ -232,7 +232,7 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
 /// Positions on a line leave the rotation about it open: the rotations of the poses decide.
 TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
   for (const unsigned seed : {1U, 2U, 3U}) {
-    for (const Plant& plant : plants()) {
+    for (const PlantedMistake& plant : plants()) {
       const std::string_view code = plant.code;
       if (std::string(plant.name).starts_with("both") || (code != "inverse" && code != "columns" && code != "axes")) continue;
       SCOPED_TRACE(fmt::format("{}, seed {}", plant.name, seed));
