@@ -44,7 +44,7 @@ PLAN = {
     "options": {"pipeline": {"max_object_distance_m": 35, "min_object_area": 0.002}},
 }
 # Files of `sextant reproduce` that hold times beside results; of the others every byte is compared.
-HOLDS_TIMES = re.compile(r"^report/(report\.(html|md)|tables/(table_7_run_time|claims)\.\w+)$")
+HOLDS_TIMES = re.compile(r"^report/((report|details|paper)\.(html|md)|tables/(table_7_run_time|claims)\.\w+)$")
 
 class Faults(ShardFaults):
     def __init__(self, program, work, dice):

@@ -8,7 +8,7 @@
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figures/record_figures.h"
-#include "sextant/eval/report/paper/layout.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/published_rows.h"

@@ -17,7 +17,7 @@
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/evidence.h"
-#include "sextant/eval/report/paper/page.h"
+#include "sextant/eval/report/paper/paper_page.h"
 #include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {

@@ -92,7 +92,13 @@ std::vector<Line> body_lines(const std::vector<LayoutRow>& rows, bool one_line) 
       any_published |= !published.empty();
       const std::string measured = cell_measured(row, cell);
       line.push_back(one_line && !published.empty() ? measured + published : measured);
-      second.push_back(published);
+      second.push_back(published.empty() ? "" : published.substr(1, published.size() - 2));
+    }
+    const size_t unit = line[row.labels.size() - 1].find(" (");
+    if (!one_line && any_published && unit != std::string::npos) {  // the unit goes to the second line
+      std::string& label = line[row.labels.size() - 1];
+      second[row.labels.size() - 1] = label.substr(unit + 1);
+      label.resize(unit);
     }
     lines.push_back(std::move(line));
     if (!one_line && any_published) lines.push_back(std::move(second));
@@ -121,13 +127,14 @@ std::string text_of(const PaperLayout& layout, const LayoutVersion& version, boo
   std::vector<Line> body = body_lines(rows, true);
   if (total(widths_of(header, body)) > terminal_columns) body = body_lines(rows, false);
   const std::vector<size_t> widths = widths_of(header, body);
+  const char* gap = total(widths) > terminal_columns ? " " : "  ";
   const std::string rule(std::min(total(widths), terminal_columns), '-');
   std::string text = wrapped(layout.sentence(version), terminal_columns) + "\n";
   const auto add = [&](const Line& line) {
     if (line.empty()) return void(text += rule + "\n");
     std::string shown;
     for (size_t j = 0; j < line.size(); ++j)
-      shown += (j > 0 ? "  " : "") + padded(line[j], widths[j], j < n_labels(layout));
+      shown += (j > 0 ? gap : "") + padded(line[j], widths[j], j < n_labels(layout));
     text += shown.substr(0, shown.find_last_not_of(' ') + 1) + "\n";
   };
   for (const Line& line : header) add(line);

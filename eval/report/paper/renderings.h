@@ -1,6 +1,6 @@
 #pragma once
 
-// The tables of the paper (layout.h) as text for a terminal, Markdown, LaTeX, CSV and JSON. Text,
+// The tables of the paper (paper_layout.h) as text for a terminal, Markdown, LaTeX, CSV and JSON. Text,
 // Markdown and LaTeX
 // round to the paper's digits; CSV and JSON keep every digit. One description, so they cannot disagree.
 //
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "sextant/base/json.h"
-#include "sextant/eval/report/paper/layout.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 namespace sextant {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The tables of the paper (layout.h) as HTML: a fragment for the page of the reproduction, and
+// The tables of the paper (paper_layout.h) as HTML: a fragment for the page of the reproduction, and
 // paper.html, all tables
 // and figures in the paper's order for print on A4.
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sextant/eval/report/document.h"
-#include "sextant/eval/report/paper/layout.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 namespace sextant {
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/paper/page.h"
+#include "sextant/eval/report/paper/paper_page.h"
 
 #include <algorithm>
 #include <regex>

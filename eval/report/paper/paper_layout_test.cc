@@ -1,9 +1,9 @@
-#include "sextant/eval/report/paper/layout.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex_testing.h"
-#include "sextant/eval/report/paper/page.h"
+#include "sextant/eval/report/paper/paper_page.h"
 #include "sextant/eval/report/paper/renderings.h"
 #include "sextant/eval/report/tables/testing.h"
 
@@ -151,7 +151,7 @@ TEST(PaperLayout, PagesHaveEveryTableAndEscapeTexts) {
   hostile.title = "<script>alert(1)</script>";
   const Fragment fragment = paper_fragment({hostile, layouts().at(1)});
   EXPECT_EQ(fragment.html.find("<script>"), std::string::npos);
-  EXPECT_EQ(count(fragment.html, "class=\"paper-table"), 2U);
+  EXPECT_EQ(count(fragment.html, "<section class=\"paper-table"), 2U);
   const std::string page = paper_page("title", "answer", layouts(), {}, {});
   EXPECT_EQ(count(page, "<table>"), 5U);
   EXPECT_EQ(page.find("<script"), std::string::npos);

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/paper/layout.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 #include <algorithm>
 #include <cmath>
@@ -374,8 +374,8 @@ std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables) {
 }
 
 std::string PaperLayout::sentence(const LayoutVersion& version) const {
-  if (version.n_measured == 0) return "Not measured here. In brackets: the paper.";
-  return fmt::format("Ours: {}; {}. In brackets: the paper.", version.procedure, version.data);
+  if (version.n_measured == 0) return "Not measured here; the paper's values alone.";
+  return fmt::format("Ours: {}; {}. Small: the paper.", version.procedure, version.data);
 }
 
 std::string layout_number(double value, int decimals) {
