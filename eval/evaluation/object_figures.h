@@ -1,6 +1,7 @@
 #pragma once
 
-// Figures of logged object motions: paths from above, statuses and tracklets over time. Of each system its first run.
+// Figures of logged object motions: paths from above, statuses and tracklets over time. Of each system its
+// first run.
 
 #include <string>
 #include <vector>
@@ -33,8 +34,8 @@ struct StateSpan {
   int object = 0, first = 0, last = 0;
   StepState state = StepState::estimated;
 };
-/// Of the records of one run, by object and frame. A step without an estimate is a gap between estimates of its
-/// object, and missed before the first or behind the last one.
+/// Of the records of one run, by object and frame. A step without an estimate is a gap between estimates of
+/// its object, and missed before the first or behind the last one.
 std::vector<StateSpan> state_spans(const std::vector<const Record*>& records);
 
 std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks);
